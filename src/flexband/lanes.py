@@ -1,0 +1,242 @@
+"""A lane: one number for each of eight samples, held in one SIMD register.
+
+Physics is written once as scalar formulas. Compiled for ``float`` it serves one sample; compiled
+for a lane, the same function serves eight samples, each multiply-add on a whole register. LLVM's
+own loop vectorizer cannot be relied on for this: it gives up where it cannot rule out aliasing.
+
+Lanes rest in C-ordered arrays whose last axis has length `WIDTH`; `load` and `store` move a row.
+Inside compiled code lanes support ``+ - * /``, also mixed with floats, and the functions below.
+A mask is a lane that holds 1.0 (true) or 0.0 (false). No operation mixes lanes, so the result of
+a sample never depends on its neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.cgutils import get_or_insert_function
+from numba.core.imputils import lower_builtin, lower_cast
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, models, overload, register_model
+
+WIDTH = 8
+"""Samples in a lane: one AVX-512 register, or two to four narrower ones."""
+
+_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+_BITS = ir.IntType(WIDTH)
+_FLAGS = ("contract", "arcp")  # fused multiply-add; NaN and infinity keep their meaning
+
+
+class LaneType(types.Type):
+    """Numba's type of a lane; a float converts to it by filling all places."""
+
+    def __init__(self):
+        super().__init__(name="Lane")
+
+    def can_convert_from(self, typingctx, other):
+        return Conversion.promote if isinstance(other, types.Float) else None
+
+    def unify(self, typingctx, other):
+        return self if isinstance(other, types.Float) else None
+
+
+lane = LaneType()
+
+
+@register_model(LaneType)
+class _LaneModel(models.PrimitiveModel):
+    def __init__(self, manager, lane_type):
+        super().__init__(manager, lane_type, _VECTOR)
+
+
+def _filled(builder, value):
+    """Return a vector with `value` in every place."""
+    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, ir.IntType(32)(0))
+    places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), None)
+    return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), places)
+
+
+@lower_cast(types.Float, LaneType)
+def _float_to_lane(context, builder, from_type, to_type, value):
+    return _filled(builder, context.cast(builder, value, from_type, types.float64))
+
+
+# --- arithmetic -----------------------------------------------------------------------------
+
+
+class _Arithmetic(AbstractTemplate):
+    def generic(self, args, kws):
+        if lane in args and all(isinstance(a, LaneType | types.Float) for a in args):
+            return signature(lane, *([lane] * len(args)))
+        return None
+
+
+def _lower_arithmetic(function, instruction):
+    def lowered(context, builder, sig, args):
+        return getattr(builder, instruction)(*args, flags=_FLAGS)
+
+    infer_global(function)(type(f"_{instruction}", (_Arithmetic,), {}))
+    lower_builtin(function, *([lane] * (1 if function is operator.neg else 2)))(lowered)
+
+
+for _function, _instruction in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+    (operator.iadd, "fadd"),
+    (operator.isub, "fsub"),
+    (operator.imul, "fmul"),
+    (operator.itruediv, "fdiv"),
+    (operator.neg, "fneg"),
+):
+    _lower_arithmetic(_function, _instruction)
+
+
+# --- memory ---------------------------------------------------------------------------------
+
+
+def _row_pointer(context, builder, array_type, array, row):
+    """Return the address of ``array[row]``, a row of `WIDTH` doubles."""
+    data = context.make_array(array_type)(context, builder, array).data
+    index = builder.mul(row, ir.Constant(row.type, WIDTH))
+    return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
+
+
+@intrinsic
+def load(typingctx, array, row):
+    """Return row `row` of an array of shape (rows, WIDTH) as a lane."""
+
+    def code(context, builder, sig, args):
+        return builder.load(_row_pointer(context, builder, sig.args[0], *args), align=8)
+
+    return lane(array, types.intp), code
+
+
+@intrinsic
+def store(typingctx, array, row, value):
+    """Write a lane to row `row` of an array of shape (rows, WIDTH)."""
+
+    def code(context, builder, sig, args):
+        pointer = _row_pointer(context, builder, sig.args[0], *args[:2])
+        builder.store(args[2], pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, lane), code
+
+
+# --- masks and functions --------------------------------------------------------------------
+
+
+@intrinsic
+def less(typingctx, a, b):
+    """Return the mask of ``a < b``; false where either is NaN."""
+
+    def code(context, builder, sig, args):
+        return builder.uitofp(builder.fcmp_ordered("<", *args), _VECTOR)
+
+    return lane(lane, lane), code
+
+
+@intrinsic
+def where(typingctx, mask, a, b):
+    """Return `a` where the mask is true and `b` elsewhere, whatever the other one holds."""
+
+    def code(context, builder, sig, args):
+        true = builder.fcmp_unordered("!=", args[0], ir.Constant(_VECTOR, None))
+        return builder.select(true, args[1], args[2])
+
+    return lane(lane, lane, lane), code
+
+
+@intrinsic
+def any_true(typingctx, mask):
+    """Return whether the mask is true anywhere."""
+
+    def code(context, builder, sig, args):
+        true = builder.fcmp_unordered("!=", args[0], ir.Constant(_VECTOR, None))
+        return builder.icmp_unsigned("!=", builder.bitcast(true, _BITS), _BITS(0))
+
+    return types.boolean(lane), code
+
+
+@intrinsic
+def filled(typingctx, value):
+    """Return a lane with one float in every place."""
+
+    def code(context, builder, sig, args):
+        return _filled(builder, args[0])
+
+    return lane(types.float64), code
+
+
+def _call(builder, name, args):
+    """Call LLVM's own elementwise function `name`."""
+    kind = ir.FunctionType(_VECTOR, [_VECTOR])
+    function = get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+    return builder.call(function, args)
+
+
+@intrinsic
+def _sqrt(typingctx, a):
+    def code(context, builder, sig, args):
+        return _call(builder, "sqrt", args)
+
+    return lane(lane), code
+
+
+@intrinsic
+def magnitude(typingctx, a):
+    """Return the absolute value."""
+
+    def code(context, builder, sig, args):
+        return _call(builder, "fabs", args)
+
+    return lane(lane), code
+
+
+def sqrt(a):
+    """Return the square root of a float or a lane."""
+    return math.sqrt(a)
+
+
+@overload(sqrt)
+def _overload_sqrt(a):
+    if isinstance(a, LaneType):
+        return lambda a: _sqrt(a)
+    return lambda a: math.sqrt(a)
+
+
+@intrinsic
+def maximum(typingctx, a, b):
+    """Return the larger of two lanes, and NaN where either is NaN."""
+
+    def code(context, builder, sig, args):
+        first = builder.fcmp_unordered(">", *args)  # true where a is NaN or b is NaN
+        larger = builder.select(first, *args)
+        b_is_nan = builder.fcmp_unordered("uno", args[1], args[1])
+        return builder.select(b_is_nan, args[1], larger)
+
+    return lane(lane, lane), code
+
+
+# --- NumPy's side ---------------------------------------------------------------------------
+
+
+def to_lanes(values: np.ndarray) -> np.ndarray:
+    """Pack values of shape (rows, n) into blocks of lanes, shape (blocks, rows, WIDTH).
+
+    The last block is filled up with copies of the last sample. Values that are the same for all
+    samples, of shape (rows, 1), take one block, which serves every sample.
+    """
+    rows, n = values.shape
+    blocks = -(-n // WIDTH)
+    sample = np.minimum(np.arange(blocks * WIDTH), n - 1)
+    return np.ascontiguousarray(
+        values[:, sample].reshape(rows, blocks, WIDTH).transpose(1, 0, 2), dtype=float
+    )

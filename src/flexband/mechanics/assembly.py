@@ -1,0 +1,273 @@
+"""From a mechanism to arrays: what is the same for all samples, and what each sample has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite
+from flexband.lanes import to_lanes
+from flexband.mechanics.beam import Beam
+from flexband.mechanics.equations import Structure, Values
+from flexband.mechanics.factorization import analyse
+from flexband.mechanics.forms import Form, TimeFunction
+from flexband.mechanics.loads import Gravity, Spring
+from flexband.mechanics.mechanism import Mechanism
+
+RELAXED = -1.0
+"""Rest length of a spring that is relaxed at the start."""
+
+
+@dataclass(frozen=True)
+class System:
+    """A mechanism as arrays.
+
+    Attributes
+    ----------
+    structure : sizes and indices, the same for all samples.
+    samples : number of samples, 1 where no parameter is an array.
+    rows : field of `Values` -> array of shape (rows, samples or 1).
+    functions : the functions of time in use, apart from the constant one.
+    constraints : what each row of Φ belongs to.
+    outputs, units : name and unit of each output.
+    """
+
+    structure: Structure
+    samples: int
+    rows: dict[str, np.ndarray]
+    functions: list[TimeFunction]
+    constraints: list[str]
+    outputs: list[str]
+    units: list[str]
+
+
+def assemble(mechanism: Mechanism) -> System:
+    """Return the arrays of a mechanism.
+
+    Raises
+    ------
+    InputError
+        Where numbers of samples do not fit each other or a function of position gives values that
+        are not allowed.
+    """
+    first = mechanism.first_coordinates()
+    start: list[ArrayLike] = [1.0]
+    mass: dict[tuple[int, int], np.ndarray] = {}
+    element_first, inverse_length, stiffness = [], [], []
+    for name, body in mechanism.bodies.items():
+        try:
+            start += body.coordinates()
+            for (i, j), value in body.mass_entries().items():
+                mass[first[name] + i, first[name] + j] = value
+            if isinstance(body, Beam):
+                element_first += [first[name] + 6 * e for e in range(body.elements)]
+                inverse_length += [1 / body.element_length] * body.elements
+                numbers = body.section_stiffness()
+                stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
+        except InputError as error:
+            raise InputError(f"body {name!r}: {error}") from None
+
+    owners = [owner for owner, _ in mechanism.constraints()]
+    constraint_rows = [row for _, row in mechanism.constraints()]
+    outputs, units, sensor_rows = [], [], []
+    for name, sensor in mechanism.sensors.items():
+        outputs += [f"{name}_X", f"{name}_Y"]
+        units += [sensor.unit] * 2
+        sensor_rows += sensor.components(mechanism.frame, mechanism.joint)
+    functions = list(
+        dict.fromkeys(f for row in constraint_rows for _, _, f in row.terms if f is not None)
+    )
+    numbers_of = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
+
+    count = mechanism.coordinates
+    terms = _terms(constraint_rows, numbers_of, first_row=1 + count)
+    sensor_terms = _terms(sensor_rows, numbers_of, first_row=0)
+    springs = [load for load in mechanism.loads.values() if isinstance(load, Spring)]
+    entries = [_spring_entries(mechanism, spring) for spring in springs]
+    coordinates = [sorted(x.keys() | y.keys()) for x, y in entries]
+
+    couples = [
+        *mass,
+        *(p for e in element_first for p in combinations_with_replacement(range(e, e + 12), 2)),
+        *(p for c in coordinates for p in combinations_with_replacement(c, 2)),
+        *(p for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))),
+    ]
+    pattern, slots = analyse(
+        count + len(owners), len(owners), [p for p in set(couples) if 0 not in p]
+    )
+
+    def slot(i: int, j: int) -> int:
+        return slots.get((min(i, j), max(i, j)), pattern.slots)
+
+    most = max((len(c) for c in coordinates), default=0)
+    spring_slot = np.full((len(springs), most, most), pattern.slots)
+    for s, c in enumerate(coordinates):
+        spring_slot[s, : len(c), : len(c)] = [[slot(i, j) for j in c] for i in c]
+
+    structure = Structure(
+        coordinates=count,
+        multipliers=len(owners),
+        functions=len(functions) + 1,
+        mass_i=_indices(i for i, _ in mass),
+        mass_j=_indices(j for _, j in mass),
+        mass_slot=_indices(slot(i, j) for i, j in mass),
+        element_first=_indices(element_first),
+        element_slot=_indices(
+            slot(e + i, e + j) for e in element_first for i in range(12) for j in range(12)
+        ).reshape(-1, 12, 12),
+        **{f"term_{c}": _indices(t[k] for t in terms[0]) for k, c in enumerate("kijf")},
+        term_slot=_indices(
+            slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
+        ).reshape(-1, 3),
+        spring_start=np.cumsum([0] + [len(c) for c in coordinates]),
+        spring_coordinate=_indices(i for c in coordinates for i in c),
+        spring_slot=spring_slot,
+        sensor_row=_indices(t[0] for t in sensor_terms[0]),
+        **{f"sensor_{c}": _indices(t[k + 1] for t in sensor_terms[0]) for k, c in enumerate("ijf")},
+        pattern=pattern,
+    )
+    spring_x, spring_y = (
+        [e[axis].get(i, 0.0) for e, c in zip(entries, coordinates, strict=True) for i in c]
+        for axis in range(2)
+    )
+    rows = {
+        "start": start,
+        "inverse_scale": _inverse_scale(start, mass),
+        "mass": list(mass.values()),
+        "force": _constant_forces(mechanism, mass),
+        "inverse_length": inverse_length,
+        "stiffness": stiffness,
+        "coefficient": terms[1],
+        "spring_x": spring_x,
+        "spring_y": spring_y,
+        "spring_stiffness": [s.stiffness for s in springs],
+        "rest_length": [RELAXED if s.rest_length is None else s.rest_length for s in springs],
+        "sensor": sensor_terms[1],
+    }
+    stacked = {name: _stack(values) for name, values in rows.items()}
+    samples = _samples(stacked.values())
+    stacked["rest_length"] = np.broadcast_to(
+        stacked["rest_length"], (len(springs), samples)
+    )  # written by each block: what is relaxed at the start is known after assembly
+    return System(structure, samples, stacked, functions, owners, outputs, units)
+
+
+def pack(system: System, times: np.ndarray) -> list[Values]:
+    """Return the numbers of each block of samples, for a run over `times` [s].
+
+    Raises
+    ------
+    InputError
+        Where a function of time returns what is not finite or not one number a sample.
+    """
+    step = times[1] - times[0]
+    functions = _tabulate(system, times)
+    rates = np.einsum("dt,tfn->dfn", _DERIVATIVES, _tabulate(system, np.arange(7) * step / 10))
+    rates /= (step / 10) ** np.arange(3)[:, None, None]
+    rows = system.rows | {
+        "functions": functions.reshape(-1, functions.shape[-1]),
+        "rates": rates.reshape(-1, rates.shape[-1]),
+    }
+    packed = {name: to_lanes(values) for name, values in rows.items()}
+    blocks = max(len(v) for v in packed.values())
+    return [
+        Values(**{name: v[b if len(v) > 1 else 0] for name, v in packed.items()})
+        for b in range(blocks)
+    ]
+
+
+# Weights of seven equidistant values for f, f′ and f″ at the first of them: motion starts there,
+# so what the function does before does not count.
+_DERIVATIVES = np.linalg.inv(np.vander(np.arange(7.0), increasing=True))[:3] * [[1.0], [1.0], [2.0]]
+
+
+def _tabulate(system: System, times: np.ndarray) -> np.ndarray:
+    """Return the functions at the times, the constant one first, shape (times, functions, n)."""
+    values = [
+        [finite(f"function of time at t = {t:g} s", f(float(t))) for f in system.functions]
+        for t in times
+    ]
+    samples = _samples([v[None] if v.ndim else v[None, None] for row in values for v in row])
+    if samples not in (1, system.samples):
+        raise InputError(
+            f"a function of time returned {samples} values; the mechanism has "
+            f"{system.samples} samples"
+        )
+    table = np.ones((len(times), len(system.functions) + 1, samples))
+    for t, row in enumerate(values):
+        for f, value in enumerate(row):
+            table[t, f + 1] = value
+    return table
+
+
+def _terms(
+    rows: Sequence[Form], numbers: dict[TimeFunction | None, int], first_row: int
+) -> tuple[list[tuple[int, int, int, int]], list[np.ndarray]]:
+    """Return (row, i, j, function) and the coefficient of each term."""
+    flat = [
+        ((first_row + k, i, j, numbers[f]), c)
+        for k, row in enumerate(rows)
+        for (i, j, f), c in row.terms.items()
+        if np.any(c != 0)
+    ]
+    return [place for place, _ in flat], [c for _, c in flat]
+
+
+def _spring_entries(mechanism: Mechanism, spring: Spring) -> list[dict[int, np.ndarray]]:
+    """Return, for X and Y, coordinate -> its coefficient in the spring's vector."""
+    x_and_y = spring.separation(mechanism.frame)
+    return [{j: c for (_, j, _), c in form.terms.items() if np.any(c != 0)} for form in x_and_y]
+
+
+def _constant_forces(mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarray]) -> list:
+    """Return ∫ρ Sᵀ g dV = M g, g being the field in the nodes' positions."""
+    field = [0.0] * 6
+    for load in mechanism.loads.values():
+        if isinstance(load, Gravity):
+            field[0], field[1] = field[0] + np.asarray(load.x), field[1] + np.asarray(load.y)
+    forces: list[ArrayLike] = [0.0] * (mechanism.coordinates + 1)
+    for (i, j), value in mass.items():
+        forces[i] = forces[i] + value * field[(j - 1) % 6]
+        if i != j:
+            forces[j] = forces[j] + value * field[(i - 1) % 6]
+    return forces
+
+
+def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray]) -> list:
+    """Return 1/size for positions and 1 for directions; the size is that of the whole mechanism.
+
+    It is the diagonal of the box around the nodes, plus the largest radius of gyration.
+    """
+    x, y = _stack(start[1::6]), _stack(start[2::6])
+    gyration = [np.sqrt(mass[i + 2, i + 2] / mass[i, i]) for i in range(1, len(start), 6)]
+    size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + _stack(gyration).max(axis=0)
+    return [1.0, *([1 / size] * 2 + [1.0] * 4) * ((len(start) - 1) // 6)]
+
+
+def _stack(values: Sequence[ArrayLike]) -> np.ndarray:
+    """Stack numbers and arrays of shape (n,) to shape (rows, n or 1)."""
+    arrays = [np.atleast_1d(np.asarray(v, dtype=float)) for v in values]
+    samples = _samples([a[None] for a in arrays])
+    return np.stack([np.broadcast_to(a, samples) for a in arrays]) if arrays else np.ones((0, 1))
+
+
+def _samples(arrays) -> int:
+    """Return the number of samples, the last axis of all arrays that are longer than one.
+
+    Raises
+    ------
+    InputError
+        Where they differ.
+    """
+    sizes = sorted({a.shape[-1] for a in arrays} - {1})
+    if len(sizes) > 1:
+        raise InputError(f"parameters have different numbers of samples: {sizes}")
+    return sizes[0] if sizes else 1
+
+
+def _indices(values) -> np.ndarray:
+    return np.fromiter(values, dtype=np.int64)

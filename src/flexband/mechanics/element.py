@@ -1,0 +1,103 @@
+"""Elastic forces and tangent of one beam element, as scalar formulas on floats or lanes.
+
+The energy of an element depends on five vectors: the chord u = (r_j − r_i)/l, the slopes
+r_x at both ends and the section directions d = r_y at both ends. At a Gauss point
+
+    p = h u + h_i r_xi + h_j r_xj        (r₀' of the Hermite cubic)
+    d = (1−ξ) d_i + ξ d_j,   w = (d_j − d_i)/l
+
+and the energy of the section is the quadratic form of `SectionStiffness` in the strains of
+`integration`. The functions below differentiate it once and twice with respect to (p, w, d).
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+compiled = njit(nogil=True, error_model="numpy", inline="never")
+
+
+@compiled
+def strains(p, w, d):
+    """Return a₀, a₁, a₂, b, g₀, g₁: Green–Lagrange strains as polynomials across the section."""
+    (px, py), (wx, wy), (dx, dy) = p, w, d
+    a0 = 0.5 * (px * px + py * py - 1.0)
+    a1 = px * wx + py * wy
+    a2 = 0.5 * (wx * wx + wy * wy)
+    b = 0.5 * (dx * dx + dy * dy - 1.0)
+    g0 = px * dx + py * dy
+    g1 = wx * dx + wy * dy
+    return a0, a1, a2, b, g0, g1
+
+
+@compiled
+def resultants(c, strain):
+    """Return N₀, N₁, N₂, N_b, Q₀, Q₁: the energy's derivatives by the six strains."""
+    c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
+    a0, a1, a2, b, g0, g1 = strain
+    return (
+        c00 * a0 + c02 * a2 + c0b * b,
+        c11 * a1,
+        c02 * a0 + c22 * a2 + c2b * b,
+        c0b * a0 + c2b * a2 + cbb * b,
+        s0 * g0,
+        s1 * g1,
+    )
+
+
+@compiled
+def gradient(c, p, w, d):
+    """Return the energy's derivatives by p, w and d, components x and y of each."""
+    (px, py), (wx, wy), (dx, dy) = p, w, d
+    N0, N1, N2, Nb, Q0, Q1 = resultants(c, strains(p, w, d))
+    return (
+        (N0 * px + N1 * wx + Q0 * dx, N0 * py + N1 * wy + Q0 * dy),
+        (N1 * px + N2 * wx + Q1 * dx, N1 * py + N2 * wy + Q1 * dy),
+        (Nb * dx + Q0 * px + Q1 * wx, Nb * dy + Q0 * py + Q1 * wy),
+    )
+
+
+@compiled
+def hessian(c, p, w, d):
+    """Return the energy's second derivatives pp, pw, pd, ww, wd, dd.
+
+    The symmetric blocks pp, ww, dd are (xx, xy, yy), the others (xx, xy, yx, yy), rows first.
+    """
+    c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
+    (px, py), (wx, wy), (dx, dy) = p, w, d
+    N0, N1, N2, Nb, Q0, Q1 = resultants(c, strains(p, w, d))
+    return (
+        (
+            N0 + c00 * px * px + c11 * wx * wx + s0 * dx * dx,
+            c00 * px * py + c11 * wx * wy + s0 * dx * dy,
+            N0 + c00 * py * py + c11 * wy * wy + s0 * dy * dy,
+        ),
+        (
+            N1 + (c02 + c11) * px * wx,
+            c02 * px * wy + c11 * wx * py,
+            c02 * py * wx + c11 * wy * px,
+            N1 + (c02 + c11) * py * wy,
+        ),
+        (
+            Q0 + (c0b + s0) * px * dx,
+            c0b * px * dy + s0 * dx * py,
+            c0b * py * dx + s0 * dy * px,
+            Q0 + (c0b + s0) * py * dy,
+        ),
+        (
+            N2 + c22 * wx * wx + c11 * px * px + s1 * dx * dx,
+            c22 * wx * wy + c11 * px * py + s1 * dx * dy,
+            N2 + c22 * wy * wy + c11 * py * py + s1 * dy * dy,
+        ),
+        (
+            Q1 + (c2b + s1) * wx * dx,
+            c2b * wx * dy + s1 * dx * wy,
+            c2b * wy * dx + s1 * dy * wx,
+            Q1 + (c2b + s1) * wy * dy,
+        ),
+        (
+            Nb + cbb * dx * dx + s0 * px * px + s1 * wx * wx,
+            cbb * dx * dy + s0 * px * py + s1 * wx * wy,
+            Nb + cbb * dy * dy + s0 * py * py + s1 * wy * wy,
+        ),
+    )

@@ -1,0 +1,131 @@
+"""Quadratic forms in the coordinates of a mechanism: what joints and sensors are written in.
+
+A node carries an affine frame, so the position of any point and the direction of any axis are
+linear in the coordinates, and every joint is at most quadratic. Joints and sensors are therefore
+written as algebra, ``dot(a.x, b.y)``, and the engine sees one table of products for all of them.
+
+The variables are z = [1, q, λ, v, a]: z₀ = 1 makes constants and linear terms products as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+TimeFunction = Callable[[float], ArrayLike]
+"""A function of the time [s], which returns a number or an array of shape (n,)."""
+
+Key = tuple[int, int, TimeFunction | None]
+
+
+@dataclass(frozen=True)
+class Form:
+    """The function Σ c f(t) z_i z_j; `terms` maps (i, j, f), i ≤ j, to c of shape () or (n,)."""
+
+    terms: Mapping[Key, np.ndarray]
+
+    @staticmethod
+    def constant(value: ArrayLike) -> Form:
+        """Return the form that is `value`, a number or an array of shape (n,)."""
+        return Form({(0, 0, None): np.asarray(value, dtype=float)})
+
+    @staticmethod
+    def variable(index: int) -> Form:
+        """Return the form z_index."""
+        return Form({(0, index, None): np.asarray(1.0)})
+
+    @staticmethod
+    def function(function: TimeFunction) -> Form:
+        """Return the form f(t)."""
+        return Form({(0, 0, function): np.asarray(1.0)})
+
+    def __add__(self, other: Form) -> Form:
+        terms = dict(self.terms)
+        for key, value in other.terms.items():
+            terms[key] = terms[key] + value if key in terms else value
+        return Form(terms)
+
+    def __sub__(self, other: Form) -> Form:
+        return self + other * -1.0
+
+    def __neg__(self) -> Form:
+        return self * -1.0
+
+    def __mul__(self, other: Form | ArrayLike) -> Form:
+        if not isinstance(other, Form):
+            other = Form.constant(other)
+        product = Form({})
+        for (i, j, f), a in self.terms.items():
+            for (k, m, g), b in other.terms.items():
+                product = product + Form({_key((i, j, k, m), f, g): a * b})
+        return product
+
+    __rmul__ = __mul__
+
+
+def _key(indices: tuple[int, ...], f: TimeFunction | None, g: TimeFunction | None) -> Key:
+    variables = sorted(i for i in indices if i != 0)
+    if len(variables) > 2 or (f is not None and g is not None):
+        raise ValueError("a form has at most two variables and one function of time in a term")
+    i, j = [0] * (2 - len(variables)) + variables
+    return i, j, f if f is not None else g
+
+
+Vector = tuple[Form, Form]
+"""Two forms: the X and Y components of a vector of the plane."""
+
+
+def fixed(vector: tuple[ArrayLike, ArrayLike]) -> Vector:
+    """Return a vector that is the same in all configurations."""
+    return Form.constant(vector[0]), Form.constant(vector[1])
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    """Return a + b."""
+    return a[0] + b[0], a[1] + b[1]
+
+
+def subtract(a: Vector, b: Vector) -> Vector:
+    """Return a − b."""
+    return a[0] - b[0], a[1] - b[1]
+
+
+def scale(factor: Form | ArrayLike, a: Vector) -> Vector:
+    """Return `factor` times a."""
+    return a[0] * factor, a[1] * factor
+
+
+def dot(a: Vector, b: Vector) -> Form:
+    """Return the scalar product a · b."""
+    return a[0] * b[0] + a[1] * b[1]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A point of a body and the body's axes there: r, r_x and r_y of Eqs. (22) and (23)."""
+
+    position: Vector
+    x: Vector
+    y: Vector
+
+    @staticmethod
+    def of_node(first: int) -> Frame:
+        """Return the frame of the node whose six coordinates start at z_first."""
+        v = [Form.variable(first + k) for k in range(6)]
+        return Frame((v[0], v[1]), (v[2], v[3]), (v[4], v[5]))
+
+    @staticmethod
+    def ground(position: tuple[ArrayLike, ArrayLike]) -> Frame:
+        """Return the global frame moved to `position` [m]."""
+        return Frame(fixed(position), fixed((1.0, 0.0)), fixed((0.0, 1.0)))
+
+    def direction(self, x: ArrayLike, y: ArrayLike) -> Vector:
+        """Return the vector with components (x, y) along the axes of this frame."""
+        return add(scale(x, self.x), scale(y, self.y))
+
+    def moved(self, x: ArrayLike, y: ArrayLike) -> Frame:
+        """Return the frame at local coordinates (x, y) [m] on the same rigid body, Eq. (25)."""
+        return Frame(add(self.position, self.direction(x, y)), self.x, self.y)

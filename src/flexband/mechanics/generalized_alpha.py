@@ -1,0 +1,188 @@
+"""The index-3 generalized-α method of Arnold and Brüls (2007) for Eq. (26), on lanes.
+
+    (1−α_m) a_{n+1} + α_m a_n = (1−α_f) q̈_{n+1} + α_f q̈_n
+    q_{n+1} = q_n + h q̇_n + h² (½−β) a_n + h² β a_{n+1}
+    q̇_{n+1} = q̇_n + h (1−γ) a_n + h γ a_{n+1}
+
+with Eq. (27) at t_{n+1}. Newton's unknowns are the corrections of q̈ and λ. With β' = ∂q̈/∂q the
+matrix is [M + K/β', Φ_qᵀ; Φ_q, 0] and the constraints' residual is β'Φ, so that the condition
+number does not grow as h → 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import InputError, finite, positive
+from flexband.lanes import WIDTH, any_true, filled, less, load, magnitude, maximum, store, where
+from flexband.mechanics.equations import (
+    acceleration_row,
+    compiled,
+    residual,
+    sense,
+    tangent,
+    velocity_row,
+)
+from flexband.mechanics.factorization import factorize, solve
+from flexband.mechanics.initial import start, work_arrays
+
+ITERATIONS = 30
+REFRESH = 5  # iterations on one factorization before a new one
+DIVERGED, SINGULAR = 3.0, 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneralizedAlpha:
+    """Numerics of the integrator.
+
+    Parameters
+    ----------
+    spectral_radius : ρ∞ in [0, 1], the damping of what the step does not resolve; 1 is none.
+    tolerance : of Newton's method, on the coordinates relative to the size of the mechanism.
+
+    Raises
+    ------
+    InputError
+        Where a number is out of its range.
+    """
+
+    spectral_radius: float = 0.7
+    tolerance: float = 1e-11
+
+    def __post_init__(self) -> None:
+        rho = finite("spectral_radius", self.spectral_radius)
+        if not 0 <= rho <= 1:
+            raise InputError(f"spectral_radius must be between 0 and 1; got {rho:g}")
+        positive("tolerance", self.tolerance)
+
+    def coefficients(self, step: float) -> Coefficients:
+        """Return the method's numbers for a step [s] (Chung and Hulbert 1993)."""
+        rho = float(self.spectral_radius)
+        alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+        gamma = 0.5 + alpha_f - alpha_m
+        beta = 0.25 * (gamma + 0.5) ** 2
+        dq_da = step**2 * beta * (1 - alpha_f) / (1 - alpha_m)
+        return Coefficients(
+            step, alpha_m, alpha_f, beta, gamma, dq_da, step * gamma * (1 - alpha_f) / (1 - alpha_m)
+        )
+
+
+class Coefficients(NamedTuple):
+    """Numbers of the method for one step size."""
+
+    step: float
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    dq_da: float  # 1/β', ∂q/∂q̈ [s²]
+    dv_da: float  # γ'/β', ∂q̇/∂q̈ [s]
+
+
+@compiled
+def predict(structure, method, z, a):
+    """Move to the next time with q̈ kept; `a` becomes that of the new time."""
+    h, alpha_m, alpha_f, beta, gamma, _, _ = method
+    velocity, acceleration = velocity_row(structure), acceleration_row(structure)
+    for i in range(1, structure.coordinates + 1):
+        old, kept = load(a, i), load(z, acceleration + i)
+        new = (kept - alpha_m * old) / (1.0 - alpha_m)
+        v = load(z, velocity + i)
+        store(z, i, load(z, i) + h * v + h * h * ((0.5 - beta) * old + beta * new))
+        store(z, velocity + i, v + h * ((1.0 - gamma) * old + gamma * new))
+        store(a, i, new)
+
+
+@compiled
+def correct(structure, method, values, z, a, x, active):
+    """Apply Newton's correction where the mask is true; return the largest scaled change of q."""
+    velocity, acceleration = velocity_row(structure), acceleration_row(structure)
+    da_da = (1.0 - method.alpha_f) / (1.0 - method.alpha_m)
+    largest = filled(0.0)
+    for i in range(1, structure.coordinates + 1):
+        change = load(x, i)
+        largest = maximum(largest, magnitude(change) * load(values.inverse_scale, i))
+        change = where(active, change, filled(0.0))
+        store(z, i, load(z, i) + method.dq_da * change)
+        store(z, velocity + i, load(z, velocity + i) + method.dv_da * change)
+        store(z, acceleration + i, load(z, acceleration + i) + change)
+        store(a, i, load(a, i) + da_da * change)
+    for k in range(structure.coordinates + 1, structure.pattern.size + 1):
+        store(z, k, load(z, k) + where(active, load(x, k), filled(0.0)))
+    return method.dq_da * largest
+
+
+@compiled
+def newton(structure, method, tolerance, values, now, z, a, work, alive, rate):
+    """Solve Eq. (27) at one time, where `alive`; return the masks (diverged, singular).
+
+    `singular` holds the unknown whose pivot vanishes, 0 where none does.
+
+    A lane that has converged is frozen, so that a sample never depends on its neighbours. The
+    error left after a correction is estimated by the rate of convergence, kept in `rate`.
+    """
+    r, matrix, factor, inverse_pivots, blocks = work
+    active, singular, previous = alive, filled(0.0), filled(0.0)
+    for iteration in range(ITERATIONS):
+        residual(structure, values, now, z, r)
+        if iteration % REFRESH == 0:
+            tangent(structure, values, now, z, filled(method.dq_da), matrix, blocks)
+            lost = factorize(structure.pattern, matrix, factor, inverse_pivots)
+            singular = where(active, lost, singular)
+            active = where(singular, filled(0.0), active)
+        for i in range(1, structure.pattern.size + 1):
+            part = load(r, i)
+            store(r, i, -part if i <= structure.coordinates else -part / method.dq_da)
+        solve(structure.pattern, factor, inverse_pivots, r)
+        change = correct(structure, method, values, z, a, r, active)
+        if iteration > 0:
+            store(rate, 0, where(active, change / previous, load(rate, 0)))
+        previous = change
+        q = maximum(load(rate, 0), filled(1e-3))
+        left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
+        active = where(less(left, filled(tolerance)), filled(0.0), active)
+        if not any_true(active):
+            break
+    return active, singular
+
+
+@compiled
+def march(structure, method, tolerance, values, outputs, failure):
+    """Simulate one block of samples.
+
+    Parameters
+    ----------
+    outputs : filled, shape (times, outputs, WIDTH).
+    failure : filled, shape (3, WIDTH): code of the failure, 0 for none, the number of its time,
+        and the row of Φ to blame, −1 for none.
+    """
+    rows = acceleration_row(structure) + structure.coordinates + 1
+    z, a = np.zeros((rows, WIDTH)), np.zeros((structure.coordinates + 1, WIDTH))
+    rate = np.full((1, WIDTH), 0.1)
+    work = work_arrays(structure)
+    code, blame = start(structure, values, z, work)
+    store(failure, 0, code)
+    store(failure, 2, blame)
+    for i in range(1, structure.coordinates + 1):
+        store(a, i, load(z, acceleration_row(structure) + i))
+    sense(structure, values, 0, z, outputs[0])
+    alive = where(code, filled(0.0), filled(1.0))
+    for n in range(1, outputs.shape[0]):
+        if not any_true(alive):
+            break
+        now = n * structure.functions
+        predict(structure, method, z, a)
+        diverged, singular = newton(
+            structure, method, tolerance, values, now, z, a, work, alive, rate
+        )
+        code = where(singular, filled(SINGULAR), diverged * DIVERGED)
+        new = where(alive, code, filled(0.0))
+        store(failure, 0, load(failure, 0) + new)
+        store(failure, 1, where(new, filled(float(n)), load(failure, 1)))
+        blame = singular - float(structure.coordinates + 1)
+        store(failure, 2, where(new, blame, load(failure, 2)))
+        alive = where(new, filled(0.0), alive)
+        sense(structure, values, now, z, outputs[n])

@@ -1,0 +1,188 @@
+"""Consistent positions, velocities and accelerations at the start: one projection each.
+
+All three solve the saddle-point system of the integrator, [M + s K, Φ_qᵀ; Φ_q, 0], K being the
+stiffness of the beams. A large s makes a beam prefer to move as a rigid body: positions minimize
+the elastic energy, then the distance to the guess; velocities minimize the rate of deformation,
+then the kinetic energy. With s = 0 the same system gives accelerations and multipliers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.lanes import WIDTH, any_true, filled, less, load, magnitude, maximum, store, where
+from flexband.mechanics.equations import (
+    HESSIAN_ROWS,
+    acceleration_row,
+    add_constraint_tangent,
+    add_constraints,
+    add_elastic_forces,
+    add_elastic_tangent,
+    add_mass,
+    add_mass_product,
+    clear,
+    compiled,
+    residual,
+    spring_vector,
+    tangent,
+    velocity_row,
+)
+from flexband.mechanics.beam import GAUSS_POINTS
+from flexband.mechanics.factorization import factorize, solve
+
+STIFFNESS_WEIGHT = 1e10  # s K against M, for the stiffest coordinate
+ITERATIONS = 50
+POSITION_TOLERANCE = 1e-12  # of the last correction
+CONSTRAINT_TOLERANCE = 1e-9  # of what the constraints may be off, both relative to the size
+VELOCITY_SWEEPS = 4
+
+NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
+
+
+@compiled
+def work_arrays(structure):
+    """Return work space for one block: r, matrix, factor, inverse pivots, element blocks."""
+    pattern = structure.pattern
+    rows = pattern.size + 1
+    return (
+        np.zeros((rows, WIDTH)),
+        np.zeros((pattern.slots + 1, WIDTH)),
+        np.zeros((pattern.slots + 1, WIDTH)),
+        np.zeros((pattern.size, WIDTH)),
+        np.zeros((GAUSS_POINTS * HESSIAN_ROWS, WIDTH)),
+    )
+
+
+@compiled
+def stiffness_weight(structure, values, z, work):
+    """Return s, large against max M_ii / K_ii; one where there is no stiffness."""
+    r, matrix, _, _, blocks = work
+    clear(matrix)
+    add_elastic_tangent(structure, values, z, filled(1.0), matrix, blocks)
+    pattern = structure.pattern
+    for k in range(pattern.size):
+        store(r, pattern.order[k], load(matrix, k))
+    clear(matrix)
+    add_mass(structure, values, matrix)
+    largest = filled(0.0)
+    for k in range(pattern.size):
+        i = pattern.order[k]
+        if i <= structure.coordinates:
+            largest = maximum(largest, load(r, i) / load(matrix, k))
+    return where(less(filled(0.0), largest), STIFFNESS_WEIGHT / largest, filled(1.0))
+
+
+@compiled
+def elastic_matrix(structure, values, z, s, work):
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return the mask of singular lanes."""
+    _, matrix, factor, inverse_pivots, blocks = work
+    clear(matrix)
+    add_mass(structure, values, matrix)
+    add_elastic_tangent(structure, values, z, s, matrix, blocks)
+    add_constraint_tangent(structure, values, 0, z, filled(0.0), matrix)
+    return factorize(structure.pattern, matrix, factor, inverse_pivots)
+
+
+@compiled
+def assemble(structure, values, z, s, work):
+    """Move q to where Φ(q, 0) = 0; return the multiplier furthest off where that failed, else 0."""
+    r, _, factor, inverse_pivots, _ = work
+    moving = filled(1.0)
+    for _ in range(ITERATIONS):
+        elastic_matrix(structure, values, z, s, work)
+        clear(r)
+        add_elastic_forces(structure, values, z, r)
+        add_constraints(structure, values, 0, z, r)
+        for i in range(1, structure.pattern.size + 1):
+            part = load(r, i)
+            store(r, i, -part if i <= structure.coordinates else -part / s)
+        solve(structure.pattern, factor, inverse_pivots, r)
+        largest = filled(0.0)
+        for i in range(1, structure.coordinates + 1):
+            step = s * load(r, i)
+            largest = maximum(largest, magnitude(step) * load(values.inverse_scale, i))
+            store(z, i, where(moving, load(z, i) + step, load(z, i)))
+        moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
+        if not any_true(moving):
+            break
+    clear(r)
+    add_constraints(structure, values, 0, z, r)
+    largest, worst = filled(0.0), filled(0.0)
+    for k in range(structure.coordinates + 1, structure.pattern.size + 1):
+        off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
+        worst = where(less(off, largest), worst, filled(float(k)))
+        largest = maximum(off, largest)
+    return where(less(largest, filled(CONSTRAINT_TOLERANCE)), filled(0.0), worst)
+
+
+@compiled
+def project_velocities(structure, values, z, s, work):
+    """Set v with Φ_q v + Φ_t = 0, least deformation and least kinetic energy."""
+    r, _, factor, inverse_pivots, _ = work
+    singular = elastic_matrix(structure, values, z, s, work)
+    velocity = velocity_row(structure)
+    for _ in range(VELOCITY_SWEEPS):
+        clear(r)
+        add_mass_product(structure, values, z, velocity, r)
+        for t in range(len(structure.term_k)):
+            k, i, j = structure.term_k[t], structure.term_i[t], structure.term_j[t]
+            rate = load(values.rates, structure.functions + structure.term_f[t])
+            drift = load(values.coefficient, t) * rate * load(z, i) * load(z, j)
+            store(r, k, load(r, k) - drift)
+        solve(structure.pattern, factor, inverse_pivots, r)
+        for i in range(1, structure.coordinates + 1):
+            store(z, velocity + i, load(r, i))
+    return singular
+
+
+@compiled
+def solve_accelerations(structure, values, z, work):
+    """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
+    r, matrix, factor, inverse_pivots, blocks = work
+    tangent(structure, values, 0, z, filled(0.0), matrix, blocks)
+    singular = factorize(structure.pattern, matrix, factor, inverse_pivots)
+    residual(structure, values, 0, z, r)
+    for i in range(1, structure.pattern.size + 1):
+        store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
+    velocity, acceleration = velocity_row(structure), acceleration_row(structure)
+    for t in range(len(structure.term_k)):
+        k, i, j, f = (
+            structure.term_k[t],
+            structure.term_i[t],
+            structure.term_j[t],
+            structure.term_f[t],
+        )
+        zi, zj = load(z, i), load(z, j)
+        vi, vj = load(z, velocity + i), load(z, velocity + j)
+        second = (
+            load(values.rates, 2 * structure.functions + f) * zi * zj
+            + 2.0 * load(values.rates, structure.functions + f) * (vi * zj + zi * vj)
+            + 2.0 * load(values.rates, f) * vi * vj
+        )
+        store(r, k, load(r, k) - load(values.coefficient, t) * second)
+    solve(structure.pattern, factor, inverse_pivots, r)
+    for i in range(1, structure.coordinates + 1):
+        store(z, acceleration + i, load(r, i))
+    for k in range(structure.coordinates + 1, structure.pattern.size + 1):
+        store(z, k, load(r, k))
+    return singular
+
+
+@compiled
+def start(structure, values, z, work):
+    """Fill the state z at time zero; return the code of its failure, 0 for none, and the row of Φ
+    to blame."""
+    clear(z)
+    for i in range(structure.coordinates + 1):
+        store(z, i, load(values.start, i))
+    s = stiffness_weight(structure, values, z, work)
+    failed = assemble(structure, values, z, s, work)
+    for spring in range(len(structure.spring_start) - 1):
+        _, _, length = spring_vector(structure, values, z, spring)
+        rest = load(values.rest_length, spring)
+        store(values.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
+    singular = project_velocities(structure, values, z, s, work)
+    singular = maximum(singular, solve_accelerations(structure, values, z, work))
+    code = where(singular, filled(SINGULAR_START), filled(0.0))
+    code = where(failed, filled(NOT_ASSEMBLED), code)
+    return code, where(failed, failed, singular) - float(structure.coordinates + 1)

@@ -1,0 +1,124 @@
+"""A mechanism: bodies, joints, loads and sensors by name. It is plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+from flexband.errors import InputError, finite
+from flexband.mechanics.beam import Beam
+from flexband.mechanics.bodies import RigidBody
+from flexband.mechanics.forms import Form, Frame
+from flexband.mechanics.joints import Joint, PointName
+from flexband.mechanics.loads import Load, Spring
+from flexband.mechanics.sensors import Sensor
+
+Body = RigidBody | Beam
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mechanism:
+    """A planar mechanism of rigid bodies and flexible beams.
+
+    Parameters
+    ----------
+    bodies, joints, loads, sensors : name -> object. A sensor named "F" gives the outputs "F_X"
+        and "F_Y".
+
+    Raises
+    ------
+    InputError
+        Where there is no body, or a joint, load or sensor names something the mechanism lacks.
+    """
+
+    bodies: Mapping[str, Body]
+    joints: Mapping[str, Joint] = field(default_factory=dict)
+    loads: Mapping[str, Load] = field(default_factory=dict)
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.bodies:
+            raise InputError("a Mechanism needs at least one body; got none")
+        for name in self.bodies:
+            if "." in name or not name:
+                raise InputError(f"a body's name must be non-empty and without a dot; got {name!r}")
+        for name, joint in self.joints.items():
+            _naming(f"joint {name!r}", partial(joint.constraints, self.frame))
+        for name, load in self.loads.items():
+            if isinstance(load, Spring):
+                _naming(f"load {name!r}", partial(load.separation, self.frame))
+        for name, sensor in self.sensors.items():
+            _naming(f"sensor {name!r}", partial(sensor.components, self.frame, self.joint))
+
+    @property
+    def coordinates(self) -> int:
+        """Number of coordinates q: six a node."""
+        return 6 * sum(body.nodes for body in self.bodies.values())
+
+    def first_coordinates(self) -> dict[str, int]:
+        """Return where in z the coordinates of each body start; z₀ is the constant one."""
+        first, places = 1, {}
+        for name, body in self.bodies.items():
+            places[name] = first
+            first += 6 * body.nodes
+        return places
+
+    def frame(self, point: PointName) -> Frame:
+        """Return the frame of a point.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such body or the body no such point.
+        """
+        if not isinstance(point, str):
+            try:
+                x, y = point
+            except (TypeError, ValueError):
+                raise InputError(
+                    f"a point must be 'body.point' or coordinates (X, Y); got {point!r}"
+                ) from None
+            return Frame.ground((finite("ground point X [m]", x), finite("ground point Y [m]", y)))
+        body, _, name = point.partition(".")
+        if body not in self.bodies:
+            raise InputError(
+                f"body {body!r} is not in the mechanism; there is {', '.join(self.bodies)}"
+            )
+        return self.bodies[body].frame(name or "center", self.first_coordinates()[body])
+
+    def constraints(self) -> list[tuple[str, Form]]:
+        """Return the rows of Φ, each with the name of what it belongs to."""
+        first = self.first_coordinates()
+        return [
+            (f"rigidity of body {name!r}", row)
+            for name, body in self.bodies.items()
+            for row in body.constraints(first[name])
+        ] + [
+            (f"joint {name!r}", row)
+            for name, joint in self.joints.items()
+            for row in joint.constraints(self.frame)
+        ]
+
+    def joint(self, name: str) -> tuple[Joint, list[Form]]:
+        """Return a joint and its multipliers.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such joint.
+        """
+        if name not in self.joints:
+            known = ", ".join(self.joints) or "none"
+            raise InputError(f"joint {name!r} is not in the mechanism; there is {known}")
+        owners = [owner for owner, _ in self.constraints()]
+        first = 1 + self.coordinates + owners.index(f"joint {name!r}")
+        count = owners.count(f"joint {name!r}")
+        return self.joints[name], [Form.variable(first + k) for k in range(count)]
+
+
+def _naming(place: str, action: Callable[[], object]) -> None:
+    try:
+        action()
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None

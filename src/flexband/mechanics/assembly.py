@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
 from flexband.lanes import to_lanes
-from flexband.mechanics.beam import Beam
+from flexband.mechanics.beam import GAUSS_POINTS, Beam
 from flexband.mechanics.equations import Structure, Values
 from flexband.mechanics.factorization import analyse
 from flexband.mechanics.forms import Form, TimeFunction
@@ -20,6 +20,9 @@ from flexband.mechanics.mechanism import Mechanism
 
 RELAXED = -1.0
 """Rest length of a spring that is relaxed at the start."""
+
+RIGIDITY = 1e10
+"""Weight of the beams' stiffness against their inertia in the projections at the start."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,7 @@ def assemble(mechanism: Mechanism) -> System:
         "force": _constant_forces(mechanism, mass),
         "inverse_length": inverse_length,
         "stiffness": stiffness,
+        "rigidity": [_rigidity(element_first, stiffness, mass)],
         "coefficient": terms[1],
         "spring_x": spring_x,
         "spring_y": spring_y,
@@ -235,6 +239,18 @@ def _constant_forces(mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarra
         if i != j:
             forces[j] = forces[j] + value * field[(i - 1) % 6]
     return forces
+
+
+def _rigidity(element_first: list[int], stiffness: list, mass: dict) -> ArrayLike:
+    """Return a weight [s²] that makes beams all but rigid, `RIGIDITY` over the highest ω².
+
+    That is about the frequency of the section's breathing, ∫ c_bb dx over the inertia of r_y.
+    """
+    if not element_first:
+        return 1.0
+    breathing = _stack(stiffness)[6::9].reshape(len(element_first), GAUSS_POINTS, -1).sum(axis=1)
+    inertia = _stack([mass[e + 4, e + 4] for e in element_first])
+    return RIGIDITY / (breathing / inertia).max(axis=0)
 
 
 def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray]) -> list:

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from flexband.lanes import load, sqrt, store
+from flexband.lanes import WIDTH, load, sqrt, store
 from flexband.mechanics.beam import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.element import gradient, hessian
 from flexband.mechanics.factorization import Pattern
 
-compiled = njit(nogil=True, error_model="numpy")
+compiled = njit(nogil=True, error_model="numpy", _nrt=False)
 
 
 class Structure(NamedTuple):
@@ -57,6 +57,7 @@ class Values(NamedTuple):
     force: np.ndarray  # constant forces on [1, q]
     inverse_length: np.ndarray  # of elements
     stiffness: np.ndarray  # nine rows a Gauss point
+    rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
     coefficient: np.ndarray  # of terms
     spring_x: np.ndarray  # of the spring's coordinates, in the X component of its vector
     spring_y: np.ndarray
@@ -65,6 +66,28 @@ class Values(NamedTuple):
     sensor: np.ndarray
     functions: np.ndarray  # `Structure.functions` rows a time
     rates: np.ndarray  # values, first and second derivatives of the functions at the start
+
+
+class Work(NamedTuple):
+    """Work space of one block, each array of shape (rows, WIDTH)."""
+
+    z: np.ndarray
+    a: np.ndarray  # the integrator's acceleration-like variable, rows as [1, q]
+    r: np.ndarray  # residual, then solution, rows as [1, q, λ]
+    matrix: np.ndarray
+    factor: np.ndarray
+    inverse_pivots: np.ndarray
+    blocks: np.ndarray  # second derivatives at the Gauss points of an element
+    rate: np.ndarray  # of Newton's convergence, one row
+
+    @staticmethod
+    def of(structure: Structure) -> Work:
+        """Return work space for a mechanism, zeros."""
+        unknowns, slots = structure.pattern.size, structure.pattern.slots + 1
+        q = structure.coordinates + 1
+        rows = (unknowns + 1 + 2 * q, q, unknowns + 1, slots, slots, unknowns)
+        rows += (GAUSS_POINTS * HESSIAN_ROWS, 1)
+        return Work(*(np.zeros((count, WIDTH)) for count in rows))
 
 
 # Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.

@@ -142,7 +142,7 @@ def _minimum_degree(
     return order, columns
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", _nrt=False)
 def factorize(pattern, matrix, factor, inverse_pivots):
     """Factor `matrix` in place into V = L D, with L in `factor`; arrays of lanes.
 
@@ -174,7 +174,7 @@ def factorize(pattern, matrix, factor, inverse_pivots):
     return singular
 
 
-@njit(nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy", _nrt=False)
 def solve(pattern, factor, inverse_pivots, x):
     """Replace the right-hand side `x`, rows numbered by unknown, by the solution."""
     for k in range(pattern.size):

@@ -14,10 +14,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from numba import njit
+
 import numpy as np
 
 from flexband.errors import InputError, finite, positive
-from flexband.lanes import WIDTH, any_true, filled, less, load, magnitude, maximum, store, where
+from flexband.lanes import any_true, filled, less, load, magnitude, maximum, store, where
 from flexband.mechanics.equations import (
     acceleration_row,
     compiled,
@@ -27,10 +29,11 @@ from flexband.mechanics.equations import (
     velocity_row,
 )
 from flexband.mechanics.factorization import factorize, solve
-from flexband.mechanics.initial import start, work_arrays
+from flexband.mechanics.initial import start
 
 ITERATIONS = 30
 REFRESH = 5  # iterations on one factorization before a new one
+FIRST_RATE = 0.1  # of Newton's convergence, before it has been seen
 DIVERGED, SINGULAR = 3.0, 4.0
 
 
@@ -116,7 +119,7 @@ def correct(structure, method, values, z, a, x, active):
 
 
 @compiled
-def newton(structure, method, tolerance, values, now, z, a, work, alive, rate):
+def newton(structure, method, tolerance, values, now, work, alive):
     """Solve Eq. (27) at one time, where `alive`; return the masks (diverged, singular).
 
     `singular` holds the unknown whose pivot vanishes, 0 where none does.
@@ -124,7 +127,7 @@ def newton(structure, method, tolerance, values, now, z, a, work, alive, rate):
     A lane that has converged is frozen, so that a sample never depends on its neighbours. The
     error left after a correction is estimated by the rate of convergence, kept in `rate`.
     """
-    r, matrix, factor, inverse_pivots, blocks = work
+    z, a, r, matrix, factor, inverse_pivots, blocks, rate = work
     active, singular, previous = alive, filled(0.0), filled(0.0)
     for iteration in range(ITERATIONS):
         residual(structure, values, now, z, r)
@@ -149,8 +152,8 @@ def newton(structure, method, tolerance, values, now, z, a, work, alive, rate):
     return active, singular
 
 
-@compiled
-def march(structure, method, tolerance, values, outputs, failure):
+@njit(nogil=True, error_model="numpy", _nrt=False, cache=True)
+def march(structure, method, tolerance, values, work, outputs, failure):
     """Simulate one block of samples.
 
     Parameters
@@ -159,25 +162,21 @@ def march(structure, method, tolerance, values, outputs, failure):
     failure : filled, shape (3, WIDTH): code of the failure, 0 for none, the number of its time,
         and the row of Φ to blame, −1 for none.
     """
-    rows = acceleration_row(structure) + structure.coordinates + 1
-    z, a = np.zeros((rows, WIDTH)), np.zeros((structure.coordinates + 1, WIDTH))
-    rate = np.full((1, WIDTH), 0.1)
-    work = work_arrays(structure)
-    code, blame = start(structure, values, z, work)
+    z, a = work.z, work.a
+    store(work.rate, 0, filled(FIRST_RATE))
+    code, blame = start(structure, values, work)
     store(failure, 0, code)
     store(failure, 2, blame)
     for i in range(1, structure.coordinates + 1):
         store(a, i, load(z, acceleration_row(structure) + i))
-    sense(structure, values, 0, z, outputs[0])
+    sense(structure, values, np.int64(0), z, outputs[0])
     alive = where(code, filled(0.0), filled(1.0))
     for n in range(1, outputs.shape[0]):
         if not any_true(alive):
             break
         now = n * structure.functions
         predict(structure, method, z, a)
-        diverged, singular = newton(
-            structure, method, tolerance, values, now, z, a, work, alive, rate
-        )
+        diverged, singular = newton(structure, method, tolerance, values, now, work, alive)
         code = where(singular, filled(SINGULAR), diverged * DIVERGED)
         new = where(alive, code, filled(0.0))
         store(failure, 0, load(failure, 0) + new)

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.lanes import WIDTH, any_true, filled, less, load, magnitude, maximum, store, where
+from flexband.lanes import any_true, filled, less, load, magnitude, maximum, store, where
 from flexband.mechanics.equations import (
-    HESSIAN_ROWS,
     acceleration_row,
     add_constraint_tangent,
     add_constraints,
@@ -27,10 +26,8 @@ from flexband.mechanics.equations import (
     tangent,
     velocity_row,
 )
-from flexband.mechanics.beam import GAUSS_POINTS
 from flexband.mechanics.factorization import factorize, solve
 
-STIFFNESS_WEIGHT = 1e10  # s K against M, for the stiffest coordinate
 ITERATIONS = 50
 POSITION_TOLERANCE = 1e-12  # of the last correction
 CONSTRAINT_TOLERANCE = 1e-9  # of what the constraints may be off, both relative to the size
@@ -40,63 +37,30 @@ NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 
 @compiled
-def work_arrays(structure):
-    """Return work space for one block: r, matrix, factor, inverse pivots, element blocks."""
-    pattern = structure.pattern
-    rows = pattern.size + 1
-    return (
-        np.zeros((rows, WIDTH)),
-        np.zeros((pattern.slots + 1, WIDTH)),
-        np.zeros((pattern.slots + 1, WIDTH)),
-        np.zeros((pattern.size, WIDTH)),
-        np.zeros((GAUSS_POINTS * HESSIAN_ROWS, WIDTH)),
-    )
-
-
-@compiled
-def stiffness_weight(structure, values, z, work):
-    """Return s, large against max M_ii / K_ii; one where there is no stiffness."""
-    r, matrix, _, _, blocks = work
-    clear(matrix)
-    add_elastic_tangent(structure, values, z, filled(1.0), matrix, blocks)
-    pattern = structure.pattern
-    for k in range(pattern.size):
-        store(r, pattern.order[k], load(matrix, k))
-    clear(matrix)
-    add_mass(structure, values, matrix)
-    largest = filled(0.0)
-    for k in range(pattern.size):
-        i = pattern.order[k]
-        if i <= structure.coordinates:
-            largest = maximum(largest, load(r, i) / load(matrix, k))
-    return where(less(filled(0.0), largest), STIFFNESS_WEIGHT / largest, filled(1.0))
-
-
-@compiled
-def elastic_matrix(structure, values, z, s, work):
+def elastic_matrix(structure, values, s, work):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return the mask of singular lanes."""
-    _, matrix, factor, inverse_pivots, blocks = work
+    z, matrix, blocks = work.z, work.matrix, work.blocks
     clear(matrix)
     add_mass(structure, values, matrix)
     add_elastic_tangent(structure, values, z, s, matrix, blocks)
-    add_constraint_tangent(structure, values, 0, z, filled(0.0), matrix)
-    return factorize(structure.pattern, matrix, factor, inverse_pivots)
+    add_constraint_tangent(structure, values, np.int64(0), z, filled(0.0), matrix)
+    return factorize(structure.pattern, matrix, work.factor, work.inverse_pivots)
 
 
 @compiled
-def assemble(structure, values, z, s, work):
+def assemble(structure, values, s, work):
     """Move q to where Φ(q, 0) = 0; return the multiplier furthest off where that failed, else 0."""
-    r, _, factor, inverse_pivots, _ = work
+    z, r = work.z, work.r
     moving = filled(1.0)
     for _ in range(ITERATIONS):
-        elastic_matrix(structure, values, z, s, work)
+        elastic_matrix(structure, values, s, work)
         clear(r)
         add_elastic_forces(structure, values, z, r)
-        add_constraints(structure, values, 0, z, r)
+        add_constraints(structure, values, np.int64(0), z, r)
         for i in range(1, structure.pattern.size + 1):
             part = load(r, i)
             store(r, i, -part if i <= structure.coordinates else -part / s)
-        solve(structure.pattern, factor, inverse_pivots, r)
+        solve(structure.pattern, work.factor, work.inverse_pivots, r)
         largest = filled(0.0)
         for i in range(1, structure.coordinates + 1):
             step = s * load(r, i)
@@ -106,7 +70,7 @@ def assemble(structure, values, z, s, work):
         if not any_true(moving):
             break
     clear(r)
-    add_constraints(structure, values, 0, z, r)
+    add_constraints(structure, values, np.int64(0), z, r)
     largest, worst = filled(0.0), filled(0.0)
     for k in range(structure.coordinates + 1, structure.pattern.size + 1):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
@@ -116,10 +80,10 @@ def assemble(structure, values, z, s, work):
 
 
 @compiled
-def project_velocities(structure, values, z, s, work):
+def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0, least deformation and least kinetic energy."""
-    r, _, factor, inverse_pivots, _ = work
-    singular = elastic_matrix(structure, values, z, s, work)
+    z, r = work.z, work.r
+    singular = elastic_matrix(structure, values, s, work)
     velocity = velocity_row(structure)
     for _ in range(VELOCITY_SWEEPS):
         clear(r)
@@ -129,19 +93,19 @@ def project_velocities(structure, values, z, s, work):
             rate = load(values.rates, structure.functions + structure.term_f[t])
             drift = load(values.coefficient, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
-        solve(structure.pattern, factor, inverse_pivots, r)
+        solve(structure.pattern, work.factor, work.inverse_pivots, r)
         for i in range(1, structure.coordinates + 1):
             store(z, velocity + i, load(r, i))
     return singular
 
 
 @compiled
-def solve_accelerations(structure, values, z, work):
+def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
-    r, matrix, factor, inverse_pivots, blocks = work
-    tangent(structure, values, 0, z, filled(0.0), matrix, blocks)
-    singular = factorize(structure.pattern, matrix, factor, inverse_pivots)
-    residual(structure, values, 0, z, r)
+    z, r, matrix, blocks = work.z, work.r, work.matrix, work.blocks
+    tangent(structure, values, np.int64(0), z, filled(0.0), matrix, blocks)
+    singular = factorize(structure.pattern, matrix, work.factor, work.inverse_pivots)
+    residual(structure, values, np.int64(0), z, r)
     for i in range(1, structure.pattern.size + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
     velocity, acceleration = velocity_row(structure), acceleration_row(structure)
@@ -160,7 +124,7 @@ def solve_accelerations(structure, values, z, work):
             + 2.0 * load(values.rates, f) * vi * vj
         )
         store(r, k, load(r, k) - load(values.coefficient, t) * second)
-    solve(structure.pattern, factor, inverse_pivots, r)
+    solve(structure.pattern, work.factor, work.inverse_pivots, r)
     for i in range(1, structure.coordinates + 1):
         store(z, acceleration + i, load(r, i))
     for k in range(structure.coordinates + 1, structure.pattern.size + 1):
@@ -169,20 +133,21 @@ def solve_accelerations(structure, values, z, work):
 
 
 @compiled
-def start(structure, values, z, work):
+def start(structure, values, work):
     """Fill the state z at time zero; return the code of its failure, 0 for none, and the row of Φ
     to blame."""
+    z = work.z
     clear(z)
     for i in range(structure.coordinates + 1):
         store(z, i, load(values.start, i))
-    s = stiffness_weight(structure, values, z, work)
-    failed = assemble(structure, values, z, s, work)
+    s = load(values.rigidity, 0)
+    failed = assemble(structure, values, s, work)
     for spring in range(len(structure.spring_start) - 1):
         _, _, length = spring_vector(structure, values, z, spring)
         rest = load(values.rest_length, spring)
         store(values.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
-    singular = project_velocities(structure, values, z, s, work)
-    singular = maximum(singular, solve_accelerations(structure, values, z, work))
+    singular = project_velocities(structure, values, s, work)
+    singular = maximum(singular, solve_accelerations(structure, values, work))
     code = where(singular, filled(SINGULAR_START), filled(0.0))
     code = where(failed, filled(NOT_ASSEMBLED), code)
     return code, where(failed, failed, singular) - float(structure.coordinates + 1)

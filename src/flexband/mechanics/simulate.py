@@ -15,7 +15,7 @@ import xarray as xr
 from flexband.errors import AssemblyError, InputError, SimulationError, positive, whole
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble, pack
-from flexband.mechanics.equations import Values
+from flexband.mechanics.equations import Values, Work
 from flexband.mechanics.generalized_alpha import DIVERGED, GeneralizedAlpha, march
 from flexband.mechanics.initial import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.mechanism import Mechanism
@@ -102,7 +102,8 @@ def _march(system: System, method, tolerance: float, values: Values, times: int)
     """Run one block; return its outputs (times, outputs, WIDTH) and failures (3, WIDTH)."""
     series = np.zeros((times, len(system.outputs), WIDTH))
     failure = np.zeros((3, WIDTH))
-    march(system.structure, method, tolerance, values, series, failure)
+    work = Work.of(system.structure)
+    march(system.structure, method, tolerance, values, work, series, failure)
     return series, failure
 
 

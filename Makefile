@@ -18,7 +18,7 @@ install: .venv/installed .venv/kernels
 	touch $@
 
 demo: install
-	$(BIN)/flexband run examples/slider_crank.py --demo --output output/demo
+	$(BIN)/flexband compare examples/slider_crank.py --output output/demo
 
 test: install
 	$(BIN)/pytest

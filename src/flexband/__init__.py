@@ -1,0 +1,94 @@
+"""flexband: how uncertain is the motion of my machine?
+
+Rigid–flexible mechanisms in the absolute nodal coordinate formulation, tolerances as intervals,
+scattered material as random fields, and the hybrid expansions that propagate both at once.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from flexband.errors import AssemblyError, InputError, SimulationError
+    from flexband.mechanics.beam import Beam
+    from flexband.mechanics.bodies import RigidBody
+    from flexband.mechanics.generalized_alpha import GeneralizedAlpha
+    from flexband.mechanics.integration import FullIntegration, SelectiveIntegration
+    from flexband.mechanics.joints import PrescribedRotation, Prismatic, Revolute
+    from flexband.mechanics.loads import Gravity, Spring
+    from flexband.mechanics.mechanism import Mechanism
+    from flexband.mechanics.response import dynamic_response
+    from flexband.mechanics.sensors import Position, Reaction
+    from flexband.mechanics.simulate import simulate
+    from flexband.study.study import Study
+    from flexband.uncertainty.correlation import exponential, squared_exponential
+    from flexband.uncertainty.inputs import Interval, Normal, RandomField
+    from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
+    from flexband.uncertainty.propagate import propagate
+
+_MODULES = {
+    "errors": ["AssemblyError", "InputError", "SimulationError"],
+    "mechanics.beam": ["Beam"],
+    "mechanics.bodies": ["RigidBody"],
+    "mechanics.generalized_alpha": ["GeneralizedAlpha"],
+    "mechanics.integration": ["FullIntegration", "SelectiveIntegration"],
+    "mechanics.joints": ["PrescribedRotation", "Prismatic", "Revolute"],
+    "mechanics.loads": ["Gravity", "Spring"],
+    "mechanics.mechanism": ["Mechanism"],
+    "mechanics.response": ["dynamic_response"],
+    "mechanics.sensors": ["Position", "Reaction"],
+    "mechanics.simulate": ["simulate"],
+    "study.study": ["Study"],
+    "uncertainty.correlation": ["exponential", "squared_exponential"],
+    "uncertainty.inputs": ["Interval", "Normal", "RandomField"],
+    "uncertainty.methods": ["PCCI", "ImprovedPCCI", "LHSScanning", "MonteCarlo"],
+    "uncertainty.propagate": ["propagate"],
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+__version__ = version("flexband")
+__all__ = [  # noqa: PLE0604, names are found when first used, so that importing is fast
+    "AssemblyError",
+    "Beam",
+    "FullIntegration",
+    "GeneralizedAlpha",
+    "Gravity",
+    "ImprovedPCCI",
+    "InputError",
+    "Interval",
+    "LHSScanning",
+    "Mechanism",
+    "MonteCarlo",
+    "Normal",
+    "PCCI",
+    "Position",
+    "PrescribedRotation",
+    "Prismatic",
+    "RandomField",
+    "Reaction",
+    "Revolute",
+    "RigidBody",
+    "SelectiveIntegration",
+    "SimulationError",
+    "Spring",
+    "Study",
+    "dynamic_response",
+    "exponential",
+    "propagate",
+    "simulate",
+    "squared_exponential",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'flexband' has no attribute {name!r}")
+    value = getattr(import_module(f"flexband.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

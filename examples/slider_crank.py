@@ -1,0 +1,57 @@
+"""A rigid–flexible slider–crank with tolerances and scattered material.
+
+The crank turns at a given speed; the link is an elastic beam; a spring holds the slider. The
+crank's length and the spring's stiffness are known as intervals, Young's modulus and Poisson's
+ratio of the link are random fields. How uncertain are the reactions at the crank's pin A?
+"""
+
+import numpy as np
+
+import flexband as fb
+
+LINK = 0.45  # m
+
+
+def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
+    crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
+    link = fb.Beam(
+        length=LINK,
+        height=0.01,
+        width=0.01,
+        density=2700.0,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+        elements=3,
+        integration=fb.FullIntegration(),
+        start=(crank_length, 0.0),
+    )
+    slider = fb.RigidBody.block(
+        length=0.08, height=0.08, width=0.2, density=7800.0, position=(crank_length + LINK, 0.0)
+    )
+    return fb.Mechanism(
+        bodies={"crank": crank, "link": link, "slider": slider},
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("link.start", "crank.end"),
+            "C": fb.Revolute("slider", "link.end"),
+            "guide": fb.Prismatic("slider", (0.0, 0.0), axis=(1.0, 0.0)),
+            "motor": fb.PrescribedRotation("crank", lambda t: 4 * np.pi * t),
+        },
+        loads={"spring": fb.Spring("slider", (2.0, 0.0), spring_stiffness)},  # relaxed at t = 0
+        sensors={"F": fb.Reaction("A")},
+    )
+
+
+inputs = {
+    "crank_length": fb.Interval(0.194, 0.206),  # m
+    "spring_stiffness": fb.Interval(970.0, 1030.0),  # N/m
+    "youngs_modulus": fb.RandomField(69e9, 0.69e9, correlation_length=2.0, domain=(0.0, LINK)),
+    "poissons_ratio": fb.RandomField(0.34, 0.0034, correlation_length=2.0, domain=(0.0, LINK)),
+}
+response = fb.dynamic_response(
+    slider_crank,
+    duration=0.6,
+    step=1e-3,
+    integrator=fb.GeneralizedAlpha(spectral_radius=0.7),
+)
+study = fb.Study(response, inputs, fb.ImprovedPCCI(random_order=3, interval_order=3))

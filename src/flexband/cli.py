@@ -1,0 +1,285 @@
+"""The command line: run a study from a file, or compare methods on it."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import xarray as xr
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import TimeRemainingColumn
+from rich.table import Table
+
+import flexband as fb
+from flexband.report.figures import (
+    bands_figure,
+    errors_figure,
+    outputs_of,
+    response_figure,
+    variance_error_figure,
+)
+from flexband.report.html import write_report
+from flexband.study.comparison import Comparison, compare
+from flexband.uncertainty.methods import Method
+
+app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)
+console = Console()
+
+
+class MethodName(StrEnum):
+    """Methods by the names they have on the command line."""
+
+    IMPROVED_PCCI = "improved-pcci"
+    PCCI = "pcci"
+    LHS_SCANNING = "lhs-scanning"
+    MONTE_CARLO = "monte-carlo"
+
+
+File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
+Output = Annotated[Path, typer.Option(help="Folder for results and figures.", file_okay=False)]
+
+
+@app.command()
+def run(
+    file: File,
+    output: Output = Path("output"),
+    method: Annotated[MethodName | None, typer.Option(help="Use this method instead.")] = None,
+    random_order: Annotated[int, typer.Option(help="k, for PCCI methods.")] = 3,
+    interval_order: Annotated[int, typer.Option(help="q, for PCCI methods.")] = 3,
+    samples: Annotated[int, typer.Option(help="N, for sampling methods.")] = 100,
+    points: Annotated[int, typer.Option(help="p, for sampling methods.")] = 10,
+    seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
+) -> None:
+    """Run the study in FILE; write bands.nc, figures and a report.
+
+    The options of a method count only together with --method.
+    """
+    with _reported_errors():
+        study = load_study(file)
+        if method is not None:
+            study = study.using(_method(method, random_order, interval_order, samples, points, seed))
+        with _progress() as bar:
+            bands = study.run(progress=_task(bar, _name(study.method)))
+        write_netcdf(bands, output / "bands.nc")
+        header, rows = _summary(bands)
+        figures = {
+            f"bands_{name}": (
+                f"Interval mean and interval error bar of {name}",
+                bands_figure({_name(study.method): bands}, name),
+            )
+            for name in outputs_of(bands)
+        }
+        title = f"{file.stem}: {_name(study.method)}, {bands.attrs['runs']} runs"
+        page = write_report(output, title, header, rows, figures)
+        _print_table(title, header, rows)
+        console.print(f"Report: {page}\nData:   {output / 'bands.nc'}")
+
+
+@app.command("compare")
+def compare_methods(
+    file: File,
+    output: Output = Path("output"),
+    samples: Annotated[int, typer.Option(help="N of the LHS–Scanning reference.")] = 100,
+    points: Annotated[int, typer.Option(help="p of the LHS–Scanning reference.")] = 10,
+    seed: Annotated[int, typer.Option(help="Of the reference's random numbers.")] = 0,
+    orders: Annotated[
+        str, typer.Option(help="Orders k,q of PCCI and improved PCCI, separated by blanks.")
+    ] = "1,1 1,2 2,2 3,3",
+) -> None:
+    """Compare PCCI and improved PCCI on the study in FILE against LHS–Scanning."""
+    with _reported_errors():
+        study = load_study(file).located()
+        pairs = _orders(orders)
+        methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
+        nominal = study.nominal()
+        with _progress() as bar:
+            results = compare(
+                study,
+                fb.LHSScanning(samples, points, seed),
+                methods,
+                progress=lambda method: _task(bar, _name(method)),
+            )
+        names = outputs_of(nominal)
+        figures = {}
+        if study.fields():
+            figures["variance_error"] = (
+                "Variance error of the random fields after discretization",
+                variance_error_figure(study.fields()),
+            )
+        figures["deterministic"] = (
+            "Response without uncertainty",
+            response_figure(nominal, names),
+        )
+        for name in names:
+            for k, q in dict.fromkeys((pairs[0], pairs[-1])):
+                chosen = [results[0]] + [
+                    r for r in results if r.method in (fb.PCCI(k, q), fb.ImprovedPCCI(k, q))
+                ]
+                figures[f"bands_{name}_{k}_{q}"] = (
+                    f"Interval mean and interval error bar of {name}, k = {k}, q = {q}",
+                    bands_figure({_name(r.method): r.bands for r in chosen}, name),
+                )
+            figures[f"errors_{name}"] = (
+                f"Relative errors of {name} against runs",
+                errors_figure(results, name),
+            )
+        for result in results:
+            write_netcdf(result.bands, output / f"{_slug(_name(result.method))}.nc")
+        header, rows = _error_table(results, names)
+        title = f"{file.stem}: methods against {_name(results[0].method)}"
+        page = write_report(output, title, header, rows, figures)
+        for name, field in study.fields().items():
+            largest = float(field.variance_error(_points(field)).max())
+            console.print(
+                f"{name}: random field, {field.dimension} term(s), "
+                f"largest variance error {largest:.4f}"
+            )
+        _print_table(title, header, rows)
+        console.print(f"Report: {page}")
+
+
+def load_study(file: Path) -> fb.Study:
+    """Run a Python file and return its `study`.
+
+    Raises
+    ------
+    InputError
+        Where the file is not there or defines no `Study` of that name.
+    """
+    if not file.is_file():
+        raise fb.InputError(f"there is no file {file}")
+    sys.path.insert(0, str(file.resolve().parent))
+    study = runpy.run_path(str(file)).get("study")
+    if not isinstance(study, fb.Study):
+        raise fb.InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
+    return study
+
+
+def write_netcdf(bands: xr.Dataset, file: Path) -> None:
+    """Write bands as a NetCDF file, complete or not at all."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_suffix(".partial")
+    bands.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
+    partial.replace(file)
+
+
+def _method(
+    name: MethodName, k: int, q: int, samples: int, points: int, seed: int
+) -> Method:
+    return {
+        MethodName.IMPROVED_PCCI: lambda: fb.ImprovedPCCI(k, q),
+        MethodName.PCCI: lambda: fb.PCCI(k, q),
+        MethodName.LHS_SCANNING: lambda: fb.LHSScanning(samples, points, seed),
+        MethodName.MONTE_CARLO: lambda: fb.MonteCarlo(samples, points, seed),
+    }[name]()
+
+
+def _orders(text: str) -> list[tuple[int, int]]:
+    try:
+        pairs = [tuple(int(order) for order in pair.split(",")) for pair in text.split()]
+        return [(k, q) for k, q in pairs] or _orders("")
+    except ValueError:
+        raise fb.InputError(f"orders must be like '1,1 2,2'; got {text!r}") from None
+
+
+def _name(method: Method) -> str:
+    names = {"ImprovedPCCI": "improved PCCI", "LHSScanning": "LHS–Scanning", "MonteCarlo": "Monte Carlo"}
+    kind = type(method).__name__
+    if isinstance(method, fb.PCCI):
+        return f"{names.get(kind, kind)} ({method.random_order}, {method.interval_order})"
+    return names.get(kind, kind)
+
+
+def _slug(name: str) -> str:
+    return "_".join("".join(c if c.isalnum() else " " for c in name.lower()).split())
+
+
+def _points(field: fb.RandomField):
+    import numpy as np
+
+    start, end = field.domain or (0.0, 0.0)
+    return np.linspace(start, end, 501)
+
+
+def _summary(bands: xr.Dataset) -> tuple[list[str], list[list[str]]]:
+    """Return a table of the outputs: extremes over time and widest bands."""
+    header = ["output", "unit", "mean: lowest", "mean: highest", "error bar: lowest"]
+    header += ["error bar: highest", "widest error bar", "at"]
+    rows = []
+    for name in outputs_of(bands):
+        one = bands.sel(output=name) if name else bands
+        mean, bar = one["mean"], one["error_bar"]
+        width = (bar.sel(bound="upper") - bar.sel(bound="lower")).squeeze()
+        at = ""
+        if "time" in width.dims:
+            at = f"t = {float(width['time'][int(width.argmax())]):.4g} s"
+        unit = str(one["unit"].values) if "unit" in one.coords else ""
+        numbers = [mean.min(), mean.max(), bar.min(), bar.max(), width.max()]
+        rows.append([name, unit, *(f"{float(x):.5g}" for x in numbers), at])
+    return header, rows
+
+
+def _error_table(
+    results: list[Comparison], names: list[str]
+) -> tuple[list[str], list[list[str]]]:
+    """Return a table of runs, wall time and relative errors in per cent."""
+    header = ["method", "runs", "time [s]"]
+    header += [f"{name} {kind} [%]" for kind in ("mean", "error bar") for name in names]
+    rows = []
+    for result in results:
+        row = [_name(result.method), str(result.runs), f"{result.seconds:.2f}"]
+        for variable in ("mean", "error_bar"):
+            for name in names:
+                if result.errors is None:
+                    row.append("reference")
+                else:
+                    error = result.errors[variable]
+                    value = float(error.sel(output=name) if name else error)
+                    row.append(f"{100 * value:.2f}")
+        rows.append(row)
+    return header, rows
+
+
+def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:
+    table = Table(title=title)
+    for k, cell in enumerate(header):
+        table.add_column(cell, justify="left" if k == 0 else "right")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def _progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+    )
+
+
+def _task(bar: Progress, name: str) -> Callable[[int, int], object]:
+    task = bar.add_task(name, total=None)
+    return lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def _reported_errors() -> Iterator[None]:
+    """Show what is wrong with the input or the runs in plain words, and end with status 1."""
+    try:
+        yield
+    except (fb.InputError, fb.AssemblyError, fb.SimulationError) as error:
+        Console(stderr=True).print(f"flexband: {error}", style="red", markup=False)
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        Console(stderr=True).print("flexband: stopped", style="red")
+        raise typer.Exit(130) from None

@@ -1,0 +1,94 @@
+"""A mechanism's motion as a plain function of its parameters."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import SimulationError
+from flexband.mechanics.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.simulate import simulate
+
+
+@dataclass(frozen=True)
+class DynamicResponse:
+    """``response(**values)``: build the mechanism for all samples at once and simulate it."""
+
+    builder: Callable[..., Mechanism]
+    duration: float
+    step: float
+    integrator: GeneralizedAlpha = field(default_factory=GeneralizedAlpha)
+    threads: int | None = None
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.signature(self.builder)
+
+    def __call__(self, **values: object) -> xr.DataArray:
+        """Return the sensors' outputs, dims (sample, output, time).
+
+        Parameters
+        ----------
+        values : the builder's arguments: arrays of shape (n,), or functions of position.
+
+        Raises
+        ------
+        InputError, AssemblyError
+            As `simulate` does.
+        SimulationError
+            Where a sample diverges, with its inputs.
+        """
+        arrays = {name: v for name, v in values.items() if not callable(v)}
+        samples = max((np.size(v) for v in arrays.values()), default=1)
+        try:
+            motion = simulate(
+                self.builder(**values),
+                duration=self.duration,
+                step=self.step,
+                integrator=self.integrator,
+                threads=self.threads,
+            )
+        except SimulationError as error:
+            lines = [
+                f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
+                for s in list(error.failures)[:5]
+            ]
+            text = f"{error}\ninputs of the failed runs:\n" + "\n".join(lines)
+            raise SimulationError(text, error.failures) from None
+        if "sample" not in motion.dims:  # no parameter differs between the samples
+            motion = motion.expand_dims(sample=samples)
+        return motion
+
+
+def dynamic_response(
+    builder: Callable[..., Mechanism],
+    *,
+    duration: float,
+    step: float,
+    integrator: GeneralizedAlpha | None = None,
+    threads: int | None = None,
+) -> DynamicResponse:
+    """Return the motion of ``builder(**values)`` as a function of the values.
+
+    Parameters
+    ----------
+    builder : function that returns a `Mechanism`; it is called once with one array of shape (n,)
+        an input (a random field comes as a function of position) for n samples.
+    duration, step : simulated time and step [s].
+    integrator, threads : as in `simulate`.
+    """
+    return DynamicResponse(builder, duration, step, integrator or GeneralizedAlpha(), threads)
+
+
+def _shown(name: str, value: object, sample: int) -> str:
+    """Return "name = value" of one sample; a function of position is shown at position 0."""
+    if callable(value):
+        at_start = np.atleast_1d(np.asarray(value(np.zeros(1)))).ravel()
+        return f"{name}(0) = {at_start[min(sample, len(at_start) - 1)]:.9g}"
+    array = np.atleast_1d(np.asarray(value))
+    return f"{name} = {array[min(sample, len(array) - 1)]:.9g}"

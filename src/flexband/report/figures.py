@@ -1,0 +1,115 @@
+"""Figures of bands, of their errors and of random fields. Each function returns a `Figure`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from flexband.study.comparison import Comparison
+from flexband.uncertainty.inputs import RandomField
+
+TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
+STYLES = [
+    {"color": "0.1", "linewidth": 1.0},
+    {"color": "#d95f02", "linewidth": 1.1, "linestyle": "--"},
+    {"color": "#1f78b4", "linewidth": 1.1, "linestyle": "-."},
+    {"color": "#33a02c", "linewidth": 1.1, "linestyle": ":"},
+]
+
+
+def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
+    """Return the names along dim "output", or one empty name where there is no such dim."""
+    return [str(name) for name in data["output"].values] if "output" in data.dims else [""]
+
+
+def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str, str]:
+    """Return x, values (..., x) and labels of one output, along "time" or the last dim.
+
+    Raises
+    ------
+    ValueError
+        Where an output is not a function of one variable.
+    """
+    one = data.sel(output=output) if output else data
+    last = str(one.dims[-1]) if one.dims and one.dims[-1] != "bound" else ""
+    if one.ndim > 2:
+        raise ValueError(f"an output must be a function of one variable; got dims {one.dims}")
+    if not last:
+        return np.zeros(1), one.values[..., None], "", output
+    x = one[last]
+    unit = x.attrs.get("units", "")
+    y_unit = str(one["unit"].values) if "unit" in one.coords else ""
+    return (
+        x.values,
+        one.values,
+        f"{last} [{unit}]" if unit else last,
+        f"{output} [{y_unit}]" if y_unit else output,
+    )
+
+
+def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
+    """Draw interval mean and interval error bar of one output, side by side, for each result."""
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
+        for k, (label, bands) in enumerate(results.items()):
+            x, values, x_label, y_label = series(bands[variable], output)
+            style = STYLES[k % len(STYLES)]
+            if len(results) == 1:
+                axes.fill_between(x, values[0], values[1], color="#1f78b4", alpha=0.3, linewidth=0)
+            axes.plot(x, values[0], label=f"{label}, LB and UB", **style)
+            axes.plot(x, values[1], **style)
+        axes.set(title=TITLES[variable], xlabel=x_label, ylabel=y_label)
+        axes.margins(x=0)
+        axes.legend(fontsize=8, loc="best")
+    return figure
+
+
+def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
+    """Draw one response, an output below the other."""
+    figure = Figure(figsize=(8, 2.6 * len(outputs)), layout="constrained")
+    grid = figure.subplots(len(outputs), 1, squeeze=False, sharex=True)
+    for axes, output in zip(grid[:, 0], outputs, strict=True):
+        x, values, x_label, y_label = series(response, output)
+        axes.plot(x, values, **STYLES[0])
+        axes.set(ylabel=y_label)
+        axes.margins(x=0)
+    grid[-1, 0].set(xlabel=x_label)
+    grid[0, 0].set(title="Deterministic response")
+    return figure
+
+
+def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
+    """Draw the variance error of random fields over position, Eq. (31)."""
+    figure = Figure(figsize=(6, 4), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, field) in enumerate(fields.items()):
+        start, end = field.domain or (0.0, 0.0)
+        x = np.linspace(start, end, 501)
+        error = field.variance_error(x)
+        label = f"{name}, terms: {field.dimension}, largest: {error.max():.4f}"
+        axes.plot(x, error, label=label, **STYLES[k % len(STYLES)])
+    axes.set(title="Variance error of the random fields", xlabel="position [m]")
+    axes.set(ylabel="variance error / variance")
+    axes.margins(x=0)
+    axes.legend(fontsize=8)
+    return figure
+
+
+def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
+    """Draw relative errors of one output against runs, one line a kind of method."""
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    kinds = list(dict.fromkeys(type(r.method).__name__ for r in results))
+    for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
+        for k, kind in enumerate(kinds):
+            own = [r for r in results if type(r.method).__name__ == kind and r.errors]
+            errors = [r.errors[variable] for r in own if r.errors]
+            values = [100 * float(e.sel(output=output) if output else e) for e in errors]
+            axes.loglog([r.runs for r in own], values, marker="o", label=kind, **STYLES[k + 1])
+        axes.set(title=f"{TITLES[variable]} of {output}", xlabel="runs")
+        axes.set(ylabel="relative error [%]")
+        axes.grid(which="both", alpha=0.3)
+        axes.legend(fontsize=8)
+    return figure

@@ -1,0 +1,55 @@
+"""A page with a table and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; margin: 1rem 0; }
+th, td { border-bottom: 1px solid #ccc; padding: 0.25rem 0.8rem; text-align: right; }
+th:first-child, td:first-child { text-align: left; }
+img { max-width: 100%; }
+"""
+
+
+def write_report(
+    folder: Path,
+    title: str,
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    figures: Mapping[str, tuple[str, Figure]],
+) -> Path:
+    """Write ``report.html`` and a PNG for every figure; return the page's path.
+
+    Parameters
+    ----------
+    header, rows : the table.
+    figures : file name without suffix -> (caption, figure).
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = [f"<h1>{escape(title)}</h1>", _table(header, rows)]
+    for name, (caption, figure) in figures.items():
+        figure.savefig(folder / f"{name}.png", dpi=120)
+        text = escape(caption)
+        parts.append(f'<figure><img src="{name}.png" alt="{text}"><figcaption>{text}</figcaption>')
+        parts.append("</figure>")
+    page = folder / "report.html"
+    page.write_text(
+        '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">\n'
+        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n" + "\n".join(parts) + "\n</html>\n",
+        encoding="utf-8",
+    )
+    return page
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in header)
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    return f"<table>\n<tr>{head}</tr>\n{body}\n</table>"

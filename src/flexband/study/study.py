@@ -1,0 +1,57 @@
+"""A study: a response, its uncertain inputs, and a method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from flexband.uncertainty.inputs import Input, RandomField
+from flexband.uncertainty.methods import Method
+from flexband.uncertainty.propagate import propagate
+from flexband.uncertainty.space import Response, Space, evaluate, locate_fields
+
+BATCH = 512
+"""Runs between two reports of progress."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """What `flexband run` looks for in a file, under the name ``study``.
+
+    Parameters
+    ----------
+    response, inputs, method : as in `propagate`.
+    """
+
+    response: Response
+    inputs: Mapping[str, Input]
+    method: Method
+
+    def run(self, *, progress: Callable[[int, int], object] | None = None) -> xr.Dataset:
+        """Return the bands; errors are those of `propagate`."""
+        return propagate(self.response, self.inputs, self.method, batch=BATCH, progress=progress)
+
+    def using(self, method: Method) -> Study:
+        """Return the same study by another method."""
+        return replace(self, method=method)
+
+    def located(self) -> Study:
+        """Return the same study with the domain of every random field known."""
+        return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
+
+    def nominal(self) -> xr.DataArray:
+        """Return the response where every input is at its mean or midpoint: ξ = 0, η = 0."""
+        space = Space(self.located().inputs)
+        xi, eta = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
+        return evaluate(self.response, space, xi, eta, 1, lambda runs: None).isel(sample=0)
+
+    def runs(self) -> int:
+        """Return how many runs the method takes."""
+        return self.method.runs(Space(self.located().inputs))
+
+    def fields(self) -> dict[str, RandomField]:
+        """Return the random fields among the inputs, their domains known."""
+        return {k: i for k, i in self.located().inputs.items() if isinstance(i, RandomField)}

@@ -1,0 +1,185 @@
+"""Uncertain inputs: what is known of a parameter.
+
+Every input is a function of standard variables: ξ ~ N(0, 1) of random inputs, η ∈ [−1, 1] of
+interval inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from flexband.errors import InputError, finite, positive, whole
+from flexband.uncertainty.correlation import squared_exponential
+from flexband.uncertainty.fields import Correlation, Eole
+
+FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
+
+
+class Input(Protocol):
+    """What a method asks of an input."""
+
+    @property
+    def random(self) -> bool:
+        """Whether the standard variables are ξ rather than η."""
+        ...
+
+    @property
+    def dimension(self) -> int:
+        """Number of standard variables."""
+        ...
+
+    def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
+        """Return the input for standard variables of shape (n, dimension): shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number known only to lie between two bounds.
+
+    Raises
+    ------
+    InputError
+        Where a bound is not finite or the lower is above the upper.
+    """
+
+    lower: float
+    upper: float
+
+    random = False
+    dimension = 1
+
+    def __post_init__(self) -> None:
+        lower, upper = (
+            finite("Interval lower", self.lower),
+            finite("Interval upper", self.upper),
+        )
+        if lower > upper:
+            raise InputError(f"Interval lower {lower:g} must not be above upper {upper:g}")
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""
+        eta = standard[:, 0]
+        return 0.5 * ((1 - eta) * self.lower + (1 + eta) * self.upper)
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A normally distributed number.
+
+    Raises
+    ------
+    InputError
+        Where a number is not finite or the standard deviation is not positive.
+    """
+
+    mean: float
+    std: float
+
+    random = True
+    dimension = 1
+
+    def __post_init__(self) -> None:
+        finite("Normal mean", self.mean)
+        positive("Normal std", self.std)
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return mean + std ξ."""
+        return self.mean + self.std * standard[:, 0]
+
+
+@dataclass(frozen=True)
+class RandomField:
+    """A homogeneous Gaussian random field along a line, discretized by EOLE.
+
+    Parameters
+    ----------
+    mean, std : mean and standard deviation at every position.
+    correlation_length : a of Eq. (30) [m].
+    domain : positions (start, end) [m] on which the field is used. Where None, `propagate` finds
+        it by one more run at nominal values, in which it notes the positions asked for.
+    terms : number of terms, each with one standard variable; where None, as few as `tolerance`
+        allows.
+    tolerance : largest variance error, as a part of the variance.
+    correlation : function of distance over correlation length.
+    nodes : number of equidistant EOLE nodes on the domain; where None, eight a correlation length
+        and at least 21.
+
+    Raises
+    ------
+    InputError
+        Where a number is out of its range or the expansion is not possible.
+    """
+
+    mean: float
+    std: float
+    correlation_length: float
+    domain: tuple[float, float] | None = None
+    terms: int | None = None
+    tolerance: float = 0.05
+    correlation: Correlation = field(default=squared_exponential)
+    nodes: int | None = None
+
+    random = True
+
+    def __post_init__(self) -> None:
+        finite("RandomField mean", self.mean)
+        positive("RandomField std", self.std)
+        positive("RandomField correlation_length [m]", self.correlation_length)
+        positive("RandomField tolerance", self.tolerance)
+        if self.terms is not None:
+            whole("RandomField terms", self.terms, 1)
+        if self.nodes is not None:
+            whole("RandomField nodes", self.nodes, 2)
+        if self.domain is not None:
+            start, end = finite("RandomField domain [m]", self.domain)
+            if start >= end:
+                raise InputError(f"RandomField domain must run upwards; got {self.domain}")
+
+    def on(self, domain: tuple[float, float]) -> RandomField:
+        """Return the same field on a domain [m]."""
+        return replace(self, domain=domain)
+
+    @cached_property
+    def expansion(self) -> Eole:
+        """The EOLE expansion of the standardized field.
+
+        Raises
+        ------
+        InputError
+            Where the field has no domain.
+        """
+        if self.domain is None:
+            raise InputError("RandomField domain must be given here; got None")
+        start, end = self.domain
+        count = self.nodes or max(21, int(np.ceil(8 * (end - start) / self.correlation_length)) + 1)
+        points = np.linspace(start, end, count)
+        return Eole.on(
+            points, self.correlation, self.correlation_length, self.terms, self.tolerance
+        )
+
+    @property
+    def dimension(self) -> int:
+        """Number of standard variables, one a term."""
+        return self.expansion.terms
+
+    def variance_error(self, x: np.ndarray) -> np.ndarray:
+        """Return the variance the expansion lacks at positions x [m], Eq. (31), over σ²."""
+        return self.expansion.variance_error(x)
+
+    def value(self, standard: np.ndarray) -> FunctionOfPosition:
+        """Return the samples as a function of position, Eq. (29).
+
+        It takes positions of shape (points,) or (n, points) and returns shape (n, points).
+        """
+
+        def samples(x: np.ndarray) -> np.ndarray:
+            basis = self.expansion.basis(np.atleast_2d(x))
+            return self.mean + self.std * np.einsum("nt,tnp->np", standard, basis)
+
+        return samples

@@ -1,0 +1,160 @@
+"""Methods of hybrid propagation: where to run the response and how to make bands of the values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import whole
+from flexband.uncertainty.bands import SIGMAS, bands
+from flexband.uncertainty.bounds import Extremes, extremes
+from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
+from flexband.uncertainty.sampling import latin_hypercube_normals, random_normals, scan
+from flexband.uncertainty.space import Space
+
+Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
+"""The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""
+
+
+class Method(Protocol):
+    """What `propagate` asks of a method."""
+
+    def runs(self, space: Space) -> int:
+        """Return how many runs it takes."""
+        ...
+
+    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+        """Run the response where the method wants it and return the bands."""
+        ...
+
+
+@dataclass(frozen=True)
+class PCCI:
+    """Polynomial-Chaos–Chebyshev-Interval method, Eqs. (11)–(18).
+
+    Parameters
+    ----------
+    random_order, interval_order : k and q, orders of the expansion in every random and interval
+        variable; it takes (k+1)ⁿ (q+1)ᵐ runs.
+
+    Raises
+    ------
+    InputError
+        Where an order is not a whole number, 0 or more.
+    """
+
+    random_order: int
+    interval_order: int
+
+    def __post_init__(self) -> None:
+        whole("random_order", self.random_order, 0)
+        whole("interval_order", self.interval_order, 0)
+
+    def interval_nodes(self) -> np.ndarray:
+        """Return the points of an interval variable, Eq. (14)."""
+        return chebyshev_zeros(self.interval_order)
+
+    def runs(self, space: Space) -> int:
+        """Return (k+1)ⁿ (q+1)ᵐ."""
+        n, m = space.random_dimension, space.interval_dimension
+        return (self.random_order + 1) ** n * (self.interval_order + 1) ** m
+
+    def expand(self, space: Space, evaluate: Evaluate) -> tuple[HybridExpansion, xr.DataArray]:
+        """Return the surrogate and the runs it is made of."""
+        n, m = space.random_dimension, space.interval_dimension
+        nodes = self.interval_nodes()
+        values = evaluate(*HybridExpansion.design(self.random_order, nodes, n, m))
+        flat = values.values.reshape(len(values), -1)
+        return HybridExpansion.fit(flat, self.random_order, nodes, n, m), values
+
+    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+        """Return the bands, and `truncation`: an indicator of the expansion's own error."""
+        expansion, values = self.expand(space, evaluate)
+        result = bands(space, values, extremes(expansion, SIGMAS))
+        indicator = expansion.truncation().reshape(values.shape[1:])
+        return result.assign(truncation=(values.dims[1:], indicator))
+
+
+@dataclass(frozen=True)
+class ImprovedPCCI(PCCI):
+    """Improved PCCI: the points of interval variables reach their bounds, Eqs. (19)–(21).
+
+    Parameters and runs are those of `PCCI`.
+    """
+
+    def interval_nodes(self) -> np.ndarray:
+        """Return the points of an interval variable, Eq. (19)."""
+        return scaled_chebyshev_zeros(self.interval_order)
+
+
+@dataclass(frozen=True)
+class _Scanning:
+    samples: int
+    points: int
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        whole("samples", self.samples, 2)
+        whole("points", self.points, 2)
+        whole("seed", self.seed, 0)
+
+    def normals(self, dimension: int) -> np.ndarray:
+        raise NotImplementedError
+
+    def runs(self, space: Space) -> int:
+        """Return N pᵐ, with N = 1 where no input is random."""
+        samples = self.samples if space.random_dimension else 1
+        return samples * self.points**space.interval_dimension
+
+    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+        """Return the bands of Eqs. (8)–(10)."""
+        xi = self.normals(space.random_dimension)
+        eta = scan(self.points, space.interval_dimension)
+        values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
+        flat = values.values.reshape(len(eta), len(xi), -1)
+        mean = flat.mean(axis=1)
+        std = np.stack([v.std(axis=0, ddof=1) for v in flat]) if len(xi) > 1 else np.zeros(1)
+        found = []
+        for c in SIGMAS:
+            scanned = mean + c * std
+            best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
+            found.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
+        return bands(space, values, found)
+
+
+@dataclass(frozen=True)
+class LHSScanning(_Scanning):
+    """The reference: Latin hypercube samples of ξ at every point of a scan of η, Eqs. (6)–(10).
+
+    Parameters
+    ----------
+    samples : N, Latin hypercube samples.
+    points : p, points of the scan along each interval variable, ends included.
+    seed : of the random numbers.
+
+    Raises
+    ------
+    InputError
+        Where samples or points are below 2 or the seed is negative.
+    """
+
+    def normals(self, dimension: int) -> np.ndarray:
+        """Return the samples of ξ, shape (samples, dimension)."""
+        return latin_hypercube_normals(self.samples, dimension, self.seed)
+
+
+@dataclass(frozen=True)
+class MonteCarlo(_Scanning):
+    """Independent random samples of ξ at every point of a scan of η; parameters of `LHSScanning`.
+
+    The error of its mean falls like 1/√samples; `LHSScanning` does better at the same cost.
+    """
+
+    def normals(self, dimension: int) -> np.ndarray:
+        """Return the samples of ξ, shape (samples, dimension)."""
+        return random_normals(self.samples, dimension, self.seed)

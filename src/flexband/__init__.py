@@ -1,4 +1,4 @@
-"""flexband: how uncertain is the motion of my machine?
+"""How uncertain is the motion of my machine.
 
 Rigid–flexible mechanisms in the absolute nodal coordinate formulation, tolerances as intervals,
 scattered material as random fields, and the hybrid expansions that propagate both at once.
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.simulate import simulate
     from flexband.study.study import Study
     from flexband.uncertainty.correlation import exponential, squared_exponential
-    from flexband.uncertainty.inputs import Interval, Normal, RandomField
+    from flexband.uncertainty.inputs import Interval, Normal, RandomField, Uniform
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
     from flexband.uncertainty.propagate import propagate
 
@@ -42,14 +42,15 @@ _MODULES = {
     "mechanics.simulate": ["simulate"],
     "study.study": ["Study"],
     "uncertainty.correlation": ["exponential", "squared_exponential"],
-    "uncertainty.inputs": ["Interval", "Normal", "RandomField"],
+    "uncertainty.inputs": ["Interval", "Normal", "RandomField", "Uniform"],
     "uncertainty.methods": ["PCCI", "ImprovedPCCI", "LHSScanning", "MonteCarlo"],
     "uncertainty.propagate": ["propagate"],
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 __version__ = version("flexband")
-__all__ = [  # noqa: PLE0604, names are found when first used, so that importing is fast
+__all__ = [
+    "PCCI",
     "AssemblyError",
     "Beam",
     "FullIntegration",
@@ -62,7 +63,6 @@ __all__ = [  # noqa: PLE0604, names are found when first used, so that importing
     "Mechanism",
     "MonteCarlo",
     "Normal",
-    "PCCI",
     "Position",
     "PrescribedRotation",
     "Prismatic",
@@ -74,6 +74,7 @@ __all__ = [  # noqa: PLE0604, names are found when first used, so that importing
     "SimulationError",
     "Spring",
     "Study",
+    "Uniform",
     "dynamic_response",
     "exponential",
     "propagate",

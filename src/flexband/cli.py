@@ -10,11 +10,19 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 import xarray as xr
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.progress import TimeRemainingColumn
+from rich.markup import escape
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 import flexband as fb
@@ -64,19 +72,21 @@ def run(
     with _reported_errors():
         study = load_study(file)
         if method is not None:
-            study = study.using(_method(method, random_order, interval_order, samples, points, seed))
+            study = study.using(
+                _method(method, random_order, interval_order, samples, points, seed)
+            )
         with _progress() as bar:
-            bands = study.run(progress=_task(bar, _name(study.method)))
+            bands = study.run(progress=_task(bar, study.method.label))
         write_netcdf(bands, output / "bands.nc")
         header, rows = _summary(bands)
         figures = {
             f"bands_{name}": (
                 f"Interval mean and interval error bar of {name}",
-                bands_figure({_name(study.method): bands}, name),
+                bands_figure({study.method.label: bands}, name),
             )
             for name in outputs_of(bands)
         }
-        title = f"{file.stem}: {_name(study.method)}, {bands.attrs['runs']} runs"
+        title = f"{file.stem}: {study.method.label}, {bands.attrs['runs']} runs"
         page = write_report(output, title, header, rows, figures)
         _print_table(title, header, rows)
         console.print(f"Report: {page}\nData:   {output / 'bands.nc'}")
@@ -104,7 +114,7 @@ def compare_methods(
                 study,
                 fb.LHSScanning(samples, points, seed),
                 methods,
-                progress=lambda method: _task(bar, _name(method)),
+                progress=lambda method: _task(bar, method.label),
             )
         names = outputs_of(nominal)
         figures = {}
@@ -124,16 +134,16 @@ def compare_methods(
                 ]
                 figures[f"bands_{name}_{k}_{q}"] = (
                     f"Interval mean and interval error bar of {name}, k = {k}, q = {q}",
-                    bands_figure({_name(r.method): r.bands for r in chosen}, name),
+                    bands_figure({r.method.label: r.bands for r in chosen}, name),
                 )
             figures[f"errors_{name}"] = (
                 f"Relative errors of {name} against runs",
                 errors_figure(results, name),
             )
         for result in results:
-            write_netcdf(result.bands, output / f"{_slug(_name(result.method))}.nc")
+            write_netcdf(result.bands, output / f"{_slug(result.method.label)}.nc")
         header, rows = _error_table(results, names)
-        title = f"{file.stem}: methods against {_name(results[0].method)}"
+        title = f"{file.stem}: relative errors [%] against {results[0].method.label}"
         page = write_report(output, title, header, rows, figures)
         for name, field in study.fields().items():
             largest = float(field.variance_error(_points(field)).max())
@@ -170,9 +180,7 @@ def write_netcdf(bands: xr.Dataset, file: Path) -> None:
     partial.replace(file)
 
 
-def _method(
-    name: MethodName, k: int, q: int, samples: int, points: int, seed: int
-) -> Method:
+def _method(name: MethodName, k: int, q: int, samples: int, points: int, seed: int) -> Method:
     return {
         MethodName.IMPROVED_PCCI: lambda: fb.ImprovedPCCI(k, q),
         MethodName.PCCI: lambda: fb.PCCI(k, q),
@@ -189,21 +197,11 @@ def _orders(text: str) -> list[tuple[int, int]]:
         raise fb.InputError(f"orders must be like '1,1 2,2'; got {text!r}") from None
 
 
-def _name(method: Method) -> str:
-    names = {"ImprovedPCCI": "improved PCCI", "LHSScanning": "LHS–Scanning", "MonteCarlo": "Monte Carlo"}
-    kind = type(method).__name__
-    if isinstance(method, fb.PCCI):
-        return f"{names.get(kind, kind)} ({method.random_order}, {method.interval_order})"
-    return names.get(kind, kind)
-
-
 def _slug(name: str) -> str:
     return "_".join("".join(c if c.isalnum() else " " for c in name.lower()).split())
 
 
-def _points(field: fb.RandomField):
-    import numpy as np
-
+def _points(field: fb.RandomField) -> np.ndarray:
     start, end = field.domain or (0.0, 0.0)
     return np.linspace(start, end, 501)
 
@@ -219,26 +217,24 @@ def _summary(bands: xr.Dataset) -> tuple[list[str], list[list[str]]]:
         width = (bar.sel(bound="upper") - bar.sel(bound="lower")).squeeze()
         at = ""
         if "time" in width.dims:
-            at = f"t = {float(width['time'][int(width.argmax())]):.4g} s"
+            at = f"t = {float(width['time'].values[int(width.values.argmax())]):.4g} s"
         unit = str(one["unit"].values) if "unit" in one.coords else ""
         numbers = [mean.min(), mean.max(), bar.min(), bar.max(), width.max()]
         rows.append([name, unit, *(f"{float(x):.5g}" for x in numbers), at])
     return header, rows
 
 
-def _error_table(
-    results: list[Comparison], names: list[str]
-) -> tuple[list[str], list[list[str]]]:
+def _error_table(results: list[Comparison], names: list[str]) -> tuple[list[str], list[list[str]]]:
     """Return a table of runs, wall time and relative errors in per cent."""
     header = ["method", "runs", "time [s]"]
-    header += [f"{name} {kind} [%]" for kind in ("mean", "error bar") for name in names]
+    header += [f"{name} {kind}" for kind in ("mean", "error bar") for name in names]
     rows = []
     for result in results:
-        row = [_name(result.method), str(result.runs), f"{result.seconds:.2f}"]
+        row = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
         for variable in ("mean", "error_bar"):
             for name in names:
                 if result.errors is None:
-                    row.append("reference")
+                    row.append("–")
                 else:
                     error = result.errors[variable]
                     value = float(error.sel(output=name) if name else error)
@@ -248,11 +244,11 @@ def _error_table(
 
 
 def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:
-    table = Table(title=title)
+    table = Table(title=escape(title))
     for k, cell in enumerate(header):
-        table.add_column(cell, justify="left" if k == 0 else "right")
+        table.add_column(escape(cell), justify="left" if k == 0 else "right", no_wrap=k == 0)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console.print(table)
 
 

@@ -14,13 +14,15 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import njit, types
 from numba.core.cgutils import get_or_insert_function
 from numba.core.imputils import lower_builtin, lower_cast
-from numba.core.typeconv import Conversion
+from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, overload, register_model
 
@@ -30,6 +32,26 @@ WIDTH = 8
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.IntType(WIDTH)
 _FLAGS = ("contract", "arcp")  # fused multiply-add; NaN and infinity keep their meaning
+
+
+# No interpreter lock, division as the processor does it, and no memory management: arrays come
+# from outside, so that calls cost nothing and compiling takes two thirds of the time.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+
+
+def compiled(function: Callable) -> Any:
+    """Compile a part of the engine."""
+    return njit(**_OPTIONS)(function)
+
+
+def cached(function: Callable) -> Any:
+    """Compile an entry of the engine and keep the result on disk."""
+    return njit(**_OPTIONS, cache=True)(function)
+
+
+def instruction(function: Callable) -> Any:
+    """Make a function of Numba's code generator callable from compiled code."""
+    return intrinsic(function)
 
 
 class LaneType(types.Type):
@@ -76,15 +98,16 @@ class _Arithmetic(AbstractTemplate):
         return None
 
 
-def _lower_arithmetic(function, instruction):
+def _lower_arithmetic(function, name):
     def lowered(context, builder, sig, args):
-        return getattr(builder, instruction)(*args, flags=_FLAGS)
+        return getattr(builder, name)(*args, flags=_FLAGS)
 
-    infer_global(function)(type(f"_{instruction}", (_Arithmetic,), {}))
+    template = type(f"_{name}", (_Arithmetic,), {})
+    infer_global(function)(template)  # pyright: ignore[reportOptionalCall]
     lower_builtin(function, *([lane] * (1 if function is operator.neg else 2)))(lowered)
 
 
-for _function, _instruction in (
+for _function, _name in (
     (operator.add, "fadd"),
     (operator.sub, "fsub"),
     (operator.mul, "fmul"),
@@ -95,7 +118,7 @@ for _function, _instruction in (
     (operator.itruediv, "fdiv"),
     (operator.neg, "fneg"),
 ):
-    _lower_arithmetic(_function, _instruction)
+    _lower_arithmetic(_function, _name)
 
 
 # --- memory ---------------------------------------------------------------------------------
@@ -108,7 +131,7 @@ def _row_pointer(context, builder, array_type, array, row):
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
 
 
-@intrinsic
+@instruction
 def load(typingctx, array, row):
     """Return row `row` of an array of shape (rows, WIDTH) as a lane."""
 
@@ -118,7 +141,7 @@ def load(typingctx, array, row):
     return lane(array, types.intp), code
 
 
-@intrinsic
+@instruction
 def store(typingctx, array, row, value):
     """Write a lane to row `row` of an array of shape (rows, WIDTH)."""
 
@@ -133,7 +156,7 @@ def store(typingctx, array, row, value):
 # --- masks and functions --------------------------------------------------------------------
 
 
-@intrinsic
+@instruction
 def less(typingctx, a, b):
     """Return the mask of ``a < b``; false where either is NaN."""
 
@@ -143,7 +166,7 @@ def less(typingctx, a, b):
     return lane(lane, lane), code
 
 
-@intrinsic
+@instruction
 def where(typingctx, mask, a, b):
     """Return `a` where the mask is true and `b` elsewhere, whatever the other one holds."""
 
@@ -154,7 +177,7 @@ def where(typingctx, mask, a, b):
     return lane(lane, lane, lane), code
 
 
-@intrinsic
+@instruction
 def any_true(typingctx, mask):
     """Return whether the mask is true anywhere."""
 
@@ -165,7 +188,7 @@ def any_true(typingctx, mask):
     return types.boolean(lane), code
 
 
-@intrinsic
+@instruction
 def filled(typingctx, value):
     """Return a lane with one float in every place."""
 
@@ -182,7 +205,7 @@ def _call(builder, name, args):
     return builder.call(function, args)
 
 
-@intrinsic
+@instruction
 def _sqrt(typingctx, a):
     def code(context, builder, sig, args):
         return _call(builder, "sqrt", args)
@@ -190,7 +213,7 @@ def _sqrt(typingctx, a):
     return lane(lane), code
 
 
-@intrinsic
+@instruction
 def magnitude(typingctx, a):
     """Return the absolute value."""
 
@@ -207,12 +230,16 @@ def sqrt(a):
 
 @overload(sqrt)
 def _overload_sqrt(a):
-    if isinstance(a, LaneType):
-        return lambda a: _sqrt(a)
-    return lambda a: math.sqrt(a)
+    def of_lane(a):
+        return _sqrt(a)
+
+    def of_float(a):
+        return math.sqrt(a)
+
+    return of_lane if isinstance(a, LaneType) else of_float
 
 
-@intrinsic
+@instruction
 def maximum(typingctx, a, b):
     """Return the larger of two lanes, and NaN where either is NaN."""
 

@@ -229,11 +229,11 @@ def _spring_entries(mechanism: Mechanism, spring: Spring) -> list[dict[int, np.n
 
 def _constant_forces(mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarray]) -> list:
     """Return ∫ρ Sᵀ g dV = M g, g being the field in the nodes' positions."""
-    field = [0.0] * 6
-    for load in mechanism.loads.values():
-        if isinstance(load, Gravity):
-            field[0], field[1] = field[0] + np.asarray(load.x), field[1] + np.asarray(load.y)
-    forces: list[ArrayLike] = [0.0] * (mechanism.coordinates + 1)
+    fields = [g for g in mechanism.loads.values() if isinstance(g, Gravity)]
+    x = sum((np.asarray(g.x, dtype=float) for g in fields), np.zeros(()))
+    y = sum((np.asarray(g.y, dtype=float) for g in fields), np.zeros(()))
+    field = [x, y, *[np.zeros(())] * 4]
+    forces = [np.zeros(())] * (mechanism.coordinates + 1)
     for (i, j), value in mass.items():
         forces[i] = forces[i] + value * field[(j - 1) % 6]
         if i != j:

@@ -96,12 +96,12 @@ class Beam:
 
     def coordinates(self) -> list[np.ndarray]:
         """Return the coordinates of the straight beam, node by node, each of shape () or (n,)."""
-        turn = np.asarray(self.angle, dtype=float)
+        turn, x0, y0 = (np.asarray(v, dtype=float) for v in (self.angle, *self.start))
         c, s = np.cos(turn), np.sin(turn)
         nodes = []
         for node in range(self.nodes):
             x = np.asarray(self.length, dtype=float) * (node / self.elements)
-            nodes += [self.start[0] + x * c, self.start[1] + x * s, c, s, -s, c]
+            nodes += [x0 + x * c, y0 + x * s, c, s, -s, c]
         return nodes
 
     def frame(self, point: str, first: int) -> Frame:

@@ -154,5 +154,3 @@ class RigidBody:
         node = Frame.of_node(first)
         one = Form.constant(1.0)
         return [dot(node.x, node.x) - one, dot(node.y, node.y) - one, dot(node.x, node.y)]
-
-

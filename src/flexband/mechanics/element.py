@@ -12,9 +12,7 @@ and the energy of the section is the quadratic form of `SectionStiffness` in the
 
 from __future__ import annotations
 
-from numba import njit
-
-compiled = njit(nogil=True, error_model="numpy", inline="never")
+from flexband.lanes import compiled
 
 
 @compiled

@@ -1,8 +1,9 @@
 """The equations of motion, Eq. (26), on lanes: residual and tangent, assembled from the parts.
 
-With z = [1, q, λ] the constraints enter through the potential Σ c f(t) z_k z_i z_j, where z_k is the
-multiplier of the row: its derivative by z_k is the constraint Φ_k, by z_i and z_j the constraint
-force Φ_qᵀλ, and its second derivatives are Φ_q and Σ λ Φ_qq. One loop serves every joint.
+With z = [1, q, λ] the constraints enter through the potential Σ c f(t) z_k z_i z_j, where z_k is
+the multiplier of the row: its derivative by z_k is the constraint Φ_k, by z_i and z_j the
+constraint force Φ_qᵀλ, and its second derivatives are Φ_q and Σ λ Φ_qq. One loop serves every
+joint.
 
 State `z` also holds velocities and accelerations: z = [1, q, λ | 0, v | 0, a], in rows of lanes.
 """
@@ -12,14 +13,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from flexband.lanes import WIDTH, load, sqrt, store
+from flexband.lanes import WIDTH, compiled, load, sqrt, store
 from flexband.mechanics.beam import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.element import gradient, hessian
 from flexband.mechanics.factorization import Pattern
-
-compiled = njit(nogil=True, error_model="numpy", _nrt=False)
 
 
 class Structure(NamedTuple):

@@ -14,9 +14,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from flexband.lanes import filled, less, load, magnitude, store, where
+from flexband.lanes import compiled, filled, less, load, magnitude, store, where
 
 SINGULAR = 1e-12
 """A multiplier's pivot below this part of what it is the sum of counts as zero."""
@@ -79,7 +78,9 @@ def analyse(
     product_start, product_l, product_v = [0], [], []
     row_of = {i: dict(entries) for i, entries in rows.items()}
     targets = [(i, i) for i in order]
-    targets += [(i, order[k]) for k, c in enumerate(columns) for i in sorted(c, key=place.get)]
+    targets += [
+        (i, order[k]) for k, c in enumerate(columns) for i in sorted(c, key=place.__getitem__)
+    ]
     for i, j in targets:
         row_i, row_j = row_of.get(i, {}), row_of.get(j, {})
         for column in row_j:
@@ -118,9 +119,9 @@ def _minimum_degree(
     heap = [(len(n), i) for i, n in neighbours.items() if i <= coordinates or not waiting[i]]
     heapq.heapify(heap)
     constrained = defaultdict(list)
-    for i in waiting:
+    for i, own in waiting.items():
         if i > coordinates:
-            for j in waiting[i]:
+            for j in own:
                 constrained[j].append(i)
     order, columns, done = [], [], set()
     while heap:
@@ -142,7 +143,7 @@ def _minimum_degree(
     return order, columns
 
 
-@njit(nogil=True, error_model="numpy", _nrt=False)
+@compiled
 def factorize(pattern, matrix, factor, inverse_pivots):
     """Factor `matrix` in place into V = L D, with L in `factor`; arrays of lanes.
 
@@ -174,7 +175,7 @@ def factorize(pattern, matrix, factor, inverse_pivots):
     return singular
 
 
-@njit(nogil=True, error_model="numpy", _nrt=False)
+@compiled
 def solve(pattern, factor, inverse_pivots, x):
     """Replace the right-hand side `x`, rows numbered by unknown, by the solution."""
     for k in range(pattern.size):

@@ -14,15 +14,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from numba import njit
-
 import numpy as np
 
 from flexband.errors import InputError, finite, positive
-from flexband.lanes import any_true, filled, less, load, magnitude, maximum, store, where
+from flexband.lanes import (
+    any_true,
+    cached,
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
 from flexband.mechanics.equations import (
     acceleration_row,
-    compiled,
     residual,
     sense,
     tangent,
@@ -88,7 +96,7 @@ class Coefficients(NamedTuple):
 @compiled
 def predict(structure, method, z, a):
     """Move to the next time with q̈ kept; `a` becomes that of the new time."""
-    h, alpha_m, alpha_f, beta, gamma, _, _ = method
+    h, alpha_m, _, beta, gamma, _, _ = method
     velocity, acceleration = velocity_row(structure), acceleration_row(structure)
     for i in range(1, structure.coordinates + 1):
         old, kept = load(a, i), load(z, acceleration + i)
@@ -152,7 +160,7 @@ def newton(structure, method, tolerance, values, now, work, alive):
     return active, singular
 
 
-@njit(nogil=True, error_model="numpy", _nrt=False, cache=True)
+@cached
 def march(structure, method, tolerance, values, work, outputs, failure):
     """Simulate one block of samples.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.lanes import any_true, filled, less, load, magnitude, maximum, store, where
+from flexband.lanes import any_true, compiled, filled, less, load, magnitude, maximum, store, where
 from flexband.mechanics.equations import (
     acceleration_row,
     add_constraint_tangent,
@@ -20,7 +20,6 @@ from flexband.mechanics.equations import (
     add_mass,
     add_mass_product,
     clear,
-    compiled,
     residual,
     spring_vector,
     tangent,
@@ -134,8 +133,10 @@ def solve_accelerations(structure, values, work):
 
 @compiled
 def start(structure, values, work):
-    """Fill the state z at time zero; return the code of its failure, 0 for none, and the row of Φ
-    to blame."""
+    """Fill the state z at time zero; return the code of its failure and the row of Φ to blame.
+
+    The code is 0 and the row −1 or less where nothing failed.
+    """
     z = work.z
     clear(z)
     for i in range(structure.coordinates + 1):

@@ -1,5 +1,4 @@
-"""How strain energy is integrated over a beam's section: the plain element and the one that
-does not lock.
+"""Integration of strain energy over a beam's section: the plain element, and one without locking.
 
 With p = r₀', w = d' and d, the position gradients are r_x = p + y w and r_y = d, and the
 Green–Lagrange strains of Eq. (22) are

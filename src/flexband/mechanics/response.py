@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,7 +30,7 @@ class DynamicResponse:
     def __signature__(self) -> inspect.Signature:
         return inspect.signature(self.builder)
 
-    def __call__(self, **values: object) -> xr.DataArray:
+    def __call__(self, **values: Any) -> xr.DataArray:
         """Return the sensors' outputs, dims (sample, output, time).
 
         Parameters
@@ -85,7 +86,7 @@ def dynamic_response(
     return DynamicResponse(builder, duration, step, integrator or GeneralizedAlpha(), threads)
 
 
-def _shown(name: str, value: object, sample: int) -> str:
+def _shown(name: str, value: Any, sample: int) -> str:
     """Return "name = value" of one sample; a function of position is shown at position 0."""
     if callable(value):
         at_start = np.atleast_1d(np.asarray(value(np.zeros(1)))).ravel()

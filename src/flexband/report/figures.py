@@ -7,16 +7,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
 STYLES = [
-    {"color": "0.1", "linewidth": 1.0},
-    {"color": "#d95f02", "linewidth": 1.1, "linestyle": "--"},
-    {"color": "#1f78b4", "linewidth": 1.1, "linestyle": "-."},
-    {"color": "#33a02c", "linewidth": 1.1, "linestyle": ":"},
+    {"color": "0.1", "linewidth": 0.9},
+    {"color": "#d95f02", "linewidth": 0.9, "linestyle": "--"},
+    {"color": "#1f78b4", "linewidth": 0.9, "linestyle": "-."},
+    {"color": "#33a02c", "linewidth": 0.9, "linestyle": ":"},
 ]
 
 
@@ -51,17 +52,17 @@ def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str
 
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
-    """Draw interval mean and interval error bar of one output, side by side, for each result."""
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
-    for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
+    """Draw interval mean and interval error bar of one output, one below the other."""
+    figure = Figure(figsize=(10, 7.5), layout="constrained")
+    for axes, variable in zip(figure.subplots(2, 1), TITLES, strict=True):
         for k, (label, bands) in enumerate(results.items()):
             x, values, x_label, y_label = series(bands[variable], output)
+            axes.set(title=TITLES[variable], xlabel=x_label, ylabel=y_label)
             style = STYLES[k % len(STYLES)]
             if len(results) == 1:
                 axes.fill_between(x, values[0], values[1], color="#1f78b4", alpha=0.3, linewidth=0)
             axes.plot(x, values[0], label=f"{label}, LB and UB", **style)
             axes.plot(x, values[1], **style)
-        axes.set(title=TITLES[variable], xlabel=x_label, ylabel=y_label)
         axes.margins(x=0)
         axes.legend(fontsize=8, loc="best")
     return figure
@@ -74,9 +75,9 @@ def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
     for axes, output in zip(grid[:, 0], outputs, strict=True):
         x, values, x_label, y_label = series(response, output)
         axes.plot(x, values, **STYLES[0])
-        axes.set(ylabel=y_label)
+        axes.set(xlabel=x_label, ylabel=y_label)
         axes.margins(x=0)
-    grid[-1, 0].set(xlabel=x_label)
+        axes.label_outer()
     grid[0, 0].set(title="Deterministic response")
     return figure
 
@@ -101,15 +102,22 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
 def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
     """Draw relative errors of one output against runs, one line a kind of method."""
     figure = Figure(figsize=(11, 4.2), layout="constrained")
-    kinds = list(dict.fromkeys(type(r.method).__name__ for r in results))
+    own = [r for r in results if r.errors]
+    runs = sorted({r.runs for r in own})
     for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
-        for k, kind in enumerate(kinds):
-            own = [r for r in results if type(r.method).__name__ == kind and r.errors]
-            errors = [r.errors[variable] for r in own if r.errors]
-            values = [100 * float(e.sel(output=output) if output else e) for e in errors]
-            axes.loglog([r.runs for r in own], values, marker="o", label=kind, **STYLES[k + 1])
+        for k, name in enumerate(dict.fromkeys(r.method.name for r in own)):
+            points = [
+                (r.runs, r.errors[variable]) for r in own if r.errors and r.method.name == name
+            ]
+            values = [100 * float(e.sel(output=output) if output else e) for _, e in points]
+            style = STYLES[(k + 1) % len(STYLES)]
+            axes.loglog([x for x, _ in points], values, marker="o", label=name, **style)
         axes.set(title=f"{TITLES[variable]} of {output}", xlabel="runs")
         axes.set(ylabel="relative error [%]")
-        axes.grid(which="both", alpha=0.3)
+        axes.set_xticks(runs, [str(r) for r in runs])
+        axes.minorticks_off()
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.grid(alpha=0.3)
         axes.legend(fontsize=8)
     return figure

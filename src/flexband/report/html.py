@@ -41,7 +41,9 @@ def write_report(
     page = folder / "report.html"
     page.write_text(
         '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">\n'
-        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n" + "\n".join(parts) + "\n</html>\n",
+        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n"
+        + "\n".join(parts)
+        + "\n</html>\n",
         encoding="utf-8",
     )
     return page

@@ -113,7 +113,11 @@ def _derivatives(
     m, gamma = expansion.interval_dimension, expansion.norms
     unit = np.eye(m, dtype=int)
     pairs = list(combinations_with_replacement(range(m), 2))
-    orders = [tuple(np.zeros(m, int)), *map(tuple, unit), *(tuple(unit[a] + unit[b]) for a, b in pairs)]
+    orders = [
+        tuple(np.zeros(m, int)),
+        *map(tuple, unit),
+        *(tuple(unit[a] + unit[b]) for a, b in pairs),
+    ]
     phi = np.stack([expansion.chebyshev(eta, tuple(o)) for o in orders], axis=-1)
     terms = np.einsum("sid,ijs->sjd", phi, expansion.coefficients, optimize=True)
 

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from scipy.special import ndtr
 
 from flexband.errors import InputError, finite, positive, whole
 from flexband.uncertainty.correlation import squared_exponential
@@ -91,6 +92,32 @@ class Normal:
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return mean + std ξ."""
         return self.mean + self.std * standard[:, 0]
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A number distributed evenly between two bounds, as a function of a normal variable.
+
+    Raises
+    ------
+    InputError
+        Where a bound is not finite or the lower is not below the upper.
+    """
+
+    lower: float
+    upper: float
+
+    random = True
+    dimension = 1
+
+    def __post_init__(self) -> None:
+        lower, upper = finite("Uniform lower", self.lower), finite("Uniform upper", self.upper)
+        if lower >= upper:
+            raise InputError(f"Uniform lower {lower:g} must be below upper {upper:g}")
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return lower + (upper − lower) P(ξ), P being the normal distribution function."""
+        return self.lower + (self.upper - self.lower) * ndtr(standard[:, 0])
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,16 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 class Method(Protocol):
     """What `propagate` asks of a method."""
 
+    @property
+    def name(self) -> str:
+        """What the method is called."""
+        ...
+
+    @property
+    def label(self) -> str:
+        """Name and orders, for tables and figures."""
+        ...
+
     def runs(self, space: Space) -> int:
         """Return how many runs it takes."""
         ...
@@ -50,6 +60,13 @@ class PCCI:
 
     random_order: int
     interval_order: int
+
+    name = "PCCI"
+
+    @property
+    def label(self) -> str:
+        """Name and orders (k, q)."""
+        return f"{self.name} ({self.random_order}, {self.interval_order})"
 
     def __post_init__(self) -> None:
         whole("random_order", self.random_order, 0)
@@ -87,6 +104,8 @@ class ImprovedPCCI(PCCI):
     Parameters and runs are those of `PCCI`.
     """
 
+    name = "improved PCCI"
+
     def interval_nodes(self) -> np.ndarray:
         """Return the points of an interval variable, Eq. (19)."""
         return scaled_chebyshev_zeros(self.interval_order)
@@ -97,6 +116,13 @@ class _Scanning:
     samples: int
     points: int
     seed: int = 0
+
+    name = ""
+
+    @property
+    def label(self) -> str:
+        """The name alone."""
+        return self.name
 
     def __post_init__(self) -> None:
         whole("samples", self.samples, 2)
@@ -143,6 +169,8 @@ class LHSScanning(_Scanning):
         Where samples or points are below 2 or the seed is negative.
     """
 
+    name = "LHS–Scanning"
+
     def normals(self, dimension: int) -> np.ndarray:
         """Return the samples of ξ, shape (samples, dimension)."""
         return latin_hypercube_normals(self.samples, dimension, self.seed)
@@ -154,6 +182,8 @@ class MonteCarlo(_Scanning):
 
     The error of its mean falls like 1/√samples; `LHSScanning` does better at the same cost.
     """
+
+    name = "Monte Carlo"
 
     def normals(self, dimension: int) -> np.ndarray:
         """Return the samples of ξ, shape (samples, dimension)."""

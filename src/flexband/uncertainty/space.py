@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,7 +13,7 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.inputs import FunctionOfPosition, Input, Interval, RandomField
 
-Response = Callable[..., object]
+Response = Callable[..., Any]
 """``response(**values)``: one array of shape (n,) an input, or a function of position for a field;
 returns an array of shape (n, ...)."""
 
@@ -38,9 +39,7 @@ class Space:
         """The interval inputs."""
         return {k: i for k, i in self.inputs.items() if isinstance(i, Interval)}
 
-    def values(
-        self, xi: np.ndarray, eta: np.ndarray
-    ) -> dict[str, np.ndarray | FunctionOfPosition]:
+    def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
         columns = {True: 0, False: 0}
         values = {}
@@ -70,9 +69,7 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
         raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
 
 
-def locate_fields(
-    response: Response, inputs: Mapping[str, Input]
-) -> tuple[dict[str, Input], int]:
+def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict[str, Input], int]:
     """Give fields without a domain the positions that a nominal run asks them for.
 
     Returns the inputs and the number of runs it took, 0 or 1.
@@ -98,8 +95,9 @@ def locate_fields(
 
         return value
 
-    fixed = {name: i.value(np.zeros((1, i.dimension))) for name, i in inputs.items()
-             if name not in loose}
+    fixed = {
+        name: i.value(np.zeros((1, i.dimension))) for name, i in inputs.items() if name not in loose
+    }
     response(**fixed, **{name: nominal(name, one.mean) for name, one in loose.items()})
     located = dict(inputs)
     for name, one in loose.items():
@@ -140,7 +138,7 @@ def evaluate(
     return collected
 
 
-def _labelled(result: object, runs: int, values: dict) -> xr.DataArray:
+def _labelled(result: Any, runs: int, values: dict) -> xr.DataArray:
     """Return a response as a `DataArray` with first dim "sample"."""
     if not isinstance(result, xr.DataArray):
         array = np.asarray(result, dtype=float)

@@ -10,7 +10,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 import xarray as xr
 from rich.console import Console
@@ -34,7 +33,8 @@ from flexband.report.figures import (
     variance_error_figure,
 )
 from flexband.report.html import write_report
-from flexband.study.comparison import Comparison, compare
+from flexband.report.tables import error_table, summary_table
+from flexband.study.comparison import compare
 from flexband.uncertainty.methods import Method
 
 app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)
@@ -78,7 +78,7 @@ def run(
         with _progress() as bar:
             bands = study.run(progress=_task(bar, study.method.label))
         write_netcdf(bands, output / "bands.nc")
-        header, rows = _summary(bands)
+        header, rows = summary_table(bands)
         figures = {
             f"bands_{name}": (
                 f"Interval mean and interval error bar of {name}",
@@ -142,11 +142,11 @@ def compare_methods(
             )
         for result in results:
             write_netcdf(result.bands, output / f"{_slug(result.method.label)}.nc")
-        header, rows = _error_table(results, names)
+        header, rows = error_table(results, names)
         title = f"{file.stem}: relative errors [%] against {results[0].method.label}"
         page = write_report(output, title, header, rows, figures)
         for name, field in study.fields().items():
-            largest = float(field.variance_error(_points(field)).max())
+            largest = field.largest_variance_error()
             console.print(
                 f"{name}: random field, {field.dimension} term(s), "
                 f"largest variance error {largest:.4f}"
@@ -199,48 +199,6 @@ def _orders(text: str) -> list[tuple[int, int]]:
 
 def _slug(name: str) -> str:
     return "_".join("".join(c if c.isalnum() else " " for c in name.lower()).split())
-
-
-def _points(field: fb.RandomField) -> np.ndarray:
-    start, end = field.domain or (0.0, 0.0)
-    return np.linspace(start, end, 501)
-
-
-def _summary(bands: xr.Dataset) -> tuple[list[str], list[list[str]]]:
-    """Return a table of the outputs: extremes over time and widest bands."""
-    header = ["output", "unit", "mean: lowest", "mean: highest", "error bar: lowest"]
-    header += ["error bar: highest", "widest error bar", "at"]
-    rows = []
-    for name in outputs_of(bands):
-        one = bands.sel(output=name) if name else bands
-        mean, bar = one["mean"], one["error_bar"]
-        width = (bar.sel(bound="upper") - bar.sel(bound="lower")).squeeze()
-        at = ""
-        if "time" in width.dims:
-            at = f"t = {float(width['time'].values[int(width.values.argmax())]):.4g} s"
-        unit = str(one["unit"].values) if "unit" in one.coords else ""
-        numbers = [mean.min(), mean.max(), bar.min(), bar.max(), width.max()]
-        rows.append([name, unit, *(f"{float(x):.5g}" for x in numbers), at])
-    return header, rows
-
-
-def _error_table(results: list[Comparison], names: list[str]) -> tuple[list[str], list[list[str]]]:
-    """Return a table of runs, wall time and relative errors in per cent."""
-    header = ["method", "runs", "time [s]"]
-    header += [f"{name} {kind}" for kind in ("mean", "error bar") for name in names]
-    rows = []
-    for result in results:
-        row = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
-        for variable in ("mean", "error_bar"):
-            for name in names:
-                if result.errors is None:
-                    row.append("–")
-                else:
-                    error = result.errors[variable]
-                    value = float(error.sel(output=name) if name else error)
-                    row.append(f"{100 * value:.2f}")
-        rows.append(row)
-    return header, rows
 
 
 def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:

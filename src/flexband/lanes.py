@@ -153,6 +153,12 @@ def store(typingctx, array, row, value):
     return types.void(array, types.intp, lane), code
 
 
+@compiled
+def add_to(array, row, value):
+    """Add a lane to row `row` of an array of shape (rows, WIDTH)."""
+    store(array, row, load(array, row) + value)
+
+
 # --- masks and functions --------------------------------------------------------------------
 
 

@@ -153,7 +153,8 @@ def assemble(mechanism: Mechanism) -> System:
         "sensor": sensor_terms[1],
     }
     stacked = {name: _stack(values) for name, values in rows.items()}
-    samples = _samples(stacked.values())
+    driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
+    samples = _samples([*stacked.values(), *driven])
     stacked["rest_length"] = np.broadcast_to(
         stacked["rest_length"], (len(springs), samples)
     )  # written by each block: what is relaxed at the start is known after assembly

@@ -11,21 +11,20 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.lanes import any_true, compiled, filled, less, load, magnitude, maximum, store, where
+from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.equations import (
     acceleration_row,
     add_constraint_tangent,
     add_constraints,
-    add_elastic_forces,
-    add_elastic_tangent,
     add_mass,
     add_mass_product,
     clear,
     residual,
-    spring_vector,
     tangent,
     velocity_row,
 )
 from flexband.mechanics.factorization import factorize, solve
+from flexband.mechanics.spring_forces import spring_vector
 
 ITERATIONS = 50
 POSITION_TOLERANCE = 1e-12  # of the last correction
@@ -48,11 +47,17 @@ def elastic_matrix(structure, values, s, work):
 
 @compiled
 def assemble(structure, values, s, work):
-    """Move q to where Φ(q, 0) = 0; return the multiplier furthest off where that failed, else 0."""
+    """Move q to where Φ(q, 0) = 0.
+
+    Returns the multiplier furthest off where that failed, else 0, and one whose pivot vanished at
+    the guess, else 0.
+    """
     z, r = work.z, work.r
-    moving = filled(1.0)
-    for _ in range(ITERATIONS):
-        elastic_matrix(structure, values, s, work)
+    moving, singular = filled(1.0), filled(0.0)
+    for iteration in range(ITERATIONS):
+        lost = elastic_matrix(structure, values, s, work)
+        if iteration == 0:
+            singular = lost
         clear(r)
         add_elastic_forces(structure, values, z, r)
         add_constraints(structure, values, np.int64(0), z, r)
@@ -75,7 +80,7 @@ def assemble(structure, values, s, work):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
         worst = where(less(off, largest), worst, filled(float(k)))
         largest = maximum(off, largest)
-    return where(less(largest, filled(CONSTRAINT_TOLERANCE)), filled(0.0), worst)
+    return where(less(largest, filled(CONSTRAINT_TOLERANCE)), filled(0.0), worst), singular
 
 
 @compiled
@@ -142,13 +147,14 @@ def start(structure, values, work):
     for i in range(structure.coordinates + 1):
         store(z, i, load(values.start, i))
     s = load(values.rigidity, 0)
-    failed = assemble(structure, values, s, work)
+    failed, singular = assemble(structure, values, s, work)
     for spring in range(len(structure.spring_start) - 1):
         _, _, length = spring_vector(structure, values, z, spring)
         rest = load(values.rest_length, spring)
         store(values.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
-    singular = project_velocities(structure, values, s, work)
-    singular = maximum(singular, solve_accelerations(structure, values, work))
-    code = where(singular, filled(SINGULAR_START), filled(0.0))
-    code = where(failed, filled(NOT_ASSEMBLED), code)
-    return code, where(failed, failed, singular) - float(structure.coordinates + 1)
+    lost = project_velocities(structure, values, s, work)
+    lost = maximum(lost, solve_accelerations(structure, values, work))
+    singular = where(singular, singular, where(failed, filled(0.0), lost))
+    code = where(failed, filled(NOT_ASSEMBLED), filled(0.0))
+    code = where(singular, filled(SINGULAR_START), code)
+    return code, where(singular, singular, failed) - float(structure.coordinates + 1)

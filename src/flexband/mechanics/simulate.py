@@ -133,7 +133,7 @@ def _compile(system: System, method, tolerance: float, values: Values) -> None:
     """Compile the engine or load it from the cache on disk; say so where it takes long."""
     if march.signatures:
         return
-    with _notice("flexband: compiling the engine (once on this machine, about 10 s) ...", 2.0):
+    with _notice("flexband: compiling the engine (once on this machine, about 15 s) ...", 2.0):
         _march(system, method, tolerance, values, times=1)
 
 
@@ -159,7 +159,8 @@ def _raise_failures(failures: np.ndarray, constraints: list[str], times: np.ndar
         where = constraints[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
             NOT_ASSEMBLED: f"the constraints cannot be met, worst is {where}",
-            SINGULAR_START: f"constraints are redundant or the Jacobian loses rank, at {where}",
+            SINGULAR_START: "constraints contradict each other or are redundant (their Jacobian "
+            f"loses rank), seen at {where}",
             DIVERGED: "Newton's method diverged",
         }.get(code[sample], f"the Jacobian of the constraints loses rank, at {where}")
         found[int(sample)] = (float(times[int(number[sample])]), reason)

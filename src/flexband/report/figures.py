@@ -87,11 +87,11 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()
     for k, (name, field) in enumerate(fields.items()):
-        start, end = field.domain or (0.0, 0.0)
+        start, end = field.expansion.nodes[[0, -1]]
         x = np.linspace(start, end, 501)
-        error = field.variance_error(x)
-        label = f"{name}, terms: {field.dimension}, largest: {error.max():.4f}"
-        axes.plot(x, error, label=label, **STYLES[k % len(STYLES)])
+        largest = field.largest_variance_error()
+        label = f"{name}, terms: {field.dimension}, largest: {largest:.4f}"
+        axes.plot(x, field.variance_error(x), label=label, **STYLES[k % len(STYLES)])
     axes.set(title="Variance error of the random fields", xlabel="position [m]")
     axes.set(ylabel="variance error / variance")
     axes.margins(x=0)

@@ -12,6 +12,7 @@ from flexband.uncertainty.polynomials import (
     chebyshev_values,
     hermite_nodes,
     hermite_norms,
+    hermite_transform,
     hermite_values,
 )
 
@@ -63,7 +64,7 @@ class HybridExpansion:
         inverse factors by dimension: a small matrix for each variable in turn.
         """
         q = len(interval_nodes) - 1
-        to_hermite = np.linalg.inv(hermite_values(random_order, hermite_nodes(random_order)))
+        to_hermite = hermite_transform(random_order)
         to_chebyshev = np.linalg.inv(chebyshev_values(q, interval_nodes))
         beta = values.reshape((q + 1,) * m + (random_order + 1,) * n + (-1,))
         for axis in range(m + n):

@@ -199,6 +199,11 @@ class RandomField:
         """Return the variance the expansion lacks at positions x [m], Eq. (31), over σ²."""
         return self.expansion.variance_error(x)
 
+    def largest_variance_error(self) -> float:
+        """Return the largest variance error on the domain, on 1001 positions."""
+        start, end = self.expansion.nodes[[0, -1]]
+        return float(self.variance_error(np.linspace(start, end, 1001)).max())
+
     def value(self, standard: np.ndarray) -> FunctionOfPosition:
         """Return the samples as a function of position, Eq. (29).
 

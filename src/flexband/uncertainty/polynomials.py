@@ -23,9 +23,21 @@ def hermite_norms(order: int) -> np.ndarray:
     return np.array([float(factorial(j)) for j in range(order + 1)])
 
 
+def hermite_transform(order: int) -> np.ndarray:
+    """Return the matrix from values at `hermite_nodes` to coefficients, by Gauss quadrature.
+
+    It is the inverse of the matrix of `hermite_values` there, since the polynomials are
+    orthogonal on these nodes too.
+    """
+    nodes, weights = hermite_e.hermegauss(order + 1)
+    values = hermite_values(order, nodes)
+    return (values * (weights / weights.sum())[:, None]).T / hermite_norms(order)[:, None]
+
+
 def chebyshev_zeros(order: int) -> np.ndarray:
     """Return the zeros of the Chebyshev polynomial of degree order + 1, Eq. (14)."""
-    return np.cos((2 * np.arange(order + 1) + 1) * np.pi / (2 * (order + 1)))
+    # cos of Eq. (14), written as a sine so that the points are symmetric about 0 to the last bit
+    return np.sin(np.pi * (order - 2 * np.arange(order + 1)) / (2 * (order + 1)))
 
 
 def scaled_chebyshev_zeros(order: int) -> np.ndarray:

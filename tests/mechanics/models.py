@@ -1,0 +1,219 @@
+"""Mechanisms that several tests use, and dense views of what the engine computes on lanes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import flexband as fb
+from flexband.lanes import WIDTH
+from flexband.mechanics.assembly import assemble, pack
+from flexband.mechanics.equations import Work, acceleration_row, residual, tangent, velocity_row
+from flexband.mechanics.factorization import factorize, solve
+from flexband.mechanics.generalized_alpha import march
+
+
+def slider_crank(
+    crank_length=0.2,
+    spring_stiffness=1000.0,
+    youngs_modulus=69e9,
+    poissons_ratio=0.34,
+    elements=3,
+    integration=None,
+    angle=lambda t: 4 * np.pi * t,
+    rest_length=None,
+):
+    """The slider-crank of the paper's section 5.3."""
+    crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
+    link = fb.Beam(
+        length=0.45,
+        height=0.01,
+        width=0.01,
+        density=2700.0,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+        elements=elements,
+        integration=integration or fb.FullIntegration(),
+        start=(crank_length, 0.0),
+    )
+    return _with_slider(crank, link, crank_length, spring_stiffness, angle, rest_length=rest_length)
+
+
+def rigid_slider_crank(crank_length=0.2, link_length=0.45, angle=lambda t: 4 * np.pi * t):
+    """The same with a rigid link."""
+    crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
+    link = fb.RigidBody.bar(
+        length=link_length, height=0.01, width=0.01, density=2700.0, start=(crank_length, 0.0)
+    )
+    return _with_slider(crank, link, crank_length, 1000.0, angle, link_length)
+
+
+def _with_slider(crank, link, crank_length, stiffness, angle, link_length=0.45, rest_length=None):
+    slider = fb.RigidBody.block(
+        length=0.08,
+        height=0.08,
+        width=0.2,
+        density=7800.0,
+        position=(crank_length + link_length, 0.0),
+    )
+    return fb.Mechanism(
+        bodies={"crank": crank, "link": link, "slider": slider},
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("link.start", "crank.end"),
+            "C": fb.Revolute("slider", "link.end"),
+            "guide": fb.Prismatic("slider", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("crank", angle),
+        },
+        loads={"spring": fb.Spring("slider", (2.0, 0.0), stiffness, rest_length)},
+        sensors={
+            "F": fb.Reaction("A"),
+            "slider": fb.Position("slider"),
+            "pin": fb.Position("crank.end"),
+        },
+    )
+
+
+def pendulum(angle=0.0):
+    """A uniform bar of 1 m under gravity, hinged at the origin."""
+    bar = fb.RigidBody.bar(length=1.0, height=0.02, width=0.03, density=1500.0, angle=angle)
+    return fb.Mechanism(
+        bodies={"bar": bar},
+        joints={"hinge": fb.Revolute("bar.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+        sensors={"tip": fb.Position("bar.end"), "F": fb.Reaction("hinge")},
+    )
+
+
+def beam(elements=3, integration=None, **changes):
+    """A free beam and nothing else."""
+    values = {
+        "length": 1.3,
+        "height": 0.2,
+        "width": 0.1,
+        "density": 2700.0,
+        "youngs_modulus": 70e9,
+        "poissons_ratio": 0.3,
+        "elements": elements,
+        "integration": integration or fb.FullIntegration(),
+    }
+    return fb.Beam(**(values | changes))
+
+
+@dataclass
+class Dense:
+    """Residual and tangent of one sample as NumPy arrays, unknowns [q, λ]."""
+
+    mechanism: fb.Mechanism
+
+    def __post_init__(self):
+        self.system = assemble(self.mechanism)
+        self.structure = self.system.structure
+        self.values = pack(self.system, np.array([0.0, 1e-3]))[0]
+        self.values.rest_length[:] = np.abs(self.values.rest_length)
+        self.work = Work.of(self.structure)
+        self.start = self.values.start[1:, 0].copy()
+
+    def _fill(self, unknowns, acceleration=None):
+        z = self.work.z
+        z[:] = 0.0
+        z[0] = 1.0
+        z[1 : 1 + len(unknowns)] = np.asarray(unknowns)[:, None]
+        if acceleration is not None:
+            row = acceleration_row(self.structure)
+            z[row + 1 : row + 1 + len(acceleration)] = np.asarray(acceleration)[:, None]
+
+    def residual(self, unknowns, acceleration=None):
+        self._fill(unknowns, acceleration)
+        residual(self.structure, self.values, 0, self.work.z, self.work.r)
+        return self.work.r[1:, 3].copy()
+
+    def tangent(self, unknowns, weight=1.0):
+        """Return the dense matrix, read back through the sparse slots."""
+        self._fill(unknowns)
+        self._tangent(weight)
+        size, pattern = self.structure.pattern.size, self.structure.pattern
+        dense = np.zeros((size, size))
+        for k in range(size):
+            i = pattern.order[k] - 1
+            dense[i, i] = self.work.matrix[k, 3]
+            for entry in range(pattern.column_start[k], pattern.column_start[k + 1]):
+                j = pattern.entry_row[entry - size] - 1
+                dense[i, j] = dense[j, i] = self.work.matrix[entry, 3]
+        return dense
+
+    def _tangent(self, weight):
+        tangent_of(self.structure, self.values, self.work, weight)
+
+    def solved(self, unknowns, right):
+        """Return the solution of the tangent system by the sparse factorization."""
+        self._fill(unknowns)
+        self._tangent(1.0)
+        factorize_of(self.structure, self.work)
+        self.work.r[1:] = np.asarray(right)[:, None]
+        solve(self.structure.pattern, self.work.factor, self.work.inverse_pivots, self.work.r)
+        return self.work.r[1:, 5].copy()
+
+    def mass(self):
+        """Return the mass matrix."""
+        n = self.structure.coordinates
+        zero = np.zeros(self.structure.pattern.size)
+        rest = self.residual(zero, np.zeros(n))[:n]
+        return np.stack([self.residual(zero, e)[:n] - rest for e in np.eye(n)], axis=1)
+
+
+def tangent_of(structure, values, work, weight):
+    from numba import njit  # noqa: PLC0415, lanes are made in compiled code
+
+    from flexband.lanes import filled  # noqa: PLC0415
+
+    global _tangent_kernel  # noqa: PLW0603
+    if _tangent_kernel is None:
+
+        @njit
+        def kernel(structure, values, z, weight, matrix, blocks):
+            tangent(structure, values, 0, z, filled(weight), matrix, blocks)
+
+        _tangent_kernel = kernel
+    _tangent_kernel(structure, values, work.z, float(weight), work.matrix, work.blocks)
+
+
+def factorize_of(structure, work):
+    from numba import njit  # noqa: PLC0415
+
+    global _factorize_kernel  # noqa: PLW0603
+    if _factorize_kernel is None:
+
+        @njit
+        def kernel(pattern, matrix, factor, pivots):
+            factorize(pattern, matrix, factor, pivots)
+
+        _factorize_kernel = kernel
+    _factorize_kernel(structure.pattern, work.matrix, work.factor, work.inverse_pivots)
+
+
+_tangent_kernel = _factorize_kernel = None
+
+
+def states(mechanism, steps, step, integrator=None):
+    """Return q, v and λ at the end, each of shape (rows,)."""
+    integrator = integrator or fb.GeneralizedAlpha()
+    system = assemble(mechanism)
+    times = np.arange(max(steps, 1) + 1) * step
+    structure, work = system.structure, Work.of(system.structure)
+    outputs, failure = (
+        np.zeros((steps + 1, len(system.outputs), WIDTH)),
+        np.zeros((3, WIDTH)),
+    )
+    march(
+        structure,
+        integrator.coefficients(step),
+        integrator.tolerance,
+        pack(system, times)[0],
+        work,
+        outputs,
+        failure,
+    )
+    assert not failure[0].any()
+    n, v = structure.coordinates, velocity_row(structure)
+    z = work.z[:, 0]
+    return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.size + 1]

@@ -1,0 +1,254 @@
+"""Methods against exact answers."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import flexband as fb
+from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.polynomials import (
+    chebyshev_derivative,
+    chebyshev_values,
+    chebyshev_zeros,
+    scaled_chebyshev_zeros,
+)
+
+
+def cosine(x):
+    return np.cos(np.pi * x)
+
+
+@pytest.mark.parametrize(
+    ("method", "exact"), [(fb.PCCI(0, 2), [-1.5503, 1.0]), (fb.ImprovedPCCI(0, 2), [-1.0, 1.0])]
+)
+def test_cosine(method, exact):
+    bands = fb.propagate(cosine, {"x": fb.Interval(-1, 1)}, method)
+    np.testing.assert_allclose(bands["mean"], exact, atol=5e-5)
+    np.testing.assert_allclose(bands["error_bar"], bands["mean"])
+    assert bands.attrs["runs"] == 3
+
+
+TIME = np.linspace(0, 10, 21)
+
+
+def decay(amplitude, rate):
+    return amplitude[:, None] * np.exp(-rate[:, None] * TIME)
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance", "runs"),
+    [
+        (fb.ImprovedPCCI(1, 8), 1e-9, 18),
+        (fb.PCCI(1, 8), 1e-9, 18),
+        (fb.LHSScanning(400, 3, seed=1), 2e-3, 1200),
+        (fb.MonteCarlo(4000, 3, seed=1), 2e-2, 12000),
+    ],
+)
+def test_decay(method, tolerance, runs):
+    inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
+    bands = fb.propagate(decay, inputs, method)
+    slow, fast = np.exp(-0.1 * TIME), np.exp(-0.2 * TIME)
+    np.testing.assert_allclose(bands["mean"], [1.5 * fast, 1.5 * slow], atol=tolerance)
+    np.testing.assert_allclose(bands["error_bar"], [1.3 * fast, 1.7 * slow], atol=tolerance)
+    np.testing.assert_allclose(bands["error_bar_lower"], [1.3 * fast, 1.3 * slow], atol=tolerance)
+    np.testing.assert_allclose(bands["error_bar_upper"], [1.7 * fast, 1.7 * slow], atol=tolerance)
+    np.testing.assert_allclose(bands["mean_at"].isel(input=0)[:, 1:].T, [[0.2, 0.1]] * 20)
+    assert bands.attrs["runs"] == runs
+
+
+def ishigami(x1, x2, x3):
+    return np.sin(x1) + 7 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
+
+
+def test_ishigami_with_random_inputs():
+    inputs = {name: fb.Uniform(-np.pi, np.pi) for name in ("x1", "x2", "x3")}
+    bands = fb.propagate(ishigami, inputs, fb.ImprovedPCCI(63, 0), batch=300_000)
+    deviation = np.sqrt(13.844587940719254)
+    np.testing.assert_allclose(bands["mean"], 3.5, atol=2e-5)
+    np.testing.assert_allclose(bands["error_bar"], [3.5 - deviation, 3.5 + deviation], atol=6e-3)
+
+
+def test_ishigami_with_an_interval():
+    inputs = {
+        "x1": fb.Uniform(-np.pi, np.pi),
+        "x2": fb.Uniform(-np.pi, np.pi),
+        "x3": fb.Interval(-np.pi, np.pi),
+    }
+    bands = fb.propagate(ishigami, inputs, fb.ImprovedPCCI(95, 4), batch=50_000)
+    np.testing.assert_allclose(bands["mean"], [3.5, 3.5], atol=1e-7)
+    np.testing.assert_allclose(bands["error_bar"], [-4.488026, 11.488026], atol=1e-4)
+    np.testing.assert_allclose(bands["error_bar_lower"], [-4.488026, 0.926092], atol=2e-4)
+    np.testing.assert_allclose(np.abs(bands["error_bar_at"]), np.pi)
+
+
+def test_an_interior_minimum_is_polished():
+    inputs = {"a": fb.Interval(0.1, 1), "b": fb.Interval(0, 1)}
+    bands = fb.propagate(lambda a, b: (a + b) ** a, inputs, fb.ImprovedPCCI(0, 16))
+    np.testing.assert_allclose(bands["mean"], [0.6922006275553464, 2.0], atol=2e-8)
+    np.testing.assert_allclose(bands["mean_at"].sel(bound="lower"), [1 / np.e, 0.0], atol=1e-4)
+    np.testing.assert_allclose(bands["mean_at"].sel(bound="upper"), [1.0, 1.0])
+
+
+def test_an_expansion_that_fails_says_so():
+    def wave(omega, mean):
+        return np.cos((omega + mean) * 5.2)
+
+    inputs = {
+        "omega": fb.Normal(0.0, 0.02 * 2 * np.pi),
+        "mean": fb.Interval(0.95 * 2 * np.pi, 1.05 * 2 * np.pi),
+    }
+    exact_mean, exact_bar = [-0.78237570, 0.80775274], [-1.05516588, 1.05516695]
+    rough = fb.propagate(wave, inputs, fb.ImprovedPCCI(2, 2))
+    off = max(
+        np.abs(rough["mean"] - exact_mean).max(), np.abs(rough["error_bar"] - exact_bar).max()
+    )
+    assert off > 0.05
+    assert rough["truncation"] > off / 2
+    fine = fb.propagate(wave, inputs, fb.ImprovedPCCI(12, 12))
+    np.testing.assert_allclose(fine["mean"], exact_mean, atol=1e-5)
+    np.testing.assert_allclose(fine["error_bar"], exact_bar, atol=1e-4)
+    assert fine["truncation"] < 1e-3
+
+
+coefficient = st.floats(-2, 2).map(lambda x: round(x, 3))
+
+
+@given(st.lists(coefficient, min_size=9, max_size=9))
+def test_hybrid_polynomials_are_reproduced(c):
+    """Moments and bounds of polynomials of the basis are exact, whatever they are."""
+    beta = np.array(c).reshape(3, 3)  # Chebyshev by Hermite
+
+    def response(x, y):
+        he = np.stack([np.ones_like(x), x, x**2 - 1])
+        return np.einsum("ij,in,jn->n", beta, chebyshev_values(2, y).T, he)
+
+    inputs = {"x": fb.Normal(0, 1), "y": fb.Interval(-1, 1)}
+    grid = np.linspace(-1, 1, 4001)
+    phi = chebyshev_values(2, grid)
+    mean = phi @ beta[:, 0]
+    std = np.sqrt((phi @ beta[:, 1]) ** 2 + 2 * (phi @ beta[:, 2]) ** 2)
+    for method in (fb.PCCI(2, 2), fb.ImprovedPCCI(2, 2)):
+        bands = fb.propagate(response, inputs, method)
+        for name, exact in (
+            ("mean", [mean.min(), mean.max()]),
+            ("error_bar", [(mean - std).min(), (mean + std).max()]),
+        ):
+            found = bands[name].values
+            np.testing.assert_allclose(found, exact, atol=1e-5)
+            assert found[0] <= exact[0] + 1e-9  # polished: never worse than the fine scan
+            assert found[1] >= exact[1] - 1e-9
+
+
+@given(st.integers(0, 3), st.integers(0, 3), st.integers(0, 2), st.integers(0, 2))
+def test_the_expansion_interpolates_its_runs(k, q, n, m):
+    nodes = scaled_chebyshev_zeros(q)
+    xi, eta = HybridExpansion.design(k, nodes, n, m)
+    assert len(xi) == (k + 1) ** n * (q + 1) ** m
+    values = np.random.default_rng(0).standard_normal((len(xi), 4))
+    expansion = HybridExpansion.fit(values, k, nodes, n, m)
+    np.testing.assert_allclose(expansion.evaluate(xi, eta), values, atol=1e-11)
+
+
+def test_random_inputs_alone_are_plain_polynomial_chaos():
+    bands = fb.propagate(
+        lambda x, y: x**2 + y, {"x": fb.Normal(1, 2), "y": fb.Normal(0, 1)}, fb.PCCI(2, 3)
+    )
+    np.testing.assert_allclose(bands["mean"], 5.0)
+    deviation = np.sqrt(2 * 16 + 4 * 4 + 1)
+    np.testing.assert_allclose(bands["error_bar"], [5 - deviation, 5 + deviation])
+    assert "mean_at" not in bands
+    assert bands.attrs["runs"] == 9
+
+
+@pytest.mark.parametrize(
+    ("nodes", "exact"), [(chebyshev_zeros(4), 1.9889), (scaled_chebyshev_zeros(4), 1.5702)]
+)
+def test_lebesgue_constants(nodes, exact):
+    x = np.linspace(-1, 1, 20001)
+    lagrange = chebyshev_values(4, x) @ np.linalg.inv(chebyshev_values(4, nodes))
+    assert np.abs(lagrange).sum(axis=1).max() == pytest.approx(exact, abs=1e-4)
+
+
+def test_order_zero_is_the_midpoint():
+    np.testing.assert_array_equal(scaled_chebyshev_zeros(0), [0.0])
+    bands = fb.propagate(lambda x: x, {"x": fb.Interval(2, 4)}, fb.ImprovedPCCI(0, 0))
+    np.testing.assert_array_equal(bands["mean"], [3.0, 3.0])
+
+
+def test_chebyshev_derivatives():
+    x, step = np.linspace(-1, 1, 7), 1e-6
+    change = (chebyshev_values(5, x + step) - chebyshev_values(5, x - step)) / (2 * step)
+    np.testing.assert_allclose(chebyshev_values(5, x) @ chebyshev_derivative(5), change, atol=1e-7)
+
+
+def test_samples_are_reproducible_and_stratified():
+    inputs = {"x": fb.Normal(0, 1)}
+    seen = []
+
+    def response(x):
+        seen.append(x)
+        return x
+
+    for seed in (5, 5, 6):
+        fb.propagate(response, inputs, fb.LHSScanning(50, 2, seed=seed))
+    np.testing.assert_array_equal(seen[0], seen[1])
+    assert np.any(seen[0] != seen[2])
+    from scipy.special import ndtr  # noqa: PLC0415
+
+    np.testing.assert_array_equal(np.sort(np.floor(50 * ndtr(seen[0]))), np.arange(50))
+
+
+def test_bands_do_not_depend_on_the_batch():
+    inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
+    whole = fb.propagate(decay, inputs, fb.PCCI(3, 3))
+    told = []
+    parts = fb.propagate(
+        decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: told.append(done)
+    )
+    np.testing.assert_array_equal(whole["mean"], parts["mean"])
+    assert told == [(5, 16), (10, 16), (15, 16), (16, 16)]
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: fb.Interval(1.0, 0.0), "lower 1 must not be above upper 0"),
+        (lambda: fb.Interval(np.nan, 0.0), "Interval lower"),
+        (lambda: fb.Normal(0.0, 0.0), "Normal std must be positive; got 0"),
+        (lambda: fb.Uniform(1.0, 1.0), "must be below"),
+        (lambda: fb.PCCI(-1, 2), "random_order must be 0 or more; got -1"),
+        (lambda: fb.ImprovedPCCI(1, 1.5), "interval_order must be a whole number"),  # type: ignore
+        (lambda: fb.LHSScanning(1, 10), "samples must be 2 or more; got 1"),
+        (lambda: fb.MonteCarlo(10, 10, seed=-1), "seed"),
+        (lambda: fb.propagate(cosine, {}, fb.PCCI(1, 1)), "at least one input"),
+        (
+            lambda: fb.propagate(cosine, {"y": fb.Interval(0, 1)}, fb.PCCI(1, 1)),
+            "inputs name y, which the response does not take; it takes x",
+        ),
+        (
+            lambda: fb.propagate(decay, {"rate": fb.Interval(0, 1)}, fb.PCCI(1, 1)),
+            "needs amplitude, which inputs do not name",
+        ),
+        (
+            lambda: fb.propagate(np.log, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1)),
+            "inputs name x",
+        ),
+        (
+            lambda: fb.propagate(lambda x: 1 / x, {"x": fb.Interval(-1, 1)}, fb.PCCI(0, 2)),
+            "not finite in 1 of 3 runs, e.g. x = ",
+        ),
+        (
+            lambda: fb.propagate(lambda x: x[:2], {"x": fb.Interval(-1, 1)}, fb.PCCI(0, 2)),
+            r"must return shape \(3, ...\); got shape \(2,\)",
+        ),
+        (
+            lambda: fb.propagate(lambda x: 1.0, {"x": fb.Interval(-1, 1)}, fb.PCCI(0, 2)),
+            r"got shape \(\)",
+        ),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:divide by zero")
+def test_bad_input_is_refused(call, text):
+    with pytest.raises(fb.InputError, match=text):
+        call()

@@ -197,3 +197,22 @@ def test_slider_rings_on_the_links_axial_stiffness_about_the_springs_force():
 def test_spring_is_relaxed_at_the_start_unless_told():
     still = fb.simulate(slider_crank(angle=lambda t: 0.0), duration=0.05, step=1e-3)
     assert np.abs(still.sel(output=["F_X", "F_Y"])).max() < 1e-6
+
+
+def test_soft_pendulum():
+    """A published flexible pendulum; positions of the tip [m] of a converged solution."""
+    beam = fb.Beam(
+        length=0.5, height=0.002, width=0.01, density=1000.0, elements=32,
+        youngs_modulus=1e8, poissons_ratio=0.3,
+    )  # fmt: skip
+    model = fb.Mechanism(
+        bodies={"beam": beam},
+        joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+        sensors={"tip": fb.Position("beam.end"), "middle": fb.Position("beam.middle")},
+    )
+    motion = fb.simulate(model, duration=0.75, step=1e-3)
+    tip = motion.sel(output=["tip_X", "tip_Y"]).isel(time=[250, 500, 750]).values.T
+    exact = [(0.32400, -0.37488), (-0.42067, -0.26203), (-0.41177, 0.06961)]
+    np.testing.assert_allclose(tip, exact, atol=2e-3)
+    assert np.hypot(*motion.sel(output=["middle_X", "middle_Y"]).values).max() < 0.2501

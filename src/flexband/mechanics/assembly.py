@@ -193,10 +193,10 @@ _DERIVATIVES = np.linalg.inv(np.vander(np.arange(7.0), increasing=True))[:3] * [
 def _tabulate(system: System, times: np.ndarray) -> np.ndarray:
     """Return the functions at the times, the constant one first, shape (times, functions, n)."""
     values = [
-        [finite(f"function of time at t = {t:g} s", f(float(t))) for f in system.functions]
+        [np.atleast_1d(finite(f"function at t = {t:g} s", f(float(t)))) for f in system.functions]
         for t in times
     ]
-    samples = _samples([v[None] if v.ndim else v[None, None] for row in values for v in row])
+    samples = max((len(v) for row in values for v in row), default=1)
     if samples not in (1, system.samples):
         raise InputError(
             f"a function of time returned {samples} values; the mechanism has "

@@ -54,9 +54,8 @@ def main() -> None:
 
     medians = {name: statistics.median(values) for name, values in times.items()}
     baseline = medians["batch, 1 thread"]
-    print(
-        f"{platform.machine()}, {cores} cores, Python {platform.python_version()}, NumPy {np.__version__}"
-    )
+    python = f"Python {platform.python_version()}, NumPy {np.__version__}"
+    print(f"{platform.machine()}, {cores} cores, {python}")
     print(f"{options.samples} samples, medians of {options.repeats} alternating runs\n")
     print("| case | ms a sample | throughput, one thread = 1 |\n| --- | --- | --- |")
     for name, median in medians.items():

@@ -6,6 +6,7 @@ import runpy
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -27,6 +28,7 @@ from rich.table import Table
 import flexband as fb
 from flexband.report.figures import (
     bands_figure,
+    drawable_outputs,
     errors_figure,
     outputs_of,
     response_figure,
@@ -50,8 +52,31 @@ class MethodName(StrEnum):
     MONTE_CARLO = "monte-carlo"
 
 
+METHODS: dict[MethodName, Method] = {
+    MethodName.IMPROVED_PCCI: fb.ImprovedPCCI(3, 3),
+    MethodName.PCCI: fb.PCCI(3, 3),
+    MethodName.LHS_SCANNING: fb.LHSScanning(100, 10),
+    MethodName.MONTE_CARLO: fb.MonteCarlo(100, 10),
+}
+
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[Path, typer.Option(help="Folder for results and figures.", file_okay=False)]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        console.print(fb.__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def main(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it."),
+    ] = False,
+) -> None:
+    """Say how uncertain the motion of a machine is."""
 
 
 @app.command()
@@ -59,34 +84,41 @@ def run(
     file: File,
     output: Output = Path("output"),
     method: Annotated[MethodName | None, typer.Option(help="Use this method instead.")] = None,
-    random_order: Annotated[int, typer.Option(help="k, for PCCI methods.")] = 3,
-    interval_order: Annotated[int, typer.Option(help="q, for PCCI methods.")] = 3,
-    samples: Annotated[int, typer.Option(help="N, for sampling methods.")] = 100,
-    points: Annotated[int, typer.Option(help="p, for sampling methods.")] = 10,
-    seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
+    random_order: Annotated[int | None, typer.Option(help="k, of PCCI methods.")] = None,
+    interval_order: Annotated[int | None, typer.Option(help="q, of PCCI methods.")] = None,
+    samples: Annotated[int | None, typer.Option(help="N, of sampling methods.")] = None,
+    points: Annotated[int | None, typer.Option(help="p, of sampling methods.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the random numbers.")] = None,
 ) -> None:
     """Run the study in FILE; write bands.nc, figures and a report.
 
-    The options of a method count only together with --method.
+    Options of a method change the study's own one, or the one of --method.
     """
     with _reported_errors():
         study = load_study(file)
-        if method is not None:
-            study = study.using(
-                _method(method, random_order, interval_order, samples, points, seed)
-            )
-        with _progress() as bar:
-            bands = study.run(progress=_task(bar, study.method.label))
-        write_netcdf(bands, output / "bands.nc")
-        header, rows = summary_table(bands)
-        figures = {
-            f"bands_{name}": (
-                f"Interval mean and interval error bar of {name}",
-                bands_figure({study.method.label: bands}, name),
-            )
-            for name in outputs_of(bands)
+        options = {
+            "random_order": random_order,
+            "interval_order": interval_order,
+            "samples": samples,
+            "points": points,
+            "seed": seed,
         }
-        title = f"{file.stem}: {study.method.label}, {bands.attrs['runs']} runs"
+        base = study.method if method is None else METHODS[method]
+        study = study.using(_changed(base, options))
+        label = study.method.label
+        output.mkdir(parents=True, exist_ok=True)
+        with _progress() as bar:
+            bands = study.run(progress=_task(bar, label))
+        write_netcdf(bands, output / "bands.nc")
+        figures = {
+            f"bands_{_slug(name)}": (
+                f"Interval mean and interval error bar of {name}",
+                bands_figure({label: bands}, name),
+            )
+            for name in drawable_outputs(bands["mean"])
+        }
+        title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
+        header, rows = summary_table(bands)
         page = write_report(output, title, header, rows, figures)
         _print_table(title, header, rows)
         console.print(f"Report: {page}\nData:   {output / 'bands.nc'}")
@@ -107,6 +139,7 @@ def compare_methods(
     with _reported_errors():
         study = load_study(file).located()
         pairs = _orders(orders)
+        output.mkdir(parents=True, exist_ok=True)
         methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
         nominal = study.nominal()
         with _progress() as bar:
@@ -123,27 +156,29 @@ def compare_methods(
                 "Variance error of the random fields after discretization",
                 variance_error_figure(study.fields()),
             )
-        figures["deterministic"] = (
-            "Response without uncertainty",
-            response_figure(nominal, names),
-        )
-        for name in names:
+        drawn = drawable_outputs(nominal)
+        if drawn:
+            figures["deterministic"] = (
+                "Response without uncertainty",
+                response_figure(nominal, drawn),
+            )
+        for name in drawn:
             for k, q in dict.fromkeys((pairs[0], pairs[-1])):
                 chosen = [results[0]] + [
                     r for r in results if r.method in (fb.PCCI(k, q), fb.ImprovedPCCI(k, q))
                 ]
-                figures[f"bands_{name}_{k}_{q}"] = (
+                figures[f"bands_{_slug(name)}_{k}_{q}"] = (
                     f"Interval mean and interval error bar of {name}, k = {k}, q = {q}",
                     bands_figure({r.method.label: r.bands for r in chosen}, name),
                 )
-            figures[f"errors_{name}"] = (
+            figures[f"errors_{_slug(name)}"] = (
                 f"Relative errors of {name} against runs",
                 errors_figure(results, name),
             )
         for result in results:
-            write_netcdf(result.bands, output / f"{_slug(result.method.label)}.nc")
+            write_netcdf(result.bands, output / f"{_slug(result.method.label.lower())}.nc")
         header, rows = error_table(results, names)
-        title = f"{file.stem}: relative errors [%] against {results[0].method.label}"
+        title = f"{file.stem}: relative errors against {results[0].method.label}"
         page = write_report(output, title, header, rows, figures)
         for name, field in study.fields().items():
             largest = field.largest_variance_error()
@@ -180,25 +215,35 @@ def write_netcdf(bands: xr.Dataset, file: Path) -> None:
     partial.replace(file)
 
 
-def _method(name: MethodName, k: int, q: int, samples: int, points: int, seed: int) -> Method:
-    return {
-        MethodName.IMPROVED_PCCI: lambda: fb.ImprovedPCCI(k, q),
-        MethodName.PCCI: lambda: fb.PCCI(k, q),
-        MethodName.LHS_SCANNING: lambda: fb.LHSScanning(samples, points, seed),
-        MethodName.MONTE_CARLO: lambda: fb.MonteCarlo(samples, points, seed),
-    }[name]()
+def _changed(method: Method, options: dict[str, int | None]) -> Method:
+    """Return the method with the options that are given.
+
+    Raises
+    ------
+    InputError
+        Where the method has no such option.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    for name in given:
+        if name not in {field.name for field in fields(method)}:  # type: ignore[arg-type]
+            raise fb.InputError(f"{method.name} has no option --{name.replace('_', '-')}")
+    return replace(method, **given)  # type: ignore[type-var]
 
 
 def _orders(text: str) -> list[tuple[int, int]]:
     try:
         pairs = [tuple(int(order) for order in pair.split(",")) for pair in text.split()]
-        return [(k, q) for k, q in pairs] or _orders("")
+        found = [(k, q) for k, q in pairs]
     except ValueError:
-        raise fb.InputError(f"orders must be like '1,1 2,2'; got {text!r}") from None
+        found = []
+    if not found:
+        raise fb.InputError(f"orders must be like '1,1 2,2'; got {text!r}")
+    return found
 
 
 def _slug(name: str) -> str:
-    return "_".join("".join(c if c.isalnum() else " " for c in name.lower()).split())
+    """Return a name made safe for a file."""
+    return "_".join("".join(c if c.isalnum() else " " for c in name).split()) or "response"
 
 
 def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:
@@ -231,7 +276,7 @@ def _reported_errors() -> Iterator[None]:
     """Show what is wrong with the input or the runs in plain words, and end with status 1."""
     try:
         yield
-    except (fb.InputError, fb.AssemblyError, fb.SimulationError) as error:
+    except (fb.InputError, fb.AssemblyError, fb.SimulationError, OSError) as error:
         Console(stderr=True).print(f"flexband: {error}", style="red", markup=False)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:

@@ -153,6 +153,10 @@ def test_results_do_not_depend_on_threads_or_on_neighbours():
         slider_crank(**{k: v[order] for k, v in values.items()}), duration=DURATION, step=STEP
     )
     np.testing.assert_array_equal(all_at_once[order], mixed)
+    few = fb.simulate(
+        slider_crank(**{k: v[11:14] for k, v in values.items()}), duration=DURATION, step=STEP
+    )
+    np.testing.assert_array_equal(all_at_once[11:14], few)
     alone = fb.simulate(
         slider_crank(**{k: v[17] for k, v in values.items()}), duration=DURATION, step=STEP
     )
@@ -197,6 +201,16 @@ def test_slider_rings_on_the_links_axial_stiffness_about_the_springs_force():
 def test_spring_is_relaxed_at_the_start_unless_told():
     still = fb.simulate(slider_crank(angle=lambda t: 0.0), duration=0.05, step=1e-3)
     assert np.abs(still.sel(output=["F_X", "F_Y"])).max() < 1e-6
+
+
+def test_points_along_a_beam_of_uncertain_length():
+    lengths = np.array([0.4, 0.5])
+    still = {"height": 0.01, "width": 0.01, "density": 1.0, "elements": 3}
+    beam = fb.Beam(length=lengths, youngs_modulus=1e9, poissons_ratio=0.3, angle=0.3, **still)
+    model = fb.Mechanism(bodies={"b": beam}, sensors={"m": fb.Position("b.middle")})
+    start = fb.simulate(model, duration=0.01, step=0.01).isel(time=0).values
+    exact = lengths[:, None] / 2 * [np.cos(0.3), np.sin(0.3)]
+    np.testing.assert_allclose(start, exact, atol=1e-15)
 
 
 def test_soft_pendulum():

@@ -36,7 +36,7 @@ def mechanism(joints=None, **parts):
             "joint 'pin': point 'tip' is unknown; there is center",
         ),
         (lambda: mechanism({"pin": fb.Revolute("a", (0.0, np.inf))}), "ground point Y"),
-        (lambda: mechanism({"pin": fb.Revolute("a", 3.0)}), "a point must be"),  # type: ignore
+        (lambda: mechanism({"pin": fb.Revolute("a", 3.0)}), "ground point must be a pair; got 3.0"),  # type: ignore
         (
             lambda: mechanism(sensors={"F": fb.Reaction("B")}),
             "sensor 'F': joint 'B' is not in the mechanism; there is none",
@@ -46,6 +46,18 @@ def mechanism(joints=None, **parts):
             lambda: mechanism(loads={"s": fb.Spring("a", "c", 1.0)}),
             "load 's': body 'c' is not in the mechanism",
         ),
+        (lambda: mechanism({"pin": fb.Revolute((0, 0), (0, 0))}), "'pin': it joins the ground"),
+        (lambda: mechanism({"pin": fb.Revolute("a", "a")}), "a body with itself"),
+        (lambda: mechanism({"pin": "a"}), "joint 'pin' is no joint: 'a'"),  # type: ignore
+        (lambda: fb.Mechanism(bodies={"a": "b"}), "body 'a' is no body"),  # type: ignore
+        (lambda: mechanism(loads={"g": 9.81}), "load 'g' is no load: 9.81"),  # type: ignore
+        (
+            lambda: pendulum_driven(lambda t: 0.0, sensors={"M": fb.Reaction("motor")}),
+            "sensor 'M': a PrescribedRotation exerts a moment and no force",
+        ),
+        (lambda: block(length=np.sin), "block length .* must be positive; got a function"),
+        (lambda: block(position=1.0), "position must be a pair; got 1.0"),
+        (lambda: fb.GeneralizedAlpha(spectral_radius=[0.1, 0.2]), "must be 1 number"),  # type: ignore
         (lambda: fb.Spring("a", "b", -1.0), "stiffness .* must be zero or positive; got -1"),
         (lambda: fb.Spring("a", "b", 1.0, rest_length=np.nan), "rest_length"),
         (lambda: fb.Prismatic("a", "b", axis=(0.0, 0.0)), "axis must have a length"),
@@ -90,11 +102,63 @@ def test_numbers_of_samples_must_fit():
         fb.simulate(growing, duration=0.01, step=1e-3)
 
 
-def pendulum_driven(angle):
+def pendulum_driven(angle, **parts):
     return fb.Mechanism(
         bodies={"a": block()},
         joints={"pin": fb.Revolute("a", (0, 0)), "motor": fb.PrescribedRotation("a", angle)},
+        **parts,
     )
+
+
+@pytest.mark.parametrize("angle", [2.0, 3.0, np.pi, -2.5])
+def test_a_drive_that_would_start_the_wrong_way_round_is_refused(angle):
+    with pytest.raises(fb.AssemblyError, match="'motor' holds its body the wrong way round"):
+        fb.simulate(pendulum_driven(lambda t: angle), duration=0.01, step=1e-3)
+    with pytest.raises(fb.AssemblyError, match="guess is where their Jacobian loses rank"):
+        fb.simulate(pendulum_driven(lambda t: np.pi / 2), duration=0.01, step=1e-3)
+
+
+def test_a_slide_that_would_be_held_upside_down_is_refused():
+    model = fb.Mechanism(
+        bodies={"a": block(angle=3.0)}, joints={"guide": fb.Prismatic("a", (0.0, 0.0))}
+    )
+    with pytest.raises(fb.AssemblyError, match="'guide' holds its body the wrong way round"):
+        fb.simulate(model, duration=0.01, step=1e-3)
+
+
+def test_a_drive_may_turn_round_many_times():
+    model = pendulum_driven(lambda t: 200 * t, sensors={"a": fb.Position("a")})
+    fb.simulate(model, duration=0.5, step=1e-3)
+
+
+def test_times_are_those_the_user_wrote():
+    motion = fb.simulate(pendulum(), duration=0.6, step=1e-3)
+    assert list(motion.time.values) == [k / 1000 for k in range(601)]
+
+
+def test_a_builder_must_return_a_mechanism():
+    response = fb.dynamic_response(lambda length: None, duration=0.1, step=0.01)
+    with pytest.raises(fb.InputError, match="must return a Mechanism; got None"):
+        response(length=np.ones(2))
+
+
+def test_assembly_errors_give_the_inputs():
+    def locked(link_length):
+        crank = fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=1.0)
+        link = fb.RigidBody.bar(
+            length=link_length, height=0.01, width=0.01, density=1.0, start=(0.2, 0), angle=1.0
+        )
+        joints = {
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("crank.end", "link.start"),
+            "C": fb.Revolute("link.end", (0.3, 0.3)),
+        }
+        return fb.Mechanism(bodies={"crank": crank, "link": link}, joints=joints)
+
+    response = fb.dynamic_response(locked, duration=0.01, step=1e-3)
+    with pytest.raises(fb.AssemblyError, match=r"sample 1: link_length = 0.1") as caught:
+        response(link_length=np.array([0.3, 0.1]))
+    assert list(caught.value.failures) == [1]
 
 
 def test_a_drive_that_returns_nan_is_refused():
@@ -128,7 +192,7 @@ def test_constraints_that_contradict_each_other():
             "B": fb.Revolute("a.end", (0.25, 0.0)),
         },
     )
-    with pytest.raises(fb.AssemblyError, match=r"contradict each other .* body 'a'"):
+    with pytest.raises(fb.AssemblyError, match=r"contradict each other .* joint 'B'"):
         fb.simulate(twice, duration=0.01, step=1e-3)
 
 

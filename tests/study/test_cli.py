@@ -69,6 +69,39 @@ def test_run_by_another_method(study_file, tmp_path):
         assert bands.attrs["method"].startswith("LHSScanning(samples=7, points=3")
 
 
+def test_options_change_the_studys_own_method(study_file, tmp_path):
+    result = call("run", study_file, "--output", tmp_path / "out", "--interval-order", 2)
+    assert result.exit_code == 0, result.output
+    assert "improved PCCI (1, 2), 12 runs" in result.output
+    wrong = call("run", study_file, "--output", tmp_path / "out", "--samples", 500)
+    assert wrong.exit_code == 1
+    assert "improved PCCI has no option --samples" in wrong.output
+
+
+def test_output_is_checked_before_the_runs(study_file):
+    result = call("run", study_file, "--output", study_file / "below")
+    assert result.exit_code == 1
+    assert "Traceback" not in result.output
+    assert "runs" not in result.output
+
+
+def test_version():
+    assert call("--version").output.strip() == fb.__version__
+
+
+def test_any_response_can_be_run(tmp_path):
+    file = tmp_path / "box.py"
+    file.write_text(
+        "import numpy as np, flexband as fb\n"
+        "study = fb.Study(lambda x: x[:, None, None] * np.ones((3, 4)),\n"
+        "                 {'x': fb.Interval(0, 1)}, fb.ImprovedPCCI(0, 1))\n",
+        encoding="utf-8",
+    )
+    result = call("run", file, "--output", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "response" in result.output
+
+
 def test_compare(study_file, tmp_path):
     out = tmp_path / "out"
     result = call("compare", study_file, "--output", out, "--samples", 50, "--points", 3,
@@ -103,15 +136,18 @@ def test_missing_file_and_bad_orders(tmp_path, study_file):
     missing = call("run", tmp_path / "none.py")
     assert missing.exit_code == 1
     assert "there is no file" in missing.output
-    bad = call("compare", study_file, "--orders", "three")
-    assert bad.exit_code == 1
-    assert "orders must be like" in bad.output
+    for orders in ("three", "", "1,2,3"):
+        bad = call("compare", study_file, "--orders", orders)
+        assert bad.exit_code == 1
+        assert "orders must be like" in bad.output
 
 
 def test_relative_error_is_over_both_bounds():
     reference = xr.DataArray([[1.0, 1.0], [3.0, -3.0]], dims=("bound", "time"))
     found = xr.DataArray([[1.0, 2.0], [3.0, -3.0]], dims=("bound", "time"))
     assert relative_error(found, reference) == 1 / 8
+    both = xr.concat([reference, 1e-14 * reference], dim="output")
+    assert np.isnan(relative_error(both, both)).values.tolist() == [False, True]
 
 
 def test_compare_needs_no_labels():

@@ -61,17 +61,18 @@ def test_positions_may_differ_between_samples():
         np.testing.assert_allclose(own[k], field.value(xi)(x[k])[k], rtol=1e-14)
 
 
-def test_a_field_without_a_domain_is_asked_for_by_a_nominal_run():
+def test_a_field_without_a_domain_is_located():
     calls = []
 
     def response(field, scale):
         calls.append(len(scale))
-        return np.mean(field(np.linspace(0.5, 2.5, 5)), axis=1) * scale
+        x = 0.5 + np.linspace(0.0, 1.0, 5) * scale[:, None]
+        return np.mean(field(x), axis=1) * scale
 
     inputs = {"field": fb.RandomField(3.0, 0.1, 4.0, terms=1), "scale": fb.Interval(1, 2)}
     bands = fb.propagate(response, inputs, fb.ImprovedPCCI(1, 1))
-    assert calls == [1, 4]
-    assert bands.attrs["runs"] == 5  # the nominal run counts
+    assert calls == [2, 4]  # both ends of the interval, then the design
+    assert bands.attrs["runs"] == 6
     known = inputs | {"field": inputs["field"].on((0.5, 2.5))}
     np.testing.assert_array_equal(
         bands["mean"], fb.propagate(response, known, fb.ImprovedPCCI(1, 1))["mean"]
@@ -82,10 +83,11 @@ def test_a_field_without_a_domain_is_asked_for_by_a_nominal_run():
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"correlation_length": 0.0}, "correlation_length .* must be positive; got 0"),
+        ({"correlation_length": 0.0}, "correlation_length must be positive; got 0"),
         ({"std": -1.0}, "std must be positive; got -1"),
         ({"mean": np.nan}, "mean"),
         ({"domain": (1.0, 0.0)}, "must run upwards"),
+        ({"domain": (0.0, 1.0, 2.0)}, "domain .* must be 2 numbers"),
         ({"terms": 0}, "terms must be 1 or more; got 0"),
         ({"nodes": 1}, "nodes must be 2 or more"),
         ({"tolerance": 0.0}, "tolerance must be positive"),
@@ -94,6 +96,14 @@ def test_a_field_without_a_domain_is_asked_for_by_a_nominal_run():
 def test_bad_numbers_are_refused(change, text):
     with pytest.raises(fb.InputError, match=text):
         fb.RandomField(**({"mean": 1.0, "std": 0.1, "correlation_length": 2.0} | change))
+
+
+def test_a_field_is_not_extrapolated():
+    field = fb.RandomField(1.0, 0.1, 0.05, domain=(0.0, 0.1), tolerance=0.2)
+    samples = field.value(np.zeros((2, field.dimension)))
+    assert samples(np.array([0.0, 0.1])).shape == (2, 2)
+    with pytest.raises(fb.InputError, match=r"asked for at 0.2 m, outside its domain \(0, 0.1\)"):
+        samples(np.array([0.05, 0.2]))
 
 
 def test_expansions_that_are_not_possible():

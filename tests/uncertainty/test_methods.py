@@ -219,6 +219,20 @@ def test_bands_do_not_depend_on_the_batch():
         (lambda: fb.Uniform(1.0, 1.0), "must be below"),
         (lambda: fb.PCCI(-1, 2), "random_order must be 0 or more; got -1"),
         (lambda: fb.ImprovedPCCI(1, 1.5), "interval_order must be a whole number"),  # type: ignore
+        (lambda: fb.PCCI(200, 1), "random_order must be 100 or less; got 200"),
+        (lambda: fb.Interval([1, 2], 3), "Interval lower must be 1 number"),  # type: ignore
+        (lambda: fb.propagate(cosine, {"x": 0.15}, fb.PCCI(1, 1)), "input 'x' must be an Interval"),  # type: ignore
+        (lambda: fb.propagate(cosine, {"x": fb.Interval(0, 1)}, fb.PCCI), "method must be"),  # type: ignore
+        (
+            lambda: fb.propagate(
+                lambda f: f, {"f": fb.RandomField(0, 1, 0.01, domain=(0, 1))}, fb.PCCI(3, 3)
+            ),
+            r"would take \d+ runs, with \d+ random and 0 interval variables; most_runs is 1000000",
+        ),
+        (
+            lambda: fb.propagate(lambda x: x * 1j, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1)),
+            "must return real numbers",
+        ),
         (lambda: fb.LHSScanning(1, 10), "samples must be 2 or more; got 1"),
         (lambda: fb.MonteCarlo(10, 10, seed=-1), "seed"),
         (lambda: fb.propagate(cosine, {}, fb.PCCI(1, 1)), "at least one input"),

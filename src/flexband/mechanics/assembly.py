@@ -37,6 +37,7 @@ class System:
     functions : the functions of time in use, apart from the constant one.
     constraints : what each row of Φ belongs to.
     outputs, units : name and unit of each output.
+    conditions : the joint behind each further output, which must stay positive.
     """
 
     structure: Structure
@@ -46,6 +47,7 @@ class System:
     constraints: list[str]
     outputs: list[str]
     units: list[str]
+    conditions: list[str]
 
 
 def assemble(mechanism: Mechanism) -> System:
@@ -81,6 +83,11 @@ def assemble(mechanism: Mechanism) -> System:
         outputs += [f"{name}_X", f"{name}_Y"]
         units += [sensor.unit] * 2
         sensor_rows += sensor.components(mechanism.frame, mechanism.joint)
+    conditions = []
+    for name, joint in mechanism.joints.items():
+        positive = joint.conditions(mechanism.frame)
+        conditions += [name] * len(positive)
+        sensor_rows += positive
     functions = list(
         dict.fromkeys(f for row in constraint_rows for _, _, f in row.terms if f is not None)
     )
@@ -158,7 +165,7 @@ def assemble(mechanism: Mechanism) -> System:
     stacked["rest_length"] = np.broadcast_to(
         stacked["rest_length"], (len(springs), samples)
     )  # written by each block: what is relaxed at the start is known after assembly
-    return System(structure, samples, stacked, functions, owners, outputs, units)
+    return System(structure, samples, stacked, functions, owners, outputs, units, conditions)
 
 
 def pack(system: System, times: np.ndarray) -> list[Values]:
@@ -217,7 +224,6 @@ def _terms(
         ((first_row + k, i, j, numbers[f]), c)
         for k, row in enumerate(rows)
         for (i, j, f), c in row.terms.items()
-        if np.any(c != 0)
     ]
     return [place for place, _ in flat], [c for _, c in flat]
 
@@ -225,7 +231,7 @@ def _terms(
 def _spring_entries(mechanism: Mechanism, spring: Spring) -> list[dict[int, np.ndarray]]:
     """Return, for X and Y, coordinate -> its coefficient in the spring's vector."""
     x_and_y = spring.separation(mechanism.frame)
-    return [{j: c for (_, j, _), c in form.terms.items() if np.any(c != 0)} for form in x_and_y]
+    return [{j: c for (_, j, _), c in form.terms.items()} for form in x_and_y]
 
 
 def _constant_forces(mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarray]) -> list:

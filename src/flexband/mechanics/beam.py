@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite, known, poissons_ratio, positive, whole
-from flexband.mechanics.bodies import MassEntries, Point
+from flexband.mechanics.bodies import MassEntries, Point, point
 from flexband.mechanics.forms import Form, Frame, add, scale
 from flexband.mechanics.integration import SectionIntegration, SelectiveIntegration
 
@@ -49,7 +49,7 @@ class Beam:
     angle : from the X axis to the beam's axis at the start [rad], a guess as well.
     integration : `SelectiveIntegration` (does not lock) or `FullIntegration` (the plain element).
 
-    Points are named "start", "end", "middle" and "node 0", "node 1", ....
+    Points are named "start", "end", "middle" (or "center") and "node 0", "node 1", ….
 
     Raises
     ------
@@ -76,8 +76,7 @@ class Beam:
             if not callable(value):
                 check(name, value)
         whole("Beam elements", self.elements, 1)
-        finite("Beam start X [m]", self.start[0])
-        finite("Beam start Y [m]", self.start[1])
+        point("Beam start", self.start)
         finite("Beam angle [rad]", self.angle)
 
     def _material(self):
@@ -104,13 +103,14 @@ class Beam:
             nodes += [x0 + x * c, y0 + x * s, c, s, -s, c]
         return nodes
 
-    def frame(self, point: str, first: int) -> Frame:
+    def frame(self, name: str, first: int) -> Frame:
         """Return the frame of a named point; the body's coordinates start at z_first."""
-        known("point", point, ["start", "end", "middle", *(f"node {k}" for k in range(self.nodes))])
-        if point == "middle":
+        names = ["start", "end", "middle", "center", *(f"node {k}" for k in range(self.nodes))]
+        known("point", name, names)
+        if name in ("middle", "center"):
             return self._frame_at(self.elements / 2, first)
-        node = {"start": 0, "end": self.elements}.get(point)
-        return Frame.of_node(first + 6 * (int(point[5:]) if node is None else node))
+        node = {"start": 0, "end": self.elements}.get(name)
+        return Frame.of_node(first + 6 * (int(name[5:]) if node is None else node))
 
     def _frame_at(self, place: float, first: int) -> Frame:
         """Return the frame at `place` elements from the start."""
@@ -119,13 +119,15 @@ class Beam:
         b = Frame.of_node(first + 6 * (element + 1))
         xi, length = place - element, self.element_length
 
-        def combined(h):
-            ends = add(scale(h[0], a.position), scale(h[2], b.position))
-            return add(ends, add(scale(h[1], a.x), scale(h[3], b.x)))
+        def combined(h, position, slope):
+            ends = add(scale(h[0] * position, a.position), scale(h[2] * position, b.position))
+            return add(ends, add(scale(h[1] * slope, a.x), scale(h[3] * slope, b.x)))
 
-        position = combined(hermite(xi) * [1.0, length, 1.0, length])
-        slope = combined(hermite_slope(xi) * [1.0, length, 1.0, length] / length)
-        return Frame(position, slope, add(scale(1 - xi, a.y), scale(xi, b.y)))
+        return Frame(
+            combined(hermite(xi), 1.0, length),
+            combined(hermite_slope(xi), 1 / length, 1.0),
+            add(scale(1 - xi, a.y), scale(xi, b.y)),
+        )
 
     def constraints(self, first: int) -> list[Form]:
         """Return none: a beam is free to deform."""
@@ -152,6 +154,10 @@ class Beam:
             shape = np.broadcast_shapes(np.shape(values), x.shape)
             values = np.atleast_2d(np.broadcast_to(values, shape))
         except ValueError:
+            if not callable(value):
+                raise InputError(
+                    f"{name} has {np.size(value)} samples, the beam's length {len(x)}"
+                ) from None
             raise InputError(
                 f"{name} as a function of positions of shape {x.shape} must return values of that "
                 f"shape or (n, {x.shape[-1]}); got shape {np.shape(values)}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import finite, known, positive
+from flexband.errors import InputError, finite, known, positive
 from flexband.mechanics.forms import Form, Frame, dot
 
 Point = tuple[ArrayLike, ArrayLike]
@@ -16,6 +16,21 @@ Point = tuple[ArrayLike, ArrayLike]
 
 MassEntries = dict[tuple[int, int], np.ndarray]
 """(i, j), i ≤ j, counted from the body's first coordinate -> entry of M, shape () or (n,)."""
+
+
+def pair(name: str, value: object) -> tuple[ArrayLike, ArrayLike]:
+    """Return `value` as two things; raise `InputError` where it is not."""
+    try:
+        first, second = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair; got {value!r}") from None
+    return first, second
+
+
+def point(name: str, value: object) -> tuple[np.ndarray, np.ndarray]:
+    """Return `value` as coordinates [m]; raise `InputError` where they are not finite numbers."""
+    x, y = pair(name, value)
+    return finite(f"{name} X [m]", x), finite(f"{name} Y [m]", y)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,13 +63,11 @@ class RigidBody:
 
     def __post_init__(self) -> None:
         positive("RigidBody mass [kg]", self.mass)
-        for moment in self.second_moments:
+        for moment in pair("RigidBody second_moments", self.second_moments):
             positive("RigidBody second_moments [kg m²]", moment)
-        for name, point in self.points.items():
-            finite(f"RigidBody point {name!r} x [m]", point[0])
-            finite(f"RigidBody point {name!r} y [m]", point[1])
-        finite("RigidBody position X [m]", self.position[0])
-        finite("RigidBody position Y [m]", self.position[1])
+        for name, place in self.points.items():
+            point(f"RigidBody point {name!r}", place)
+        point("RigidBody position", self.position)
         finite("RigidBody angle [rad]", self.angle)
 
     @staticmethod
@@ -111,10 +124,8 @@ class RigidBody:
         """
         half = positive("bar length [m]", length) / 2
         turn = finite("bar angle [rad]", angle)
-        center = (
-            finite("bar start X [m]", start[0]) + half * np.cos(turn),
-            finite("bar start Y [m]", start[1]) + half * np.sin(turn),
-        )
+        x, y = point("bar start", start)
+        center = (x + half * np.cos(turn), y + half * np.sin(turn))
         return RigidBody.block(
             length=length,
             height=height,
@@ -143,11 +154,11 @@ class RigidBody:
         diagonal = (self.mass, *self.second_moments)
         return {(i, i): np.asarray(diagonal[i // 2], dtype=float) for i in range(6)}
 
-    def frame(self, point: str, first: int) -> Frame:
+    def frame(self, name: str, first: int) -> Frame:
         """Return the frame of a named point; the body's coordinates start at z_first."""
         points = {"center": (0.0, 0.0), **self.points}
-        known("point", point, points)
-        return Frame.of_node(first).moved(*points[point])
+        known("point", name, points)
+        return Frame.of_node(first).moved(*points[name])
 
     def constraints(self, first: int) -> list[Form]:
         """Return the conditions of rigidity, Eq. (24)."""

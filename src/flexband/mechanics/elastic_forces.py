@@ -13,7 +13,7 @@ _SLOPE = hermite_slope(POSITIONS)
 SHAPES = np.stack([_SLOPE[2], _SLOPE[1], _SLOPE[3], 1 - POSITIONS, POSITIONS])
 PRODUCTS = SHAPES[:, None, :] * SHAPES[None, :, :]
 ONES = np.ones(GAUSS_POINTS)
-P_SHAPE, P_COORDINATE = (0, 1, 0, 2), (0, 2, 6, 8)  # r_i, r_xi, r_j, r_xj
+P_COORDINATE = (-1, 2, 8)  # of r_xi and r_xj; the chord has two of its own
 D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # r_yi, r_yj
 # Rows of a Gauss point's second derivatives in the work space.
 PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
@@ -153,29 +153,40 @@ def add_elastic_tangent(structure, values, z, weight, matrix, blocks):
 
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
-    """Sum the Gauss points' blocks; p moves with r and r_x, d and w with r_y of both nodes."""
-    p_factor = (-il, 1.0 + 0.0 * il, il, 1.0 + 0.0 * il)
+    """Sum the Gauss points' blocks; p moves with u and r_x, d and w with r_y of both nodes.
+
+    The chord u = (r_j − r_i)/l moves with r_i and r_j.
+    """
+    uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
+    _add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
+    _add_block(matrix, slot, r_i, r_j, -weight * il * il, uu)
+    _add_block(matrix, slot, r_j, r_j, weight * il * il, uu)
+    for b in range(1, 3):
+        ug = _sum3(blocks, PP, PRODUCTS[0, b])
+        _add_block(matrix, slot, r_i, P_COORDINATE[b], -weight * il, ug)
+        _add_block(matrix, slot, r_j, P_COORDINATE[b], weight * il, ug)
+        for a in range(1, b + 1):
+            gg = _sum3(blocks, PP, PRODUCTS[a, b])
+            _add_block(matrix, slot, P_COORDINATE[a], P_COORDINATE[b], weight, gg)
     w_factor = (-il, il)
-    for a in range(4):
-        for b in range(a, 4):
-            pp = _sum3(blocks, PP, PRODUCTS[P_SHAPE[a], P_SHAPE[b]])
-            factor = weight * p_factor[a] * p_factor[b]
-            _add_block(matrix, slot, P_COORDINATE[a], P_COORDINATE[b], factor, pp)
+    for a in range(3):
+        pw = _sum4(blocks, PW, SHAPES[a])
         for b in range(2):
-            pd = _sum4(blocks, PD, PRODUCTS[P_SHAPE[a], D_SHAPE[b]])
-            pw = _sum4(blocks, PW, SHAPES[P_SHAPE[a]])
-            f = w_factor[b]
+            pd, f = _sum4(blocks, PD, PRODUCTS[a, D_SHAPE[b]]), w_factor[b]
             block = (pd[0] + f * pw[0], pd[1] + f * pw[1], pd[2] + f * pw[2], pd[3] + f * pw[3])
-            factor = weight * p_factor[a]
-            _add_block(matrix, slot, P_COORDINATE[a], D_COORDINATE[b], factor, block)
+            if a == 0:
+                _add_block(matrix, slot, r_i, D_COORDINATE[b], -weight * il, block)
+                _add_block(matrix, slot, r_j, D_COORDINATE[b], weight * il, block)
+            else:
+                _add_block(matrix, slot, P_COORDINATE[a], D_COORDINATE[b], weight, block)
     ww = _sum3(blocks, WW, ONES)
     for a in range(2):
+        wa = _sum4(blocks, WD, SHAPES[D_SHAPE[a]])
         for b in range(a, 2):
             dd = _sum3(blocks, DD, PRODUCTS[D_SHAPE[a], D_SHAPE[b]])
             wb = _sum4(blocks, WD, SHAPES[D_SHAPE[b]])
-            wa = _sum4(blocks, WD, SHAPES[D_SHAPE[a]])  # w follows d_b here: transposed below
             fa, fb = w_factor[a], w_factor[b]
-            block = (
+            block = (  # d by d, w by w, w by d, and d by w, which is w by d transposed
                 dd[0] + fa * fb * ww[0] + fa * wb[0] + fb * wa[0],
                 dd[1] + fa * fb * ww[1] + fa * wb[1] + fb * wa[2],
                 dd[2] + fa * fb * ww[2] + fa * wb[2] + fb * wa[1],

@@ -159,8 +159,8 @@ def factorize(pattern, matrix, factor, inverse_pivots):
                 product = load(factor, pattern.product_l[p]) * load(matrix, pattern.product_v[p])
                 pivot -= product
                 size += magnitude(product)
-            vanishes = less(magnitude(pivot), SINGULAR * size)
-            singular = where(vanishes, filled(float(pattern.order[k])), singular)
+            sound = less(SINGULAR * size, magnitude(pivot))
+            singular = where(sound, singular, filled(float(pattern.order[k])))
         else:
             for p in range(pattern.product_start[k], pattern.product_start[k + 1]):
                 pivot -= load(factor, pattern.product_l[p]) * load(matrix, pattern.product_v[p])

@@ -30,7 +30,8 @@ class Form:
     @staticmethod
     def constant(value: ArrayLike) -> Form:
         """Return the form that is `value`, a number or an array of shape (n,)."""
-        return Form({(0, 0, None): np.asarray(value, dtype=float)})
+        c = np.asarray(value, dtype=float)
+        return Form({(0, 0, None): c} if c.ndim or c != 0 else {})
 
     @staticmethod
     def variable(index: int) -> Form:
@@ -60,7 +61,9 @@ class Form:
         product = Form({})
         for (i, j, f), a in self.terms.items():
             for (k, m, g), b in other.terms.items():
-                product = product + Form({_key((i, j, k, m), f, g): a * b})
+                c = a * b
+                if c.ndim or c != 0:  # a plain zero is part of the model, not of a sample
+                    product = product + Form({_key((i, j, k, m), f, g): c})
         return product
 
     __rmul__ = __mul__

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import InputError, finite, positive
+from flexband.errors import InputError, numbers, positive
 from flexband.lanes import (
     any_true,
     cached,
@@ -61,10 +61,10 @@ class GeneralizedAlpha:
     """
 
     spectral_radius: float = 0.7
-    tolerance: float = 1e-11
+    tolerance: float = 1e-10
 
     def __post_init__(self) -> None:
-        rho = finite("spectral_radius", self.spectral_radius)
+        rho = numbers("spectral_radius", self.spectral_radius)
         if not 0 <= rho <= 1:
             raise InputError(f"spectral_radius must be between 0 and 1; got {rho:g}")
         positive("tolerance", self.tolerance)

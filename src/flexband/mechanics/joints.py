@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite
+from flexband.errors import InputError, finite, numbers
 from flexband.mechanics.bodies import Point
 from flexband.mechanics.forms import Form, Frame, TimeFunction, Vector, dot, scale, subtract
 
@@ -27,6 +27,10 @@ class Joint(Protocol):
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the rows of Φ."""
+        ...
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return what must stay positive: where Φ = 0 has two branches, on which one to be."""
         ...
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
@@ -44,6 +48,10 @@ class Revolute:
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r_first − r_second."""
         return list(subtract(frame(self.first).position, frame(self.second).position))
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return none."""
+        return []
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
@@ -73,7 +81,7 @@ class Prismatic:
     angle: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        if np.linalg.norm(finite("Prismatic axis", self.axis)) == 0:
+        if np.linalg.norm(numbers("Prismatic axis", self.axis, 2)) == 0:
             raise InputError(f"Prismatic axis must have a length; got {self.axis}")
         finite("Prismatic angle [rad]", self.angle)
 
@@ -88,6 +96,11 @@ class Prismatic:
         turned = line.direction(-np.sin(self.angle), np.cos(self.angle))
         return [off_line, dot(slider.x, turned)]
 
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return the cosine of the angle between the bodies."""
+        line = frame(self.second)
+        return [dot(frame(self.first).x, line.direction(np.cos(self.angle), np.sin(self.angle)))]
+
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n; the second multiplier is a moment."""
         return scale(-multipliers[0], self._normal(frame(self.second)))
@@ -101,6 +114,7 @@ class PrescribedRotation:
     ----------
     first : a point of the driven body; its x axis there is turned.
     angle : function of the time [s] that returns radians, a number or an array of shape (n,).
+        The body's own `angle` at the start has to be within 90° of it.
     """
 
     first: PointName
@@ -123,6 +137,17 @@ class PrescribedRotation:
     def _sine(self, time: float) -> np.ndarray:
         return np.sin(finite("PrescribedRotation angle [rad]", self.angle(time)))
 
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return the cosine of the angle from the prescribed direction to the body's x axis."""
+        x = frame(self.first).x
+        return [x[0] * Form.function(self._cosine) + x[1] * Form.function(self._sine)]
+
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return zero: a drive exerts a moment only."""
-        return Form.constant(0.0), Form.constant(0.0)
+        """Refuse: a drive exerts a moment only.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError("a PrescribedRotation exerts a moment and no force")

@@ -6,12 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
-from flexband.errors import InputError, finite
+import numpy as np
+
+from flexband.errors import InputError
 from flexband.mechanics.beam import Beam
 from flexband.mechanics.bodies import RigidBody
+from flexband.mechanics.bodies import point as ground_point
 from flexband.mechanics.forms import Form, Frame
 from flexband.mechanics.joints import Joint, PointName
-from flexband.mechanics.loads import Load, Spring
+from flexband.mechanics.loads import Gravity, Load, Spring
 from flexband.mechanics.sensors import Sensor
 
 Body = RigidBody | Beam
@@ -43,13 +46,28 @@ class Mechanism:
         for name in self.bodies:
             if "." in name or not name:
                 raise InputError(f"a body's name must be non-empty and without a dot; got {name!r}")
+        for kind, parts, method in (
+            ("body", self.bodies, "mass_entries"),
+            ("joint", self.joints, "constraints"),
+            ("sensor", self.sensors, "components"),
+        ):
+            for name, part in parts.items():
+                if not callable(getattr(part, method, None)):
+                    raise InputError(f"{kind} {name!r} is no {kind}: {part!r}")
         for name, joint in self.joints.items():
-            _naming(f"joint {name!r}", partial(joint.constraints, self.frame))
+            _naming(f"joint {name!r}", partial(self._check_joint, joint))
         for name, load in self.loads.items():
+            if not isinstance(load, Spring | Gravity):
+                raise InputError(f"load {name!r} is no load: {load!r}")
             if isinstance(load, Spring):
                 _naming(f"load {name!r}", partial(load.separation, self.frame))
         for name, sensor in self.sensors.items():
             _naming(f"sensor {name!r}", partial(sensor.components, self.frame, self.joint))
+
+    def _check_joint(self, joint: Joint) -> None:
+        for row in joint.constraints(self.frame):
+            if not any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items()):
+                raise InputError("it joins the ground or a body with itself")
 
     @property
     def coordinates(self) -> int:
@@ -73,13 +91,7 @@ class Mechanism:
             Where the mechanism has no such body or the body no such point.
         """
         if not isinstance(point, str):
-            try:
-                x, y = point
-            except (TypeError, ValueError):
-                raise InputError(
-                    f"a point must be 'body.point' or coordinates (X, Y); got {point!r}"
-                ) from None
-            return Frame.ground((finite("ground point X [m]", x), finite("ground point Y [m]", y)))
+            return Frame.ground(ground_point("ground point", point))
         body, _, name = point.partition(".")
         if body not in self.bodies:
             raise InputError(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import SimulationError
+from flexband.errors import InputError, RunError
 from flexband.mechanics.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
@@ -39,28 +39,31 @@ class DynamicResponse:
 
         Raises
         ------
-        InputError, AssemblyError
-            As `simulate` does.
-        SimulationError
-            Where a sample diverges, with its inputs.
+        InputError
+            As `simulate` does, and where the builder returns no mechanism.
+        AssemblyError, SimulationError
+            As `simulate` does, with the inputs of the runs that failed.
         """
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = max((np.size(v) for v in arrays.values()), default=1)
+        mechanism = self.builder(**values)
+        if not isinstance(mechanism, Mechanism):
+            raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
         try:
             motion = simulate(
-                self.builder(**values),
+                mechanism,
                 duration=self.duration,
                 step=self.step,
                 integrator=self.integrator,
                 threads=self.threads,
             )
-        except SimulationError as error:
+        except RunError as error:
             lines = [
                 f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
                 for s in list(error.failures)[:5]
             ]
             text = f"{error}\ninputs of the failed runs:\n" + "\n".join(lines)
-            raise SimulationError(text, error.failures) from None
+            raise type(error)(text, error.failures) from None
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion

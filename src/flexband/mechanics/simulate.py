@@ -12,13 +12,22 @@ from contextlib import contextmanager
 import numpy as np
 import xarray as xr
 
-from flexband.errors import AssemblyError, InputError, SimulationError, positive, whole
+from flexband.errors import (
+    AssemblyError,
+    InputError,
+    SimulationError,
+    numbers,
+    positive,
+    whole,
+)
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble, pack
 from flexband.mechanics.equations import Values, Work
 from flexband.mechanics.generalized_alpha import DIVERGED, GeneralizedAlpha, march
 from flexband.mechanics.initial import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.mechanism import Mechanism
+
+WRONG_BRANCH = 5.0
 
 Progress = Callable[[int, int], object]
 """Told now and then how many runs are done, and of how many."""
@@ -68,13 +77,14 @@ def simulate(
         series, failure = _march(system, method, tolerance, blocks[block], len(times))
         first = block * WIDTH
         count = min(WIDTH, system.samples - first)
-        outputs[first : first + count] = series.transpose(2, 1, 0)[:count]
-        failures[first : first + count] = failure.T[:count]
+        own = len(system.outputs)
+        outputs[first : first + count] = series[:, :own].transpose(2, 1, 0)[:count]
+        failures[first : first + count] = _with_branches(series[:, own:], failure).T[:count]
         return count
 
     _compile(system, method, tolerance, blocks[0])
     _in_parallel(run, len(blocks), system.samples, threads, progress)
-    _raise_failures(failures, system.constraints, times)
+    _raise_failures(failures, system, times)
     result = xr.DataArray(
         outputs,
         dims=("sample", "output", "time"),
@@ -89,18 +99,24 @@ def simulate(
 
 def _times(duration: float, step: float) -> np.ndarray:
     """Return the times of the steps [s], zero included."""
+    numbers("duration [s]", duration)
+    numbers("step [s]", step)
     ratio = float(positive("duration [s]", duration)) / float(positive("step [s]", step))
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(
             f"duration [s] must be a whole number of steps; got {duration:g} with step {step:g}"
         )
-    return np.arange(steps + 1) * float(step)
+    digits = 12 + max(0, int(np.ceil(-np.log10(step))))
+    return np.array([round(k * float(step), digits) for k in range(steps + 1)])
 
 
 def _march(system: System, method, tolerance: float, values: Values, times: int):
-    """Run one block; return its outputs (times, outputs, WIDTH) and failures (3, WIDTH)."""
-    series = np.zeros((times, len(system.outputs), WIDTH))
+    """Run one block; return its outputs (times, outputs, WIDTH) and failures (3, WIDTH).
+
+    The conditions of the joints follow the outputs of the sensors.
+    """
+    series = np.zeros((times, len(system.outputs) + len(system.conditions), WIDTH))
     failure = np.zeros((3, WIDTH))
     work = Work.of(system.structure)
     march(system.structure, method, tolerance, values, work, series, failure)
@@ -115,7 +131,7 @@ def _in_parallel(
     progress: Progress | None,
 ) -> None:
     """Run all blocks; Ctrl-C drops those not yet begun."""
-    workers = len(os.sched_getaffinity(0)) if threads is None else whole("threads", threads, 1)
+    workers = available_cores() if threads is None else whole("threads", threads, 1)
     done = 0
     with ThreadPoolExecutor(min(workers, blocks)) as pool:
         futures = [pool.submit(run, block) for block in range(blocks)]
@@ -127,6 +143,26 @@ def _in_parallel(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def available_cores() -> int:
+    """Return the number of processors that this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
+    """Return the failures, with those of joints that were held the wrong way round.
+
+    `conditions`, shape (times, conditions, WIDTH), must be positive up to a run's failure.
+    """
+    failure = failure.copy()
+    times, rows, lanes = np.nonzero(conditions < 0)
+    for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
+        if failure[0, lane] in (0, WRONG_BRANCH) or time < failure[1, lane]:
+            failure[:, lane] = WRONG_BRANCH, time, row
+    return failure
 
 
 def _compile(system: System, method, tolerance: float, values: Values) -> None:
@@ -148,7 +184,7 @@ def _notice(text: str, seconds: float):
         timer.cancel()
 
 
-def _raise_failures(failures: np.ndarray, constraints: list[str], times: np.ndarray) -> None:
+def _raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> None:
     """Raise the error that says which samples failed, when and why."""
     code, number, row = failures.T
     failed = np.flatnonzero(code)
@@ -156,17 +192,20 @@ def _raise_failures(failures: np.ndarray, constraints: list[str], times: np.ndar
         return
     found = {}
     for sample in failed:
-        where = constraints[int(row[sample])] if row[sample] >= 0 else ""
+        names = system.conditions if code[sample] == WRONG_BRANCH else system.constraints
+        where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
             NOT_ASSEMBLED: f"the constraints cannot be met, worst is {where}",
-            SINGULAR_START: "constraints contradict each other or are redundant (their Jacobian "
-            f"loses rank), seen at {where}",
+            SINGULAR_START: "constraints contradict each other or are redundant, or the guess is "
+            f"where their Jacobian loses rank, seen at {where}",
+            WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; start the body "
+            "within 90° of the angle asked for",
             DIVERGED: "Newton's method diverged",
         }.get(code[sample], f"the Jacobian of the constraints loses rank, at {where}")
         found[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"sample {s}, t = {t:g} s: {reason}" for s, (t, reason) in list(found.items())[:5]]
     more = f"\n... and {len(found) - 5} more" if len(found) > 5 else ""
     text = f"{len(found)} of {len(failures)} runs failed\n" + "\n".join(lines) + more
-    if np.all(code[failed] <= SINGULAR_START):
-        raise AssemblyError(text)
+    if not np.any(number[failed]):
+        raise AssemblyError(text, found)
     raise SimulationError(text, found)

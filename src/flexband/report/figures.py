@@ -26,6 +26,12 @@ def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
     return [str(name) for name in data["output"].values] if "output" in data.dims else [""]
 
 
+def drawable_outputs(data: xr.DataArray) -> list[str]:
+    """Return the outputs if each is a function of one variable, else none."""
+    free = [d for d in data.dims if d not in ("output", "bound")]
+    return outputs_of(data) if len(free) <= 1 else []
+
+
 def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str, str]:
     """Return x, values (..., x) and labels of one output, along "time" or the last dim.
 

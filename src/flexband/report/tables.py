@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
 from flexband.report.figures import outputs_of
@@ -13,37 +14,40 @@ Table = tuple[list[str], list[list[str]]]
 
 
 def summary_table(bands: xr.Dataset) -> Table:
-    """Return a table of the outputs: extremes over time and widest bands."""
-    header = ["output", "unit", "mean: lowest", "mean: highest", "error bar: lowest"]
-    header += ["error bar: highest", "widest error bar", "at"]
+    """Return a row an output: bands over all times, and the widest error bar.
+
+    The last column, for PCCI methods, is the largest truncation indicator over that width.
+    """
+    header = ["output", "interval mean", "error bar", "widest", "at", "truncation"]
     rows = []
     for name in outputs_of(bands):
         one = bands.sel(output=name) if name else bands
-        mean, bar = one["mean"], one["error_bar"]
-        width = (bar.sel(bound="upper") - bar.sel(bound="lower")).squeeze()
+        unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
+        bar = one["error_bar"]
+        width = bar.sel(bound="upper") - bar.sel(bound="lower")
         at = ""
-        if "time" in width.dims:
-            at = f"t = {float(width['time'].values[int(width.values.argmax())]):.4g} s"
-        unit = str(one["unit"].values) if "unit" in one.coords else ""
-        numbers = [mean.min(), mean.max(), bar.min(), bar.max(), width.max()]
-        rows.append([name, unit, *(f"{float(x):.5g}" for x in numbers), at])
+        if width.dims == ("time",):
+            at = f"{float(width['time'].values[int(width.values.argmax())]):.4g} s"
+        doubt = ""
+        if "truncation" in one and float(width.max()) > 0:
+            doubt = f"{100 * float(one['truncation'].max()) / float(width.max()):.2g} %"
+        spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
+        rows.append([f"{name or 'response'}{unit}", *spans, f"{float(width.max()):.4g}", at, doubt])
     return header, rows
 
 
 def error_table(results: Sequence[Comparison], names: Sequence[str]) -> Table:
-    """Return a table of runs, wall time and relative errors in per cent."""
-    header = ["method", "runs", "time [s]"]
-    header += [f"{name} {kind}" for kind in ("mean", "error bar") for name in names]
+    """Return runs, wall time and relative errors in per cent, a row a method and output."""
+    header = ["method", "runs", "time [s]", "output", "mean [%]", "error bar [%]"]
     rows = []
     for result in results:
-        row = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
-        for variable in ("mean", "error_bar"):
-            for name in names:
-                if result.errors is None:
-                    row.append("–")
-                else:
-                    error = result.errors[variable]
-                    value = float(error.sel(output=name) if name else error)
-                    row.append(f"{100 * value:.2f}")
-        rows.append(row)
+        head = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
+        if result.errors is None:
+            rows.append([*head, "reference", "", ""])
+            continue
+        for name in names:
+            errors = [result.errors[v] for v in ("mean", "error_bar")]
+            values = [float(e.sel(output=name) if name else e) for e in errors]
+            rows.append([*head, name, *("–" if np.isnan(v) else f"{100 * v:.2f}" for v in values)])
+            head = ["", "", ""]
     return header, rows

@@ -48,10 +48,6 @@ class Study:
         xi, eta = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
         return evaluate(self.response, space, xi, eta, 1, lambda runs: None).isel(sample=0)
 
-    def runs(self) -> int:
-        """Return how many runs the method takes."""
-        return self.method.runs(Space(self.located().inputs))
-
     def fields(self) -> dict[str, RandomField]:
         """Return the random fields among the inputs, their domains known."""
         return {k: i for k, i in self.located().inputs.items() if isinstance(i, RandomField)}

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 from scipy.special import ndtr
 
-from flexband.errors import InputError, finite, positive, whole
+from flexband.errors import InputError, numbers, positive, whole
 from flexband.uncertainty.correlation import squared_exponential
 from flexband.uncertainty.fields import Correlation, Eole
 
@@ -56,10 +56,7 @@ class Interval:
     dimension = 1
 
     def __post_init__(self) -> None:
-        lower, upper = (
-            finite("Interval lower", self.lower),
-            finite("Interval upper", self.upper),
-        )
+        lower, upper = numbers("Interval lower", self.lower), numbers("Interval upper", self.upper)
         if lower > upper:
             raise InputError(f"Interval lower {lower:g} must not be above upper {upper:g}")
 
@@ -86,8 +83,8 @@ class Normal:
     dimension = 1
 
     def __post_init__(self) -> None:
-        finite("Normal mean", self.mean)
-        positive("Normal std", self.std)
+        numbers("Normal mean", self.mean)
+        positive("Normal std", numbers("Normal std", self.std))
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return mean + std ξ."""
@@ -111,7 +108,7 @@ class Uniform:
     dimension = 1
 
     def __post_init__(self) -> None:
-        lower, upper = finite("Uniform lower", self.lower), finite("Uniform upper", self.upper)
+        lower, upper = numbers("Uniform lower", self.lower), numbers("Uniform upper", self.upper)
         if lower >= upper:
             raise InputError(f"Uniform lower {lower:g} must be below upper {upper:g}")
 
@@ -129,7 +126,8 @@ class RandomField:
     mean, std : mean and standard deviation at every position.
     correlation_length : a of Eq. (30) [m].
     domain : positions (start, end) [m] on which the field is used. Where None, `propagate` finds
-        it by one more run at nominal values, in which it notes the positions asked for.
+        it by runs at the means and at the ends of the intervals, in which it notes the positions
+        asked for.
     terms : number of terms, each with one standard variable; where None, as few as `tolerance`
         allows.
     tolerance : largest variance error, as a part of the variance.
@@ -155,16 +153,16 @@ class RandomField:
     random = True
 
     def __post_init__(self) -> None:
-        finite("RandomField mean", self.mean)
-        positive("RandomField std", self.std)
-        positive("RandomField correlation_length [m]", self.correlation_length)
-        positive("RandomField tolerance", self.tolerance)
+        numbers("RandomField mean", self.mean)
+        for name in ("std", "correlation_length", "tolerance"):
+            label = f"RandomField {name}"
+            positive(label, numbers(label, getattr(self, name)))
         if self.terms is not None:
             whole("RandomField terms", self.terms, 1)
         if self.nodes is not None:
             whole("RandomField nodes", self.nodes, 2)
         if self.domain is not None:
-            start, end = finite("RandomField domain [m]", self.domain)
+            start, end = numbers("RandomField domain [m]", self.domain, 2)
             if start >= end:
                 raise InputError(f"RandomField domain must run upwards; got {self.domain}")
 
@@ -207,10 +205,19 @@ class RandomField:
     def value(self, standard: np.ndarray) -> FunctionOfPosition:
         """Return the samples as a function of position, Eq. (29).
 
-        It takes positions of shape (points,) or (n, points) and returns shape (n, points).
+        It takes positions of shape (points,) or (n, points) and returns shape (n, points); it
+        raises `InputError` for positions outside the domain.
         """
+        start, end = self.expansion.nodes[[0, -1]]
+        slack = 1e-9 * (end - start)
 
         def samples(x: np.ndarray) -> np.ndarray:
+            outside = (np.asarray(x) < start - slack) | (np.asarray(x) > end + slack)
+            if np.any(outside):
+                raise InputError(
+                    f"RandomField is asked for at {np.asarray(x)[outside][0]:g} m, outside its "
+                    f"domain ({start:g}, {end:g}) m; give a larger domain"
+                )
             basis = self.expansion.basis(np.atleast_2d(x))
             return self.mean + self.std * np.einsum("nt,tnp->np", standard, basis)
 

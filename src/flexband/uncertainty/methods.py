@@ -21,6 +21,10 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 """The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""
 
 
+HIGHEST_ORDER = 100
+"""Norms of Hermite polynomials overflow not far above."""
+
+
 class Method(Protocol):
     """What `propagate` asks of a method."""
 
@@ -55,7 +59,7 @@ class PCCI:
     Raises
     ------
     InputError
-        Where an order is not a whole number, 0 or more.
+        Where an order is not a whole number from 0 to 100.
     """
 
     random_order: int
@@ -69,8 +73,8 @@ class PCCI:
         return f"{self.name} ({self.random_order}, {self.interval_order})"
 
     def __post_init__(self) -> None:
-        whole("random_order", self.random_order, 0)
-        whole("interval_order", self.interval_order, 0)
+        whole("random_order", self.random_order, 0, HIGHEST_ORDER)
+        whole("interval_order", self.interval_order, 0, HIGHEST_ORDER)
 
     def interval_nodes(self) -> np.ndarray:
         """Return the points of an interval variable, Eq. (14)."""

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.expansion import tensor_points
 from flexband.uncertainty.inputs import FunctionOfPosition, Input, Interval, RandomField
 
 Response = Callable[..., Any]
@@ -55,6 +56,12 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
     """Raise `InputError` where the response's arguments and the inputs do not match."""
     if not inputs:
         raise InputError("inputs must name at least one input; got none")
+    for name, one in inputs.items():
+        if not callable(getattr(one, "value", None)):
+            raise InputError(
+                f"input {name!r} must be an Interval, a Normal, a Uniform or a RandomField; "
+                f"got {one!r}"
+            )
     parameters = inspect.signature(response).parameters.values()
     open_ended = any(p.kind is p.VAR_KEYWORD for p in parameters)
     named = {p.name: p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
@@ -70,9 +77,11 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
 
 
 def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict[str, Input], int]:
-    """Give fields without a domain the positions that a nominal run asks them for.
+    """Give fields without a domain the positions that the response asks them for.
 
-    Returns the inputs and the number of runs it took, 0 or 1.
+    The response is run with random inputs at their means and intervals at all their ends (at the
+    ends of one at a time where there are more than four). Returns the inputs and the number of
+    runs it took, 0 where every field has its domain.
 
     Raises
     ------
@@ -95,17 +104,19 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
 
         return value
 
-    fixed = {
-        name: i.value(np.zeros((1, i.dimension))) for name, i in inputs.items() if name not in loose
-    }
-    response(**fixed, **{name: nominal(name, one.mean) for name, one in loose.items()})
+    given = Space({name: one for name, one in inputs.items() if name not in loose})
+    m = given.interval_dimension
+    ends = np.array([-1.0, 1.0])
+    eta = tensor_points(ends, m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
+    values = given.values(np.zeros((len(eta), given.random_dimension)), eta)
+    response(**values, **{name: nominal(name, one.mean) for name, one in loose.items()})
     located = dict(inputs)
     for name, one in loose.items():
         places = np.concatenate([x.ravel() for x in asked[name]] or [np.zeros(1)])
         if np.ptp(places) == 0:
             raise InputError(f"{name}: RandomField needs a domain; the response asks for no range")
         located[name] = one.on((float(places.min()), float(places.max())))
-    return located, 1
+    return located, len(eta)
 
 
 def evaluate(
@@ -141,6 +152,8 @@ def evaluate(
 def _labelled(result: Any, runs: int, values: dict) -> xr.DataArray:
     """Return a response as a `DataArray` with first dim "sample"."""
     if not isinstance(result, xr.DataArray):
+        if np.iscomplexobj(result):
+            raise InputError("the response must return real numbers; got complex ones")
         array = np.asarray(result, dtype=float)
         names = [f"dim_{k}" for k in range(1, array.ndim)]
         if array.ndim:

@@ -201,7 +201,7 @@ def states(mechanism, steps, step, integrator=None):
     times = np.arange(max(steps, 1) + 1) * step
     structure, work = system.structure, Work.of(system.structure)
     outputs, failure = (
-        np.zeros((steps + 1, len(system.outputs), WIDTH)),
+        np.zeros((steps + 1, system.sensed, WIDTH)),
         np.zeros((3, WIDTH)),
     )
     march(

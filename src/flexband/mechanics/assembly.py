@@ -49,6 +49,11 @@ class System:
     units: list[str]
     conditions: list[str]
 
+    @property
+    def sensed(self) -> int:
+        """Number of rows that `sense` writes: outputs, then conditions."""
+        return len(self.outputs) + len(self.conditions)
+
 
 def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism.

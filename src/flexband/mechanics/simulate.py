@@ -116,7 +116,7 @@ def _march(system: System, method, tolerance: float, values: Values, times: int)
 
     The conditions of the joints follow the outputs of the sensors.
     """
-    series = np.zeros((times, len(system.outputs) + len(system.conditions), WIDTH))
+    series = np.zeros((times, system.sensed, WIDTH))
     failure = np.zeros((3, WIDTH))
     work = Work.of(system.structure)
     march(system.structure, method, tolerance, values, work, series, failure)

@@ -28,5 +28,11 @@ check: install
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 
-bench: install
-	$(BIN)/python benchmarks/engine.py
+# OPTIONS='--samples 16 --repeats 1' for a quick look
+bench: install .venv/benched
+	for program in $$(grep -l __main__ benchmarks/*.py); do \
+		$(BIN)/python $$program $(OPTIONS) || exit 1; done
+
+.venv/benched: pyproject.toml
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	touch $@

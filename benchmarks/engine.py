@@ -1,67 +1,144 @@
-"""Throughput of the engine on the slider–crank study: 600 steps, 36 coordinates, 15 multipliers.
+"""Throughput on the slider–crank, 600 steps, all cores, against Exudyn on as many processes.
 
-Prints medians of alternating runs as a Markdown table and writes output/bench/engine.json.
-Ratios are to one thread in the same run.
+Exudyn runs with each of its settings; its throughput is that of the fastest. Both programs are
+also compared in what they compute. Without Exudyn the table has flexband's own rows only.
 """
 
-import argparse
-import json
-import os
-import platform
-import runpy
-import statistics
+from __future__ import annotations
+
+import multiprocessing
 import time
-from pathlib import Path
+from functools import partial
 
 import numpy as np
+import peer_exudyn as peer
+from harness import alternate, medians, options, report
 
 import flexband as fb
+from flexband.mechanics.simulate import available_cores
 
-ROOT = Path(__file__).parents[1]
+DURATION, STEP = 0.6, 1e-3
+
+
+def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
+    """Return the slider–crank of the example, with sensors for the comparison."""
+    crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
+    link = fb.Beam(
+        length=0.45,
+        height=0.01,
+        width=0.01,
+        density=2700.0,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+        elements=3,
+        integration=fb.FullIntegration(),
+        start=(crank_length, 0.0),
+    )
+    slider = fb.RigidBody.block(
+        length=0.08, height=0.08, width=0.2, density=7800.0, position=(crank_length + 0.45, 0.0)
+    )
+    return fb.Mechanism(
+        bodies={"crank": crank, "link": link, "slider": slider},
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("link.start", "crank.end"),
+            "C": fb.Revolute("slider", "link.end"),
+            "guide": fb.Prismatic("slider", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("crank", lambda t: 4 * np.pi * t),
+        },
+        loads={"spring": fb.Spring("slider", (2.0, 0.0), spring_stiffness)},
+        sensors={
+            "F": fb.Reaction("A"),
+            "crank": fb.Position("crank"),
+            "slider": fb.Position("slider"),
+        },
+    )
+
+
+def parameters(samples: int) -> np.ndarray:
+    """Return samples of the study's parameters, shape (samples, 4)."""
+    rng = np.random.default_rng(0)
+    scatter = rng.standard_normal((2, samples))
+    return np.stack(
+        [
+            rng.uniform(0.194, 0.206, samples),
+            rng.uniform(970.0, 1030.0, samples),
+            69e9 * (1 + 0.01 * scatter[0]),
+            0.34 * (1 + 0.01 * scatter[1]),
+        ],
+        axis=1,
+    )
+
+
+def own_time(model: fb.Mechanism, samples: int, threads: int) -> float:
+    """Return milliseconds a sample."""
+    begin = time.perf_counter()
+    fb.simulate(model, duration=DURATION, step=STEP, threads=threads)
+    return 1e3 * (time.perf_counter() - begin) / samples
+
+
+def peer_time(pool, rows: np.ndarray, processes: int, setting: str) -> float:
+    """Return milliseconds a sample of Exudyn, all processes at work at once."""
+    jobs = [(part, DURATION, STEP, setting) for part in np.array_split(rows, processes)]
+    return 1e3 * sum(pool.starmap(peer.seconds, jobs, chunksize=1)) / len(rows) / processes
+
+
+def agreement() -> list[str]:
+    """Return how far the two programs are apart in positions and, at ρ∞ = 0.5, in reactions."""
+    row = parameters(1)[0]
+    ours = fb.simulate(
+        slider_crank(*row),
+        duration=DURATION,
+        step=STEP,
+        integrator=fb.GeneralizedAlpha(spectral_radius=0.5),
+    )
+    theirs = peer.motion(row, DURATION, STEP, 0.5)
+    theirs["F"] = -theirs["F"]  # on the ground rather than on the crank
+    notes = []
+    for name in ("crank", "slider"):
+        found = ours.sel(output=[f"{name}_X", f"{name}_Y"]).values.T
+        off = np.abs(found - theirs[name]).max()
+        notes.append(f"largest difference in the {name}'s position: {off:.1e} m (allowed 1e-4)")
+    for k, axis in enumerate("XY"):
+        found, exact = ours.sel(output=f"F_{axis}").values, theirs["F"][:, k]
+        off = 100 * np.abs(found - exact).sum() / np.abs(exact).sum()
+        notes.append(f"∫|Δ|dt / ∫|F|dt of F_{axis} at A: {off:.3f} % (allowed 0.2 %)")
+    return notes
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=int, default=2048)
-    parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--output", type=Path, default=ROOT / "output" / "bench")
-    options = parser.parse_args()
-
-    example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
-    rng = np.random.default_rng(0)
-
-    def mechanism(n: int) -> fb.Mechanism:
-        return example["slider_crank"](
-            rng.uniform(0.194, 0.206, n),
-            rng.uniform(970.0, 1030.0, n),
-            69e9 * (1 + 0.01 * rng.standard_normal(n)),
-            0.34 * (1 + 0.01 * rng.standard_normal(n)),
-        )
-
-    cores = len(os.sched_getaffinity(0))
+    chosen, cores = options(__doc__, 2048), available_cores()
+    rows = parameters(chosen.samples)
+    model, few = slider_crank(*rows.T), rows[: max(cores, chosen.samples // 32)]
+    own_time(slider_crank(*rows[0]), 1, 1)  # compile
     cases = {
-        "batch, 1 thread": (mechanism(options.samples), 1, options.samples),
-        f"batch, {cores} threads": (mechanism(options.samples), cores, options.samples),
-        "one sample alone": (mechanism(1), 1, 1),
+        f"flexband, {cores} threads": partial(own_time, model, len(rows), cores),
+        "flexband, 1 thread": partial(own_time, model, len(rows), 1),
     }
-    times: dict[str, list[float]] = {name: [] for name in cases}
-    fb.simulate(cases["one sample alone"][0], duration=0.6, step=1e-3)  # compile
-    for _ in range(options.repeats):
-        for name, (model, threads, samples) in cases.items():
-            begin = time.perf_counter()
-            fb.simulate(model, duration=0.6, step=1e-3, threads=threads)
-            times[name].append(1e3 * (time.perf_counter() - begin) / samples)
-
-    medians = {name: statistics.median(values) for name, values in times.items()}
-    baseline = medians["batch, 1 thread"]
-    python = f"Python {platform.python_version()}, NumPy {np.__version__}"
-    print(f"{platform.machine()}, {cores} cores, {python}")
-    print(f"{options.samples} samples, medians of {options.repeats} alternating runs\n")
-    print("| case | ms a sample | throughput, one thread = 1 |\n| --- | --- | --- |")
-    for name, median in medians.items():
-        print(f"| {name} | {median:.3f} | {baseline / median:.2f} |")
-    options.output.mkdir(parents=True, exist_ok=True)
-    (options.output / "engine.json").write_text(json.dumps(times, indent=1), encoding="utf-8")
+    notes = [f"{len(rows)} samples of {round(DURATION / STEP)} steps; medians of alternating runs"]
+    if not peer.AVAILABLE:
+        measured = alternate(cases, chosen.repeats)
+        notes.append("Exudyn is not installed: its rows are left out")
+    else:
+        with multiprocessing.get_context("spawn").Pool(cores) as pool:
+            for setting in peer.SETTINGS:
+                name = f"Exudyn, {setting}, {cores} processes"
+                cases[name] = partial(peer_time, pool, few, cores, setting)
+            peer_time(pool, few, cores, next(iter(peer.SETTINGS)))  # import and warm up
+            measured = alternate(cases, chosen.repeats)
+        notes += [f"Exudyn: {len(few)} of the samples, time in its solver only", *agreement()]
+    middle = medians(measured)
+    peers = {k: v for k, v in middle.items() if k.startswith("Exudyn")}
+    baseline = min(peers.values()) if peers else middle["flexband, 1 thread"]
+    what = "fastest Exudyn" if peers else "one thread"
+    report(
+        chosen.output,
+        "engine",
+        ["case", "ms a sample", f"throughput, {what} = 1"],
+        [[name, f"{ms:.3f}", f"{baseline / ms:.2f}"] for name, ms in middle.items()],
+        measured,
+        notes,
+    )
 
 
 if __name__ == "__main__":

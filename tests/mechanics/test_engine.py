@@ -133,6 +133,23 @@ def test_start_has_the_exact_rigid_velocities_and_no_stress():
         np.testing.assert_allclose(vx, turn * np.array([-rx[1], rx[0]]), atol=1e-7)
 
 
+def test_reaction_at_the_start_of_an_accelerating_drive():
+    """m a of the centre of mass, exactly: a = r (θ̈ t − θ̇² n)."""
+    bar = fb.RigidBody.bar(length=0.4, height=0.02, width=0.02, density=2000.0, angle=0.7)
+    model = fb.Mechanism(
+        bodies={"bar": bar},
+        joints={
+            "pin": fb.Revolute("bar.start", (0.1, 0.2)),
+            "motor": fb.PrescribedRotation("bar", lambda t: 0.7 + 3.0 * t + 5.0 * t**2),
+        },
+        sensors={"F": fb.Reaction("pin")},
+    )
+    start = fb.simulate(model, duration=0.01, step=1e-3).isel(time=0).values
+    mass, c, s = 2000.0 * 0.4 * 0.02**2, np.cos(0.7), np.sin(0.7)
+    exact = mass * 0.2 * (10.0 * np.array([-s, c]) - 9.0 * np.array([c, s]))
+    np.testing.assert_allclose(start, exact, rtol=2e-7)
+
+
 def samples(n, seed=3):
     rng = np.random.default_rng(seed)
     return {

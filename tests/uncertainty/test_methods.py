@@ -191,7 +191,9 @@ def test_samples_are_reproducible_and_stratified():
         return x
 
     for seed in (5, 5, 6):
-        fb.propagate(response, inputs, fb.LHSScanning(50, 2, seed=seed))
+        bands = fb.propagate(response, inputs, fb.LHSScanning(50, 2, seed=seed))
+    mean, std = seen[-1].mean(), seen[-1].std(ddof=1)  # Eq. (10)
+    np.testing.assert_allclose(bands["error_bar"], [mean - std, mean + std], rtol=1e-12)
     np.testing.assert_array_equal(seen[0], seen[1])
     assert np.any(seen[0] != seen[2])
     from scipy.special import ndtr  # noqa: PLC0415

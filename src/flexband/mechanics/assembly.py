@@ -183,8 +183,8 @@ def pack(system: System, times: np.ndarray) -> list[Values]:
     """
     step = times[1] - times[0]
     functions = _tabulate(system, times)
-    rates = np.einsum("dt,tfn->dfn", _DERIVATIVES, _tabulate(system, np.arange(7) * step / 10))
-    rates /= (step / 10) ** np.arange(3)[:, None, None]
+    rates = np.einsum("dt,tfn->dfn", _DERIVATIVES, _tabulate(system, np.arange(7) * step / 4))
+    rates /= (step / 4) ** np.arange(3)[:, None, None]
     rows = system.rows | {
         "functions": functions.reshape(-1, functions.shape[-1]),
         "rates": rates.reshape(-1, rates.shape[-1]),

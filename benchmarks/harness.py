@@ -1,0 +1,82 @@
+"""What the benchmarks share: alternating runs, the machine, and tables in Markdown and JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from flexband.mechanics.simulate import available_cores
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn")
+
+
+def options(description: str | None, samples: int) -> argparse.Namespace:
+    """Return the command line's options: how large, how often, and where results go."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--samples", type=int, default=samples, help="samples of a batch")
+    parser.add_argument("--repeats", type=int, default=5, help="alternating runs")
+    parser.add_argument("--output", type=Path, default=ROOT / "output" / "bench")
+    return parser.parse_args()
+
+
+def alternate(cases: Mapping[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
+    """Return what each case measures, `repeats` times, the cases taking turns."""
+    measured: dict[str, list[float]] = {name: [] for name in cases}
+    for _ in range(repeats):
+        for name, case in cases.items():
+            measured[name].append(case())
+    return measured
+
+
+def medians(measured: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    """Return the median of each case."""
+    return {name: statistics.median(values) for name, values in measured.items()}
+
+
+def machine() -> dict[str, str]:
+    """Return what the numbers were measured on."""
+    facts = {"processor": _processor(), "cores": str(available_cores())}
+    facts["python"] = platform.python_version()
+    for package in PACKAGES:
+        try:
+            facts[package] = version(package)
+        except PackageNotFoundError:
+            facts[package] = "not installed"
+    return facts
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    if info.is_file():
+        for line in info.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def report(
+    folder: Path,
+    name: str,
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    measured: Mapping[str, object],
+    notes: Sequence[str] = (),
+) -> None:
+    """Print a table and write it as ``name.md``, and all numbers as ``name.json``."""
+    facts = machine()
+    lines = [f"## {name}", "", ", ".join(f"{key} {value}" for key, value in facts.items()), ""]
+    lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    lines += ["", *(f"- {note}" for note in notes)]
+    text = "\n".join(lines) + "\n"
+    print(text)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    data = json.dumps({"machine": facts, "measured": measured, "notes": list(notes)}, indent=1)
+    (folder / f"{name}.json").write_text(data, encoding="utf-8")

@@ -1,0 +1,159 @@
+"""The slider–crank in Exudyn: three ANCFCable2D, rigid bodies, drive at velocity level.
+
+Everything that costs time and is not the simulation is switched off: file output, statistics,
+sensors (but where motion is asked for). The beam is thin, so the cable's lack of shear does not
+matter; its bending stiffness is that of the plain plane-stress element, EI/(1−ν²).
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import warnings
+from importlib.util import find_spec
+from itertools import pairwise
+
+import numpy as np
+
+AVAILABLE = find_spec("exudyn") is not None
+LINK, SIDE, SPEED = 0.45, 0.01, 4 * np.pi
+SETTINGS = {
+    "modified Newton, dense": (True, True),
+    "modified Newton, sparse": (True, False),
+    "full Newton, dense": (False, True),
+    "full Newton, sparse": (False, False),
+}
+
+
+def _exudyn():
+    sys.exudynFast = True  # type: ignore[attr-defined]  # the build without range checks
+    import exudyn  # noqa: PLC0415
+
+    return exudyn
+
+
+def build(crank_length: float, spring_stiffness: float, youngs_modulus: float, nu: float):
+    """Return the container, the system, and the joint A, crank and slider in it."""
+    exu = _exudyn()
+    from exudyn import itemInterface as item  # noqa: N813, PLC0415
+
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+
+    def at_body(body, x=0.0):
+        return mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0]))
+
+    def of_node(node, coordinate):
+        return mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+
+    def pin(first, second):
+        return mbs.AddObject(item.ObjectJointRevolute2D(markerNumbers=[first, second]))
+
+    def rigid(x, velocities, mass, inertia):
+        node = mbs.AddNode(
+            item.NodeRigidBody2D(referenceCoordinates=[x, 0, 0], initialVelocities=velocities)
+        )
+        body = item.ObjectRigidBody2D(physicsMass=mass, physicsInertia=inertia, nodeNumber=node)
+        return node, mbs.AddObject(body)
+
+    L, tip = crank_length, SPEED * crank_length
+    ground = mbs.AddObject(item.ObjectGround())
+    fixed = of_node(mbs.AddNode(item.NodePointGround()), 0)
+    mass = 7800 * L * SIDE**2
+    crank_node, crank = rigid(L / 2, [0, tip / 2, SPEED], mass, mass * (L**2 + SIDE**2) / 12)
+    joint = pin(at_body(ground), at_body(crank, -L / 2))
+    mbs.AddObject(
+        item.CoordinateConstraint(
+            markerNumbers=[fixed, of_node(crank_node, 2)], velocityLevel=True, offset=SPEED
+        )
+    )
+    nodes = [
+        mbs.AddNode(
+            item.NodePoint2DSlope1(
+                referenceCoordinates=[L + LINK * s, 0, 1, 0],
+                initialVelocities=[0, tip * (1 - s), 0, -tip / LINK],
+            )
+        )
+        for s in np.linspace(0, 1, 4)
+    ]
+    for pair in pairwise(nodes):
+        mbs.AddObject(
+            item.Cable2D(
+                physicsLength=LINK / 3,
+                physicsMassPerLength=2700 * SIDE**2,
+                physicsBendingStiffness=youngs_modulus * SIDE**4 / 12 / (1 - nu**2),
+                physicsAxialStiffness=youngs_modulus * SIDE**2,
+                nodeNumbers=list(pair),
+            )
+        )
+    ends = [mbs.AddMarker(item.MarkerNodePosition(nodeNumber=n)) for n in (nodes[0], nodes[-1])]
+    pin(at_body(crank, L / 2), ends[0])
+    mass = 7800 * 0.08 * 0.08 * 0.2
+    slider_node, slider = rigid(L + LINK, [0, 0, 0], mass, mass * 0.08**2 / 6)
+    pin(at_body(slider), ends[1])
+    for coordinate in (1, 2):
+        mbs.AddObject(
+            item.CoordinateConstraint(markerNumbers=[fixed, of_node(slider_node, coordinate)])
+        )
+    mbs.AddObject(
+        item.CoordinateSpringDamper(
+            markerNumbers=[fixed, of_node(slider_node, 0)], stiffness=spring_stiffness
+        )
+    )
+    return container, mbs, joint, crank_node, slider_node
+
+
+def settings(duration: float, step: float, radius: float, modified: bool, dense: bool):
+    """Return simulation settings without any output."""
+    exu = _exudyn()
+    chosen = exu.SimulationSettings()
+    chosen.timeIntegration.numberOfSteps = round(duration / step)
+    chosen.timeIntegration.endTime = duration
+    chosen.timeIntegration.generalizedAlpha.spectralRadius = radius
+    chosen.timeIntegration.newton.useModifiedNewton = modified
+    chosen.timeIntegration.verboseMode = 0
+    chosen.solutionSettings.writeSolutionToFile = False
+    chosen.solutionSettings.sensorsWritePeriod = step
+    chosen.parallel.numberOfThreads = 1
+    kinds = exu.LinearSolverType
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        chosen.linearSolverType = kinds.EXUdense if dense else kinds.EigenSparse
+    return chosen
+
+
+def seconds(parameters: np.ndarray, duration: float, step: float, setting: str) -> float:
+    """Return the seconds that the solver took for runs with these parameters, (runs, 4).
+
+    Building and assembling the systems is not counted.
+    """
+    total = 0.0
+    for row in parameters:
+        _container, mbs, *_ = build(*row)
+        mbs.Assemble()
+        chosen = settings(duration, step, 0.7, *SETTINGS[setting])
+        begin = time.perf_counter()
+        mbs.SolveDynamic(chosen)
+        total += time.perf_counter() - begin
+    return total
+
+
+def motion(row: np.ndarray, duration: float, step: float, radius: float) -> dict[str, np.ndarray]:
+    """Return crank centre, slider and reaction at A over time, each of shape (times, 2)."""
+    exu = _exudyn()
+    from exudyn import itemInterface as item  # noqa: N813, PLC0415
+
+    _container, mbs, joint, crank, slider = build(*row)
+    kind = exu.OutputVariableType
+    sensors = {
+        name: mbs.AddSensor(
+            item.SensorNode(nodeNumber=node, outputVariableType=kind.Position, storeInternal=True)
+        )
+        for name, node in (("crank", crank), ("slider", slider))
+    }
+    sensors["F"] = mbs.AddSensor(
+        item.SensorObject(objectNumber=joint, outputVariableType=kind.Force, storeInternal=True)
+    )
+    mbs.Assemble()
+    mbs.SolveDynamic(settings(duration, step, radius, modified=False, dense=True))
+    return {name: mbs.GetSensorStoredData(number)[:, 1:3] for name, number in sensors.items()}

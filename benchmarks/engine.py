@@ -7,12 +7,15 @@ also compared in what they compute. Without Exudyn the table has flexband's own 
 from __future__ import annotations
 
 import multiprocessing
+import runpy
 import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import peer_exudyn as peer
-from harness import alternate, medians, options, report
+from harness import ROOT, alternate, medians, options, report
+from numpy.typing import ArrayLike
 
 import flexband as fb
 from flexband.mechanics.simulate import available_cores
@@ -20,39 +23,17 @@ from flexband.mechanics.simulate import available_cores
 DURATION, STEP = 0.6, 1e-3
 
 
-def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
-    """Return the slider–crank of the example, with sensors for the comparison."""
-    crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
-    link = fb.Beam(
-        length=0.45,
-        height=0.01,
-        width=0.01,
-        density=2700.0,
-        youngs_modulus=youngs_modulus,
-        poissons_ratio=poissons_ratio,
-        elements=3,
-        integration=fb.FullIntegration(),
-        start=(crank_length, 0.0),
-    )
-    slider = fb.RigidBody.block(
-        length=0.08, height=0.08, width=0.2, density=7800.0, position=(crank_length + 0.45, 0.0)
-    )
-    return fb.Mechanism(
-        bodies={"crank": crank, "link": link, "slider": slider},
-        joints={
-            "A": fb.Revolute("crank.start", (0.0, 0.0)),
-            "B": fb.Revolute("link.start", "crank.end"),
-            "C": fb.Revolute("slider", "link.end"),
-            "guide": fb.Prismatic("slider", (0.0, 0.0)),
-            "motor": fb.PrescribedRotation("crank", lambda t: 4 * np.pi * t),
-        },
-        loads={"spring": fb.Spring("slider", (2.0, 0.0), spring_stiffness)},
-        sensors={
-            "F": fb.Reaction("A"),
-            "crank": fb.Position("crank"),
-            "slider": fb.Position("slider"),
-        },
-    )
+EXAMPLE = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
+SENSORS = {
+    "F": fb.Reaction("A"),
+    "crank": fb.Position("crank"),
+    "slider": fb.Position("slider"),
+}
+
+
+def slider_crank(*parameters: ArrayLike) -> fb.Mechanism:
+    """Return the mechanism of the example, with sensors for the comparison."""
+    return replace(EXAMPLE["slider_crank"](*parameters), sensors=SENSORS)
 
 
 def parameters(samples: int) -> np.ndarray:

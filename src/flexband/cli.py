@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import runpy
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields, replace
@@ -12,7 +10,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-import xarray as xr
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import (
@@ -37,6 +34,7 @@ from flexband.report.figures import (
 from flexband.report.html import write_report
 from flexband.report.tables import error_table, summary_table
 from flexband.study.comparison import compare
+from flexband.study.files import load_study, write_netcdf
 from flexband.uncertainty.methods import Method
 
 app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)
@@ -188,31 +186,6 @@ def compare_methods(
             )
         _print_table(title, header, rows)
         console.print(f"Report: {page}")
-
-
-def load_study(file: Path) -> fb.Study:
-    """Run a Python file and return its `study`.
-
-    Raises
-    ------
-    InputError
-        Where the file is not there or defines no `Study` of that name.
-    """
-    if not file.is_file():
-        raise fb.InputError(f"there is no file {file}")
-    sys.path.insert(0, str(file.resolve().parent))
-    study = runpy.run_path(str(file)).get("study")
-    if not isinstance(study, fb.Study):
-        raise fb.InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
-    return study
-
-
-def write_netcdf(bands: xr.Dataset, file: Path) -> None:
-    """Write bands as a NetCDF file, complete or not at all."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    partial = file.with_suffix(".partial")
-    bands.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
-    partial.replace(file)
 
 
 def _changed(method: Method, options: dict[str, int | None]) -> Method:

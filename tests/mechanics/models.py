@@ -6,10 +6,11 @@ import numpy as np
 
 import flexband as fb
 from flexband.lanes import WIDTH
-from flexband.mechanics.assembly import assemble, pack
+from flexband.mechanics.assembly import assemble
 from flexband.mechanics.equations import Work, acceleration_row, residual, tangent, velocity_row
 from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.generalized_alpha import march
+from flexband.mechanics.packing import pack
 
 
 def slider_crank(
@@ -150,7 +151,7 @@ class Dense:
         self._tangent(1.0)
         factorize_of(self.structure, self.work)
         self.work.r[1:] = np.asarray(right)[:, None]
-        solve(self.structure.pattern, self.work.factor, self.work.inverse_pivots, self.work.r)
+        solve(self.structure.pattern, self.work.matrix, self.work.inverse_pivots, self.work.r)
         return self.work.r[1:, 5].copy()
 
     def mass(self):
@@ -184,11 +185,11 @@ def factorize_of(structure, work):
     if _factorize_kernel is None:
 
         @njit
-        def kernel(pattern, matrix, factor, pivots):
-            factorize(pattern, matrix, factor, pivots)
+        def kernel(pattern, matrix, pivots, row):
+            factorize(pattern, matrix, pivots, row)
 
         _factorize_kernel = kernel
-    _factorize_kernel(structure.pattern, work.matrix, work.factor, work.inverse_pivots)
+    _factorize_kernel(structure.pattern, work.matrix, work.inverse_pivots, work.row)
 
 
 _tangent_kernel = _factorize_kernel = None

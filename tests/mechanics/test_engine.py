@@ -65,7 +65,7 @@ def test_a_multiplier_comes_after_its_coordinates(multipliers, seed):
 def test_a_chain_costs_in_proportion_to_its_length():
     def products(elements):
         dense = Dense(slider_crank(elements=elements))
-        return len(dense.structure.pattern.product_l)
+        return len(dense.structure.pattern.product_v)
 
     assert products(64) - products(32) == 2 * (products(32) - products(16))
 

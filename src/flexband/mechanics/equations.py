@@ -78,8 +78,8 @@ class Work(NamedTuple):
     a: np.ndarray  # the integrator's acceleration-like variable, rows as [1, q]
     r: np.ndarray  # residual, then solution, rows as [1, q, λ]
     matrix: np.ndarray
-    factor: np.ndarray
     inverse_pivots: np.ndarray
+    row: np.ndarray  # of the factor, while it is made
     blocks: np.ndarray  # second derivatives at the Gauss points of an element
     rate: np.ndarray  # of Newton's convergence, one row
 
@@ -88,8 +88,8 @@ class Work(NamedTuple):
         """Return work space for a mechanism, zeros."""
         unknowns, slots = structure.pattern.size, structure.pattern.slots + 1
         q = structure.coordinates + 1
-        rows = (unknowns + 1 + 2 * q, q, unknowns + 1, slots, slots, unknowns)
-        rows += (GAUSS_POINTS * HESSIAN_ROWS, 1)
+        rows = (unknowns + 1 + 2 * q, q, unknowns + 1, slots, unknowns)
+        rows += (structure.pattern.longest_row, GAUSS_POINTS * HESSIAN_ROWS, 1)
         return Work(*(np.zeros((count, WIDTH)) for count in rows))
 
 

@@ -1,7 +1,8 @@
 """Sparse LDLᵀ of the saddle-point matrix [A, Φ_qᵀ; Φ_q, 0], on lanes.
 
 The pattern is fixed by the mechanism, so the ordering and the list of multiply-adds are found
-once; the numbers follow without pivoting. That is safe because a multiplier is eliminated only
+once; the numbers follow without pivoting. Only V = L D and D⁻¹ are kept, so that they stay in the
+processor's fastest cache. That is safe because a multiplier is eliminated only
 after its coordinates: then its pivot is −Φ_q A⁻¹ Φ_qᵀ, and it vanishes only where a constraint is
 redundant or the Jacobian loses rank. `factorize` watches for that.
 """
@@ -32,15 +33,17 @@ class Pattern(NamedTuple):
     size: int
     slots: int
     multipliers: int  # the last so many unknowns
+    longest_row: int
     order: np.ndarray  # k -> unknown
     column_start: np.ndarray  # k -> first slot of the column
     entry_row: np.ndarray  # slot − size -> unknown of its row
-    row_start: np.ndarray  # k -> first entry of the row in the two arrays below
+    row_start: np.ndarray  # k -> first entry of the row in the three arrays below
     row_slot: np.ndarray
-    row_column: np.ndarray  # unknown of the column
-    product_start: np.ndarray  # slot -> first of its products L V
-    product_l: np.ndarray
-    product_v: np.ndarray
+    row_column: np.ndarray  # k of the column
+    row_unknown: np.ndarray  # unknown of the column
+    product_start: np.ndarray  # slot − size -> first of its products V W, W = V D⁻¹
+    product_v: np.ndarray  # slot in the row of the entry
+    product_w: np.ndarray  # place in the row of the pivot
 
 
 def analyse(
@@ -75,37 +78,39 @@ def analyse(
             entry_row.append(i)
         column_start.append(size + len(entry_row))
 
-    product_start, product_l, product_v = [0], [], []
-    row_of = {i: dict(entries) for i, entries in rows.items()}
-    targets = [(i, i) for i in order]
-    targets += [
-        (i, order[k]) for k, c in enumerate(columns) for i in sorted(c, key=place.__getitem__)
-    ]
-    for i, j in targets:
-        row_i, row_j = row_of.get(i, {}), row_of.get(j, {})
-        for column in row_j:
-            if column in row_i:
-                product_l.append(row_i[column])
-                product_v.append(row_j[column])
-        product_start.append(len(product_l))
+    product_start, product_v, product_w = [0], [], []
+    for k, column in enumerate(columns):
+        pivot_row = [c for c, _ in rows[order[k]]]
+        for i in sorted(column, key=place.__getitem__):
+            own = dict(rows[i])
+            for w, c in enumerate(pivot_row):
+                if c in own:
+                    product_v.append(own[c])
+                    product_w.append(w)
+            product_start.append(len(product_v))
 
     row_entries = [entry for i in order for entry in rows[i]]
-    counts = np.cumsum([0] + [len(rows[i]) for i in order])
     pattern = Pattern(
-        size,
-        len(slot),
-        multipliers,
-        np.array(order, dtype=np.int64),
-        np.array(column_start, dtype=np.int64),
-        np.array(entry_row, dtype=np.int64),
-        counts.astype(np.int64),
-        np.array([s for _, s in row_entries], dtype=np.int64),
-        np.array([c for c, _ in row_entries], dtype=np.int64),
-        np.array(product_start, dtype=np.int64),
-        np.array(product_l, dtype=np.int64),
-        np.array(product_v, dtype=np.int64),
+        size=size,
+        slots=len(slot),
+        multipliers=multipliers,
+        longest_row=max(len(entries) for entries in rows.values()) if rows else 0,
+        order=_indices(order),
+        column_start=_indices(column_start),
+        entry_row=_indices(entry_row),
+        row_start=_indices(np.cumsum([0] + [len(rows[i]) for i in order])),
+        row_slot=_indices([s for _, s in row_entries]),
+        row_column=_indices([place[c] for c, _ in row_entries]),
+        row_unknown=_indices([c for c, _ in row_entries]),
+        product_start=_indices(product_start),
+        product_v=_indices(product_v),
+        product_w=_indices(product_w),
     )
     return pattern, slot
+
+
+def _indices(values) -> np.ndarray:
+    return np.array(values, dtype=np.int32)
 
 
 def _minimum_degree(
@@ -144,8 +149,8 @@ def _minimum_degree(
 
 
 @compiled
-def factorize(pattern, matrix, factor, inverse_pivots):
-    """Factor `matrix` in place into V = L D, with L in `factor`; arrays of lanes.
+def factorize(pattern, matrix, inverse_pivots, row):
+    """Factor `matrix` in place into V = L D below the pivots; arrays of lanes, `row` work space.
 
     Returns a mask: the number of a multiplier whose pivot vanishes, 0 where none does.
     """
@@ -153,38 +158,38 @@ def factorize(pattern, matrix, factor, inverse_pivots):
     first_multiplier = pattern.size - pattern.multipliers + 1
     for k in range(pattern.size):
         pivot = load(matrix, k)
+        size = magnitude(pivot)
+        begin = pattern.row_start[k]
+        for p in range(begin, pattern.row_start[k + 1]):
+            v = load(matrix, pattern.row_slot[p])
+            w = v * load(inverse_pivots, pattern.row_column[p])
+            store(row, p - begin, w)
+            pivot -= v * w
+            size += magnitude(v * w)
         if pattern.order[k] >= first_multiplier:
-            size = magnitude(pivot)
-            for p in range(pattern.product_start[k], pattern.product_start[k + 1]):
-                product = load(factor, pattern.product_l[p]) * load(matrix, pattern.product_v[p])
-                pivot -= product
-                size += magnitude(product)
             sound = less(SINGULAR * size, magnitude(pivot))
             singular = where(sound, singular, filled(float(pattern.order[k])))
-        else:
-            for p in range(pattern.product_start[k], pattern.product_start[k + 1]):
-                pivot -= load(factor, pattern.product_l[p]) * load(matrix, pattern.product_v[p])
-        inverse = 1.0 / pivot
-        store(inverse_pivots, k, inverse)
+        store(inverse_pivots, k, 1.0 / pivot)
         for entry in range(pattern.column_start[k], pattern.column_start[k + 1]):
             value = load(matrix, entry)
-            for p in range(pattern.product_start[entry], pattern.product_start[entry + 1]):
-                value -= load(factor, pattern.product_l[p]) * load(matrix, pattern.product_v[p])
+            first = pattern.product_start[entry - pattern.size]
+            for p in range(first, pattern.product_start[entry - pattern.size + 1]):
+                value -= load(matrix, pattern.product_v[p]) * load(row, pattern.product_w[p])
             store(matrix, entry, value)
-            store(factor, entry, value * inverse)
     return singular
 
 
 @compiled
-def solve(pattern, factor, inverse_pivots, x):
+def solve(pattern, matrix, inverse_pivots, x):
     """Replace the right-hand side `x`, rows numbered by unknown, by the solution."""
     for k in range(pattern.size):
         value = load(x, pattern.order[k])
         for p in range(pattern.row_start[k], pattern.row_start[k + 1]):
-            value -= load(factor, pattern.row_slot[p]) * load(x, pattern.row_column[p])
-        store(x, pattern.order[k], value)
+            value -= load(matrix, pattern.row_slot[p]) * load(x, pattern.row_unknown[p])
+        store(x, pattern.order[k], value * load(inverse_pivots, k))  # D⁻¹ L⁻¹ of the right side
     for k in range(pattern.size - 1, -1, -1):
-        value = load(x, pattern.order[k]) * load(inverse_pivots, k)
+        known = filled(0.0)
         for entry in range(pattern.column_start[k], pattern.column_start[k + 1]):
-            value -= load(factor, entry) * load(x, pattern.entry_row[entry - pattern.size])
-        store(x, pattern.order[k], value)
+            known += load(matrix, entry) * load(x, pattern.entry_row[entry - pattern.size])
+        value = load(x, pattern.order[k])
+        store(x, pattern.order[k], value - load(inverse_pivots, k) * known)

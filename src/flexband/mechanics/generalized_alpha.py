@@ -135,19 +135,19 @@ def newton(structure, method, tolerance, values, now, work, alive):
     A lane that has converged is frozen, so that a sample never depends on its neighbours. The
     error left after a correction is estimated by the rate of convergence, kept in `rate`.
     """
-    z, a, r, matrix, factor, inverse_pivots, blocks, rate = work
+    z, a, r, matrix, inverse_pivots, row, blocks, rate = work
     active, singular, previous = alive, filled(0.0), filled(0.0)
     for iteration in range(ITERATIONS):
         residual(structure, values, now, z, r)
         if iteration % REFRESH == 0:
             tangent(structure, values, now, z, filled(method.dq_da), matrix, blocks)
-            lost = factorize(structure.pattern, matrix, factor, inverse_pivots)
+            lost = factorize(structure.pattern, matrix, inverse_pivots, row)
             singular = where(active, lost, singular)
             active = where(singular, filled(0.0), active)
         for i in range(1, structure.pattern.size + 1):
             part = load(r, i)
             store(r, i, -part if i <= structure.coordinates else -part / method.dq_da)
-        solve(structure.pattern, factor, inverse_pivots, r)
+        solve(structure.pattern, matrix, inverse_pivots, r)
         change = correct(structure, method, values, z, a, r, active)
         if iteration > 0:
             store(rate, 0, where(active, change / previous, load(rate, 0)))

@@ -42,7 +42,7 @@ def elastic_matrix(structure, values, s, work):
     add_mass(structure, values, matrix)
     add_elastic_tangent(structure, values, z, s, matrix, blocks)
     add_constraint_tangent(structure, values, np.int64(0), z, filled(0.0), matrix)
-    return factorize(structure.pattern, matrix, work.factor, work.inverse_pivots)
+    return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
 
 @compiled
@@ -64,7 +64,7 @@ def assemble(structure, values, s, work):
         for i in range(1, structure.pattern.size + 1):
             part = load(r, i)
             store(r, i, -part if i <= structure.coordinates else -part / s)
-        solve(structure.pattern, work.factor, work.inverse_pivots, r)
+        solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         largest = filled(0.0)
         for i in range(1, structure.coordinates + 1):
             step = s * load(r, i)
@@ -97,7 +97,7 @@ def project_velocities(structure, values, s, work):
             rate = load(values.rates, structure.functions + structure.term_f[t])
             drift = load(values.coefficient, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
-        solve(structure.pattern, work.factor, work.inverse_pivots, r)
+        solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         for i in range(1, structure.coordinates + 1):
             store(z, velocity + i, load(r, i))
     return singular
@@ -108,7 +108,7 @@ def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
     z, r, matrix, blocks = work.z, work.r, work.matrix, work.blocks
     tangent(structure, values, np.int64(0), z, filled(0.0), matrix, blocks)
-    singular = factorize(structure.pattern, matrix, work.factor, work.inverse_pivots)
+    singular = factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
     residual(structure, values, np.int64(0), z, r)
     for i in range(1, structure.pattern.size + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
@@ -128,7 +128,7 @@ def solve_accelerations(structure, values, work):
             + 2.0 * load(values.rates, f) * vi * vj
         )
         store(r, k, load(r, k) - load(values.coefficient, t) * second)
-    solve(structure.pattern, work.factor, work.inverse_pivots, r)
+    solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, structure.coordinates + 1):
         store(z, acceleration + i, load(r, i))
     for k in range(structure.coordinates + 1, structure.pattern.size + 1):

@@ -21,11 +21,12 @@ from flexband.errors import (
     whole,
 )
 from flexband.lanes import WIDTH
-from flexband.mechanics.assembly import System, assemble, pack
+from flexband.mechanics.assembly import System, assemble
 from flexband.mechanics.equations import Values, Work
 from flexband.mechanics.generalized_alpha import DIVERGED, GeneralizedAlpha, march
 from flexband.mechanics.initial import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.packing import pack
 
 WRONG_BRANCH = 5.0
 

@@ -1,0 +1,37 @@
+"""Studies from Python files, and bands to NetCDF files."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.study.study import Study
+
+
+def load_study(file: Path) -> Study:
+    """Run a Python file and return its `study`.
+
+    Raises
+    ------
+    InputError
+        Where the file is not there or defines no `Study` of that name.
+    """
+    if not file.is_file():
+        raise InputError(f"there is no file {file}")
+    sys.path.insert(0, str(file.resolve().parent))
+    study = runpy.run_path(str(file)).get("study")
+    if not isinstance(study, Study):
+        raise InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
+    return study
+
+
+def write_netcdf(bands: xr.Dataset, file: Path) -> None:
+    """Write bands as a NetCDF file, complete or not at all."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_suffix(".partial")
+    bands.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
+    partial.replace(file)

@@ -7,9 +7,10 @@ import numpy as np
 import flexband as fb
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import assemble
-from flexband.mechanics.equations import Work, acceleration_row, residual, tangent, velocity_row
+from flexband.mechanics.equations import Work, residual, tangent
 from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.generalized_alpha import march
+from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
 
 
@@ -120,7 +121,7 @@ class Dense:
         z[0] = 1.0
         z[1 : 1 + len(unknowns)] = np.asarray(unknowns)[:, None]
         if acceleration is not None:
-            row = acceleration_row(self.structure)
+            row = self.structure.acceleration
             z[row + 1 : row + 1 + len(acceleration)] = np.asarray(acceleration)[:, None]
 
     def residual(self, unknowns, acceleration=None):
@@ -205,16 +206,18 @@ def states(mechanism, steps, step, integrator=None):
         np.zeros((steps + 1, system.sensed, WIDTH)),
         np.zeros((3, WIDTH)),
     )
+    values = pack(system, times)[0]
+    start(structure, values, work, failure)
     march(
         structure,
         integrator.coefficients(step),
         integrator.tolerance,
-        pack(system, times)[0],
+        values,
         work,
         outputs,
         failure,
     )
     assert not failure[0].any()
-    n, v = structure.coordinates, velocity_row(structure)
+    n, v = structure.coordinates, structure.velocity
     z = work.z[:, 0]
     return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.size + 1]

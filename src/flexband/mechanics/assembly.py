@@ -125,6 +125,8 @@ def assemble(mechanism: Mechanism) -> System:
     structure = Structure(
         coordinates=count,
         multipliers=len(owners),
+        velocity=1 + count + len(owners),
+        acceleration=2 + 2 * count + len(owners),
         functions=len(functions) + 1,
         mass_i=_indices(i for i, _ in mass),
         mass_j=_indices(j for _, j in mass),

@@ -30,6 +30,8 @@ class Structure(NamedTuple):
 
     coordinates: int
     multipliers: int
+    velocity: int  # row of z where [0, v] starts
+    acceleration: int  # row of z where [0, a] starts
     functions: int  # of time, the constant one included
     mass_i: np.ndarray
     mass_j: np.ndarray
@@ -130,18 +132,6 @@ def add_mass_product(structure, values, z, first, r):
 
 
 @compiled
-def velocity_row(structure):
-    """Return the row of z where [0, v] starts."""
-    return structure.coordinates + structure.multipliers + 1
-
-
-@compiled
-def acceleration_row(structure):
-    """Return the row of z where [0, a] starts."""
-    return velocity_row(structure) + structure.coordinates + 1
-
-
-@compiled
 def add_mass(structure, values, matrix):
     """Add M."""
     for p in range(len(structure.mass_slot)):
@@ -160,7 +150,7 @@ def clear(array):
 def residual(structure, values, now, z, r):
     """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z."""
     clear(r)
-    add_mass_product(structure, values, z, acceleration_row(structure), r)
+    add_mass_product(structure, values, z, structure.acceleration, r)
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
     add_elastic_forces(structure, values, z, r)

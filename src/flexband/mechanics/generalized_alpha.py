@@ -30,14 +30,11 @@ from flexband.lanes import (
     where,
 )
 from flexband.mechanics.equations import (
-    acceleration_row,
     residual,
     sense,
     tangent,
-    velocity_row,
 )
 from flexband.mechanics.factorization import factorize, solve
-from flexband.mechanics.initial import start
 
 ITERATIONS = 30
 REFRESH = 5  # iterations on one factorization before a new one
@@ -97,7 +94,7 @@ class Coefficients(NamedTuple):
 def predict(structure, method, z, a):
     """Move to the next time with q̈ kept; `a` becomes that of the new time."""
     h, alpha_m, _, beta, gamma, _, _ = method
-    velocity, acceleration = velocity_row(structure), acceleration_row(structure)
+    velocity, acceleration = structure.velocity, structure.acceleration
     for i in range(1, structure.coordinates + 1):
         old, kept = load(a, i), load(z, acceleration + i)
         new = (kept - alpha_m * old) / (1.0 - alpha_m)
@@ -110,7 +107,7 @@ def predict(structure, method, z, a):
 @compiled
 def correct(structure, method, values, z, a, x, active):
     """Apply Newton's correction where the mask is true; return the largest scaled change of q."""
-    velocity, acceleration = velocity_row(structure), acceleration_row(structure)
+    velocity, acceleration = structure.velocity, structure.acceleration
     da_da = (1.0 - method.alpha_f) / (1.0 - method.alpha_m)
     largest = filled(0.0)
     for i in range(1, structure.coordinates + 1):
@@ -162,21 +159,18 @@ def newton(structure, method, tolerance, values, now, work, alive):
 
 @cached
 def march(structure, method, tolerance, values, work, outputs, failure):
-    """Simulate one block of samples.
+    """Simulate one block of samples from the state that `initial.start` has filled.
 
     Parameters
     ----------
     outputs : filled, shape (times, outputs, WIDTH).
-    failure : filled, shape (3, WIDTH): code of the failure, 0 for none, the number of its time,
-        and the row of Φ to blame, −1 for none.
+    failure : brought up to date, as `initial.start` has it.
     """
     z, a = work.z, work.a
     store(work.rate, 0, filled(FIRST_RATE))
-    code, blame = start(structure, values, work)
-    store(failure, 0, code)
-    store(failure, 2, blame)
+    code = load(failure, 0)
     for i in range(1, structure.coordinates + 1):
-        store(a, i, load(z, acceleration_row(structure) + i))
+        store(a, i, load(z, structure.acceleration + i))
     sense(structure, values, np.int64(0), z, outputs[0])
     alive = where(code, filled(0.0), filled(1.0))
     for n in range(1, outputs.shape[0]):

@@ -10,10 +10,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.lanes import any_true, compiled, filled, less, load, magnitude, maximum, store, where
+from flexband.lanes import (
+    any_true,
+    cached,
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
 from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.equations import (
-    acceleration_row,
     add_constraint_tangent,
     add_constraints,
     add_mass,
@@ -21,7 +31,6 @@ from flexband.mechanics.equations import (
     clear,
     residual,
     tangent,
-    velocity_row,
 )
 from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.spring_forces import spring_vector
@@ -88,7 +97,7 @@ def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0, least deformation and least kinetic energy."""
     z, r = work.z, work.r
     singular = elastic_matrix(structure, values, s, work)
-    velocity = velocity_row(structure)
+    velocity = structure.velocity
     for _ in range(VELOCITY_SWEEPS):
         clear(r)
         add_mass_product(structure, values, z, velocity, r)
@@ -112,7 +121,7 @@ def solve_accelerations(structure, values, work):
     residual(structure, values, np.int64(0), z, r)
     for i in range(1, structure.pattern.size + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
-    velocity, acceleration = velocity_row(structure), acceleration_row(structure)
+    velocity, acceleration = structure.velocity, structure.acceleration
     for t in range(len(structure.term_k)):
         k, i, j, f = (
             structure.term_k[t],
@@ -136,11 +145,14 @@ def solve_accelerations(structure, values, work):
     return singular
 
 
-@compiled
-def start(structure, values, work):
-    """Fill the state z at time zero; return the code of its failure and the row of Φ to blame.
+@cached
+def start(structure, values, work, failure):
+    """Fill the state z of one block of samples at time zero.
 
-    The code is 0 and the row −1 or less where nothing failed.
+    Parameters
+    ----------
+    failure : filled, shape (3, WIDTH): code of the failure, 0 for none, the number of its time,
+        0, and the row of Φ to blame, −1 or less for none.
     """
     z = work.z
     clear(z)
@@ -157,4 +169,7 @@ def start(structure, values, work):
     singular = where(singular, singular, where(failed, filled(0.0), lost))
     code = where(failed, filled(NOT_ASSEMBLED), filled(0.0))
     code = where(singular, filled(SINGULAR_START), code)
-    return code, where(singular, singular, failed) - float(structure.coordinates + 1)
+    store(failure, 0, code)
+    store(failure, 1, filled(0.0))
+    blame = where(singular, singular, failed)
+    store(failure, 2, blame - float(structure.coordinates + 1))

@@ -24,7 +24,7 @@ from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble
 from flexband.mechanics.equations import Values, Work
 from flexband.mechanics.generalized_alpha import DIVERGED, GeneralizedAlpha, march
-from flexband.mechanics.initial import NOT_ASSEMBLED, SINGULAR_START
+from flexband.mechanics.initial import NOT_ASSEMBLED, SINGULAR_START, start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 
@@ -120,6 +120,7 @@ def _march(system: System, method, tolerance: float, values: Values, times: int)
     series = np.zeros((times, system.sensed, WIDTH))
     failure = np.zeros((3, WIDTH))
     work = Work.of(system.structure)
+    start(system.structure, values, work, failure)
     march(system.structure, method, tolerance, values, work, series, failure)
     return series, failure
 

@@ -162,8 +162,10 @@ def test_assembly_errors_give_the_inputs():
 
 
 def test_a_drive_that_returns_nan_is_refused():
-    with pytest.raises(fb.InputError, match=r"PrescribedRotation angle \[rad\] must be finite"):
-        fb.simulate(pendulum_driven(lambda t: np.nan), duration=0.01, step=1e-3)
+    with pytest.raises(fb.InputError, match=r"must be finite; it is not at t = 0\.005 s"):
+        fb.simulate(
+            pendulum_driven(lambda t: np.nan if t > 0.004 else 0.0), duration=0.01, step=1e-3
+        )
 
 
 def test_a_mechanism_that_cannot_be_assembled():

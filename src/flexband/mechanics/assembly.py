@@ -232,8 +232,10 @@ def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray]) -> list
 def _stack(values: Sequence[ArrayLike]) -> np.ndarray:
     """Stack numbers and arrays of shape (n,) to shape (rows, n or 1)."""
     arrays = [np.atleast_1d(np.asarray(v, dtype=float)) for v in values]
-    samples = _samples([a[None] for a in arrays])
-    return np.stack([np.broadcast_to(a, samples) for a in arrays]) if arrays else np.ones((0, 1))
+    stacked = np.empty((len(arrays), _samples(arrays)))
+    for row, array in zip(stacked, arrays, strict=True):
+        row[:] = array
+    return stacked
 
 
 def _samples(arrays) -> int:

@@ -132,10 +132,10 @@ class PrescribedRotation:
         return [x[1] * Form.function(self._cosine) - x[0] * Form.function(self._sine)]
 
     def _cosine(self, time: float) -> np.ndarray:
-        return np.cos(finite("PrescribedRotation angle [rad]", self.angle(time)))
+        return np.cos(self.angle(time))
 
     def _sine(self, time: float) -> np.ndarray:
-        return np.sin(finite("PrescribedRotation angle [rad]", self.angle(time)))
+        return np.sin(self.angle(time))
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle from the prescribed direction to the body's x axis."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import InputError, finite
+from flexband.errors import InputError
 from flexband.lanes import to_lanes
 from flexband.mechanics.assembly import System
 from flexband.mechanics.equations import Values
@@ -41,18 +41,20 @@ _DERIVATIVES = np.linalg.inv(np.vander(np.arange(7.0), increasing=True))[:3] * [
 
 def _tabulate(system: System, times: np.ndarray) -> np.ndarray:
     """Return the functions at the times, the constant one first, shape (times, functions, n)."""
-    values = [
-        [np.atleast_1d(finite(f"function at t = {t:g} s", f(float(t)))) for f in system.functions]
-        for t in times
-    ]
-    samples = max((len(v) for row in values for v in row), default=1)
-    if samples not in (1, system.samples):
-        raise InputError(
-            f"a function of time returned {samples} values; the mechanism has "
-            f"{system.samples} samples"
-        )
-    table = np.ones((len(times), len(system.functions) + 1, samples))
-    for t, row in enumerate(values):
-        for f, value in enumerate(row):
-            table[t, f + 1] = value
-    return table
+    columns = [np.ones((len(times), 1))]
+    for function in system.functions:
+        values = [function(float(t)) for t in times]
+        counts = {np.size(v) for v in values} - {1, system.samples}
+        if counts:
+            raise InputError(
+                f"a function of time returned {max(counts)} values; the mechanism has "
+                f"{system.samples} samples"
+            )
+        if any(np.size(v) > 1 for v in values):
+            values = [np.broadcast_to(v, system.samples) for v in values]
+        columns.append(np.array(values, dtype=float).reshape(len(times), -1))
+        if not np.all(np.isfinite(columns[-1])):
+            bad = times[np.flatnonzero(~np.isfinite(columns[-1]).all(axis=1))[0]]
+            raise InputError(f"a function of time must be finite; it is not at t = {bad:g} s")
+    samples = max(c.shape[1] for c in columns)
+    return np.stack([np.broadcast_to(c, (len(times), samples)) for c in columns], axis=1)

@@ -111,7 +111,8 @@ class Dense:
         self.system = assemble(self.mechanism)
         self.structure = self.system.structure
         self.values = pack(self.system, np.array([0.0, 1e-3]))[0]
-        self.values.rest_length[:] = np.abs(self.values.rest_length)
+        rest = self.values.springs.rest_length
+        rest[:] = np.abs(rest)
         self.work = Work.of(self.structure)
         self.start = self.values.start[1:, 0].copy()
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
 from flexband.mechanics.beam import GAUSS_POINTS, Beam
-from flexband.mechanics.equations import Structure
+from flexband.mechanics.equations import Beams, Mass, Sensors, Springs, Structure, Terms
 from flexband.mechanics.factorization import analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
@@ -32,7 +32,8 @@ class System:
     ----------
     structure : sizes and indices, the same for all samples.
     samples : number of samples, 1 where no parameter is an array.
-    rows : field of `Values` -> array of shape (rows, samples or 1).
+    rows : field of `Values`, with a dot for a field of its parts -> array of shape
+        (rows, samples or 1).
     functions : the functions of time in use, apart from the constant one.
     constraints : what each row of Φ belongs to.
     outputs, units : name and unit of each output.
@@ -128,22 +129,29 @@ def assemble(mechanism: Mechanism) -> System:
         velocity=1 + count + len(owners),
         acceleration=2 + 2 * count + len(owners),
         functions=len(functions) + 1,
-        mass_i=_indices(i for i, _ in mass),
-        mass_j=_indices(j for _, j in mass),
-        mass_slot=_indices(slot(i, j) for i, j in mass),
-        element_first=_indices(element_first),
-        element_slot=_indices(
-            slot(e + i, e + j) for e in element_first for i in range(12) for j in range(12)
-        ).reshape(-1, 12, 12),
-        **{f"term_{c}": _indices(t[k] for t in terms[0]) for k, c in enumerate("kijf")},
-        term_slot=_indices(
-            slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
-        ).reshape(-1, 3),
-        spring_start=np.cumsum([0] + [len(c) for c in coordinates]),
-        spring_coordinate=_indices(i for c in coordinates for i in c),
-        spring_slot=spring_slot,
-        sensor_row=_indices(t[0] for t in sensor_terms[0]),
-        **{f"sensor_{c}": _indices(t[k + 1] for t in sensor_terms[0]) for k, c in enumerate("ijf")},
+        mass=Mass(
+            i=_indices(i for i, _ in mass),
+            j=_indices(j for _, j in mass),
+            slot=_indices(slot(i, j) for i, j in mass),
+        ),
+        beams=Beams(
+            first=_indices(element_first),
+            slot=_indices(
+                slot(e + i, e + j) for e in element_first for i in range(12) for j in range(12)
+            ).reshape(-1, 12, 12),
+        ),
+        springs=Springs(
+            start=np.cumsum([0] + [len(c) for c in coordinates]),
+            coordinate=_indices(i for c in coordinates for i in c),
+            slot=spring_slot,
+        ),
+        terms=Terms(
+            *(_indices(t[k] for t in terms[0]) for k in range(4)),
+            slot=_indices(
+                slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
+            ).reshape(-1, 3),
+        ),
+        sensors=Sensors(*(_indices(t[k] for t in sensor_terms[0]) for k in range(4))),
         pattern=pattern,
     )
     spring_x, spring_y = (
@@ -155,21 +163,23 @@ def assemble(mechanism: Mechanism) -> System:
         "inverse_scale": _inverse_scale(start, mass),
         "mass": list(mass.values()),
         "force": _constant_forces(mechanism, mass),
-        "inverse_length": inverse_length,
-        "stiffness": stiffness,
+        "beams.inverse_length": inverse_length,
+        "beams.stiffness": stiffness,
         "rigidity": [_rigidity(element_first, stiffness, mass)],
         "coefficient": terms[1],
-        "spring_x": spring_x,
-        "spring_y": spring_y,
-        "spring_stiffness": [s.stiffness for s in springs],
-        "rest_length": [RELAXED if s.rest_length is None else s.rest_length for s in springs],
+        "springs.x": spring_x,
+        "springs.y": spring_y,
+        "springs.stiffness": [s.stiffness for s in springs],
+        "springs.rest_length": [
+            RELAXED if s.rest_length is None else s.rest_length for s in springs
+        ],
         "sensor": sensor_terms[1],
     }
     stacked = {name: _stack(values) for name, values in rows.items()}
     driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
     samples = _samples([*stacked.values(), *driven])
-    stacked["rest_length"] = np.broadcast_to(
-        stacked["rest_length"], (len(springs), samples)
+    stacked["springs.rest_length"] = np.broadcast_to(
+        stacked["springs.rest_length"], (len(springs), samples)
     )  # written by each block: what is relaxed at the start is known after assembly
     return System(structure, samples, stacked, functions, owners, outputs, units, conditions)
 

@@ -45,8 +45,8 @@ def _at_gauss_point(g, u, gi, gj, di, dj):
 
 
 @compiled
-def _stiffness(values, e, g):
-    c, row = values.stiffness, (e * GAUSS_POINTS + g) * 9
+def _stiffness(c, e, g):
+    row = (e * GAUSS_POINTS + g) * 9
     return (
         load(c, row),
         load(c, row + 1),
@@ -61,10 +61,10 @@ def _stiffness(values, e, g):
 
 
 @compiled
-def add_elastic_forces(structure, values, z, r):
+def add_elastic_forces(beams, values, z, r):
     """Add F(q) of the beams."""
-    for e in range(len(structure.element_first)):
-        first = structure.element_first[e]
+    for e in range(len(beams.first)):
+        first = beams.first[e]
         il = load(values.inverse_length, e)
         u, gi, gj, di, dj, w = _element_vectors(z, first, il)
         fu, fgi, fgj, fdi, fdj, fw = (
@@ -77,7 +77,7 @@ def add_elastic_forces(structure, values, z, r):
         )
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            fp, fwg, fd = gradient(_stiffness(values, e, g), p, w, d)
+            fp, fwg, fd = gradient(_stiffness(values.stiffness, e, g), p, w, d)
             h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
             fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
             fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
@@ -131,14 +131,14 @@ def _add_block(matrix, slot, a, b, factor, block):
 
 
 @compiled
-def add_elastic_tangent(structure, values, z, weight, matrix, blocks):
+def add_elastic_tangent(beams, values, z, weight, matrix, blocks):
     """Add `weight` times K = ∂F/∂q of the beams; `blocks` is work space."""
-    for e in range(len(structure.element_first)):
+    for e in range(len(beams.first)):
         il = load(values.inverse_length, e)
-        u, gi, gj, di, dj, w = _element_vectors(z, structure.element_first[e], il)
+        u, gi, gj, di, dj, w = _element_vectors(z, beams.first[e], il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            pp, pw, pd, ww, wd, dd = hessian(_stiffness(values, e, g), p, w, d)
+            pp, pw, pd, ww, wd, dd = hessian(_stiffness(values.stiffness, e, g), p, w, d)
             row = g * HESSIAN_ROWS
             for k in range(3):
                 store(blocks, row + PP + k, pp[k])
@@ -148,7 +148,7 @@ def add_elastic_tangent(structure, values, z, weight, matrix, blocks):
                 store(blocks, row + PW + k, pw[k])
                 store(blocks, row + PD + k, pd[k])
                 store(blocks, row + WD + k, wd[k])
-        _scatter_tangent(structure.element_slot[e], il, weight, matrix, blocks)
+        _scatter_tangent(beams.slot[e], il, weight, matrix, blocks)
 
 
 @compiled

@@ -25,6 +25,48 @@ from flexband.mechanics.factorization import Pattern
 from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent
 
 
+class Mass(NamedTuple):
+    """Entries (i, j), i ≤ j, of the mass matrix."""
+
+    i: np.ndarray
+    j: np.ndarray
+    slot: np.ndarray
+
+
+class Beams(NamedTuple):
+    """Elements of all beams."""
+
+    first: np.ndarray  # of the element's twelve coordinates
+    slot: np.ndarray  # (elements, 12, 12)
+
+
+class Springs(NamedTuple):
+    """Springs and the coordinates that each depends on."""
+
+    start: np.ndarray  # spring -> first of its coordinates
+    coordinate: np.ndarray
+    slot: np.ndarray  # (springs, most coordinates, most coordinates)
+
+
+class Terms(NamedTuple):
+    """Products of the constraints."""
+
+    k: np.ndarray  # multiplier
+    i: np.ndarray
+    j: np.ndarray
+    f: np.ndarray  # function of time
+    slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
+
+
+class Sensors(NamedTuple):
+    """Products of the sensors."""
+
+    row: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    f: np.ndarray
+
+
 class Structure(NamedTuple):
     """What is the same for all samples: sizes, and which number goes where."""
 
@@ -33,24 +75,28 @@ class Structure(NamedTuple):
     velocity: int  # row of z where [0, v] starts
     acceleration: int  # row of z where [0, a] starts
     functions: int  # of time, the constant one included
-    mass_i: np.ndarray
-    mass_j: np.ndarray
-    mass_slot: np.ndarray
-    element_first: np.ndarray  # first coordinate of the element's twelve
-    element_slot: np.ndarray  # (elements, 12, 12)
-    term_k: np.ndarray  # multiplier
-    term_i: np.ndarray
-    term_j: np.ndarray
-    term_f: np.ndarray
-    term_slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
-    spring_start: np.ndarray  # spring -> first of its coordinates
-    spring_coordinate: np.ndarray
-    spring_slot: np.ndarray  # (springs, most coordinates, most coordinates)
-    sensor_row: np.ndarray
-    sensor_i: np.ndarray
-    sensor_j: np.ndarray
-    sensor_f: np.ndarray
+    mass: Mass
+    beams: Beams
+    springs: Springs
+    terms: Terms
+    sensors: Sensors
     pattern: Pattern
+
+
+class BeamValues(NamedTuple):
+    """Numbers of the elements."""
+
+    inverse_length: np.ndarray
+    stiffness: np.ndarray  # nine rows a Gauss point
+
+
+class SpringValues(NamedTuple):
+    """Numbers of the springs; x and y are coefficients of their coordinates."""
+
+    x: np.ndarray
+    y: np.ndarray
+    stiffness: np.ndarray
+    rest_length: np.ndarray  # negative: relaxed at the start
 
 
 class Values(NamedTuple):
@@ -60,17 +106,13 @@ class Values(NamedTuple):
     inverse_scale: np.ndarray  # of [1, q]: one over the size of the mechanism, or one
     mass: np.ndarray
     force: np.ndarray  # constant forces on [1, q]
-    inverse_length: np.ndarray  # of elements
-    stiffness: np.ndarray  # nine rows a Gauss point
     rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
     coefficient: np.ndarray  # of terms
-    spring_x: np.ndarray  # of the spring's coordinates, in the X component of its vector
-    spring_y: np.ndarray
-    spring_stiffness: np.ndarray
-    rest_length: np.ndarray  # negative: relaxed at the start
     sensor: np.ndarray
     functions: np.ndarray  # `Structure.functions` rows a time
     rates: np.ndarray  # values, first and second derivatives of the functions at the start
+    beams: BeamValues
+    springs: SpringValues
 
 
 class Work(NamedTuple):
@@ -96,11 +138,11 @@ class Work(NamedTuple):
 
 
 @compiled
-def add_constraints(structure, values, now, z, r):
+def add_constraints(terms, coefficient, functions, now, z, r):
     """Add Φ to the multipliers' rows and Φ_qᵀλ to the coordinates'."""
-    for t in range(len(structure.term_k)):
-        k, i, j = structure.term_k[t], structure.term_i[t], structure.term_j[t]
-        c = load(values.coefficient, t) * load(values.functions, now + structure.term_f[t])
+    for t in range(len(terms.k)):
+        k, i, j = terms.k[t], terms.i[t], terms.j[t]
+        c = load(coefficient, t) * load(functions, now + terms.f[t])
         zi, zj, zk = load(z, i), load(z, j), c * load(z, k)
         add_to(r, k, c * zi * zj)
         add_to(r, i, zk * zj)
@@ -108,34 +150,34 @@ def add_constraints(structure, values, now, z, r):
 
 
 @compiled
-def add_constraint_tangent(structure, values, now, z, weight, matrix):
+def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
     """Add Φ_q, and `weight` times Σ λ Φ_qq."""
-    for t in range(len(structure.term_k)):
-        i, j = structure.term_i[t], structure.term_j[t]
-        c = load(values.coefficient, t) * load(values.functions, now + structure.term_f[t])
-        slot = structure.term_slot[t]
+    for t in range(len(terms.k)):
+        i, j = terms.i[t], terms.j[t]
+        c = load(coefficient, t) * load(functions, now + terms.f[t])
+        slot = terms.slot[t]
         add_to(matrix, slot[0], c * load(z, j))
         add_to(matrix, slot[1], c * load(z, i))
-        curvature = weight * c * load(z, structure.term_k[t])
+        curvature = weight * c * load(z, terms.k[t])
         add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
 
 
 @compiled
-def add_mass_product(structure, values, z, first, r):
+def add_mass_product(mass, values, z, first, r):
     """Add M x, where x₀ = 0, x₁, x₂, … start in row `first` of z."""
-    for p in range(len(structure.mass_i)):
-        i, j = structure.mass_i[p], structure.mass_j[p]
-        mass = load(values.mass, p)
-        add_to(r, i, mass * load(z, first + j))
+    for p in range(len(mass.i)):
+        i, j = mass.i[p], mass.j[p]
+        entry = load(values, p)
+        add_to(r, i, entry * load(z, first + j))
         if i != j:
-            add_to(r, j, mass * load(z, first + i))
+            add_to(r, j, entry * load(z, first + i))
 
 
 @compiled
-def add_mass(structure, values, matrix):
+def add_mass(mass, values, matrix):
     """Add M."""
-    for p in range(len(structure.mass_slot)):
-        add_to(matrix, structure.mass_slot[p], load(values.mass, p))
+    for p in range(len(mass.slot)):
+        add_to(matrix, mass.slot[p], load(values, p))
 
 
 @compiled
@@ -150,29 +192,31 @@ def clear(array):
 def residual(structure, values, now, z, r):
     """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z."""
     clear(r)
-    add_mass_product(structure, values, z, structure.acceleration, r)
+    add_mass_product(structure.mass, values.mass, z, structure.acceleration, r)
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
-    add_elastic_forces(structure, values, z, r)
-    add_spring_forces(structure, values, z, r)
-    add_constraints(structure, values, now, z, r)
+    add_elastic_forces(structure.beams, values.beams, z, r)
+    add_spring_forces(structure.springs, values.springs, z, r)
+    add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
 
 
 @compiled
 def tangent(structure, values, now, z, weight, matrix, blocks):
     """Set the matrix to [M + weight (K + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0]."""
     clear(matrix)
-    add_mass(structure, values, matrix)
-    add_elastic_tangent(structure, values, z, weight, matrix, blocks)
-    add_spring_tangent(structure, values, z, weight, matrix)
-    add_constraint_tangent(structure, values, now, z, weight, matrix)
+    add_mass(structure.mass, values.mass, matrix)
+    add_elastic_tangent(structure.beams, values.beams, z, weight, matrix, blocks)
+    add_spring_tangent(structure.springs, values.springs, z, weight, matrix)
+    add_constraint_tangent(
+        structure.terms, values.coefficient, values.functions, now, z, weight, matrix
+    )
 
 
 @compiled
-def sense(structure, values, now, z, outputs):
+def sense(sensors, coefficient, functions, now, z, outputs):
     """Set the outputs, one row a component of a sensor."""
     clear(outputs)
-    for t in range(len(structure.sensor_row)):
-        c = load(values.sensor, t) * load(values.functions, now + structure.sensor_f[t])
-        product = load(z, structure.sensor_i[t]) * load(z, structure.sensor_j[t])
-        add_to(outputs, structure.sensor_row[t], c * product)
+    for t in range(len(sensors.row)):
+        c = load(coefficient, t) * load(functions, now + sensors.f[t])
+        product = load(z, sensors.i[t]) * load(z, sensors.j[t])
+        add_to(outputs, sensors.row[t], c * product)

@@ -48,9 +48,11 @@ def elastic_matrix(structure, values, s, work):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return the mask of singular lanes."""
     z, matrix, blocks = work.z, work.matrix, work.blocks
     clear(matrix)
-    add_mass(structure, values, matrix)
-    add_elastic_tangent(structure, values, z, s, matrix, blocks)
-    add_constraint_tangent(structure, values, np.int64(0), z, filled(0.0), matrix)
+    add_mass(structure.mass, values.mass, matrix)
+    add_elastic_tangent(structure.beams, values.beams, z, s, matrix, blocks)
+    add_constraint_tangent(
+        structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
+    )
     return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
 
@@ -68,8 +70,8 @@ def assemble(structure, values, s, work):
         if iteration == 0:
             singular = lost
         clear(r)
-        add_elastic_forces(structure, values, z, r)
-        add_constraints(structure, values, np.int64(0), z, r)
+        add_elastic_forces(structure.beams, values.beams, z, r)
+        add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
         for i in range(1, structure.pattern.size + 1):
             part = load(r, i)
             store(r, i, -part if i <= structure.coordinates else -part / s)
@@ -83,7 +85,7 @@ def assemble(structure, values, s, work):
         if not any_true(moving):
             break
     clear(r)
-    add_constraints(structure, values, np.int64(0), z, r)
+    add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
     largest, worst = filled(0.0), filled(0.0)
     for k in range(structure.coordinates + 1, structure.pattern.size + 1):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
@@ -97,13 +99,13 @@ def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0, least deformation and least kinetic energy."""
     z, r = work.z, work.r
     singular = elastic_matrix(structure, values, s, work)
-    velocity = structure.velocity
+    velocity, terms = structure.velocity, structure.terms
     for _ in range(VELOCITY_SWEEPS):
         clear(r)
-        add_mass_product(structure, values, z, velocity, r)
-        for t in range(len(structure.term_k)):
-            k, i, j = structure.term_k[t], structure.term_i[t], structure.term_j[t]
-            rate = load(values.rates, structure.functions + structure.term_f[t])
+        add_mass_product(structure.mass, values.mass, z, velocity, r)
+        for t in range(len(terms.k)):
+            k, i, j = terms.k[t], terms.i[t], terms.j[t]
+            rate = load(values.rates, structure.functions + terms.f[t])
             drift = load(values.coefficient, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
@@ -121,13 +123,13 @@ def solve_accelerations(structure, values, work):
     residual(structure, values, np.int64(0), z, r)
     for i in range(1, structure.pattern.size + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
-    velocity, acceleration = structure.velocity, structure.acceleration
-    for t in range(len(structure.term_k)):
+    velocity, acceleration, terms = structure.velocity, structure.acceleration, structure.terms
+    for t in range(len(terms.k)):
         k, i, j, f = (
-            structure.term_k[t],
-            structure.term_i[t],
-            structure.term_j[t],
-            structure.term_f[t],
+            terms.k[t],
+            terms.i[t],
+            terms.j[t],
+            terms.f[t],
         )
         zi, zj = load(z, i), load(z, j)
         vi, vj = load(z, velocity + i), load(z, velocity + j)
@@ -160,10 +162,10 @@ def start(structure, values, work, failure):
         store(z, i, load(values.start, i))
     s = load(values.rigidity, 0)
     failed, singular = assemble(structure, values, s, work)
-    for spring in range(len(structure.spring_start) - 1):
-        _, _, length = spring_vector(structure, values, z, spring)
-        rest = load(values.rest_length, spring)
-        store(values.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
+    for spring in range(len(structure.springs.start) - 1):
+        _, _, length = spring_vector(structure.springs, values.springs, z, spring)
+        rest = load(values.springs.rest_length, spring)
+        store(values.springs.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
     lost = project_velocities(structure, values, s, work)
     lost = maximum(lost, solve_accelerations(structure, values, work))
     singular = where(singular, singular, where(failed, filled(0.0), lost))

@@ -7,7 +7,7 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.lanes import to_lanes
 from flexband.mechanics.assembly import System
-from flexband.mechanics.equations import Values
+from flexband.mechanics.equations import BeamValues, SpringValues, Values
 
 
 def pack(system: System, times: np.ndarray) -> list[Values]:
@@ -29,9 +29,22 @@ def pack(system: System, times: np.ndarray) -> list[Values]:
     packed = {name: to_lanes(values) for name, values in rows.items()}
     blocks = max(len(v) for v in packed.values())
     return [
-        Values(**{name: v[b if len(v) > 1 else 0] for name, v in packed.items()})
+        _values({name: v[b if len(v) > 1 else 0] for name, v in packed.items()})
         for b in range(blocks)
     ]
+
+
+def _values(rows: dict[str, np.ndarray]) -> Values:
+    """Return the numbers of a block from names with dots for parts."""
+
+    def part(prefix: str) -> dict[str, np.ndarray]:
+        return {k.removeprefix(prefix): v for k, v in rows.items() if k.startswith(prefix)}
+
+    return Values(
+        **{name: v for name, v in rows.items() if "." not in name},
+        beams=BeamValues(**part("beams.")),
+        springs=SpringValues(**part("springs.")),
+    )
 
 
 # Weights of seven equidistant values for f, f′ and f″ at the first of them: motion starts there,

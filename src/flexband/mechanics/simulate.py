@@ -171,7 +171,7 @@ def _compile(system: System, method, tolerance: float, values: Values) -> None:
     """Compile the engine or load it from the cache on disk; say so where it takes long."""
     if march.signatures:
         return
-    with _notice("flexband: compiling the engine (once on this machine, about 15 s) ...", 2.0):
+    with _notice("flexband: compiling the engine (once on this machine, about 12 s) ...", 2.0):
         _march(system, method, tolerance, values, times=1)
 
 

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 import flexband as fb
-from flexband.lanes import WIDTH
+from flexband.lanes import WIDTH, filled
 from flexband.mechanics.assembly import assemble
 from flexband.mechanics.equations import Work, residual, tangent
 from flexband.mechanics.factorization import factorize, solve
@@ -145,7 +146,7 @@ class Dense:
         return dense
 
     def _tangent(self, weight):
-        tangent_of(self.structure, self.values, self.work, weight)
+        tangent_of(self.structure, self.values, self.work, float(weight))
 
     def solved(self, unknowns, right):
         """Return the solution of the tangent system by the sparse factorization."""
@@ -164,37 +165,14 @@ class Dense:
         return np.stack([self.residual(zero, e)[:n] - rest for e in np.eye(n)], axis=1)
 
 
+@njit
 def tangent_of(structure, values, work, weight):
-    from numba import njit  # noqa: PLC0415, lanes are made in compiled code
-
-    from flexband.lanes import filled  # noqa: PLC0415
-
-    global _tangent_kernel  # noqa: PLW0603
-    if _tangent_kernel is None:
-
-        @njit
-        def kernel(structure, values, z, weight, matrix, blocks):
-            tangent(structure, values, 0, z, filled(weight), matrix, blocks)
-
-        _tangent_kernel = kernel
-    _tangent_kernel(structure, values, work.z, float(weight), work.matrix, work.blocks)
+    tangent(structure, values, 0, work.z, filled(weight), work.matrix, work.blocks)
 
 
+@njit
 def factorize_of(structure, work):
-    from numba import njit  # noqa: PLC0415
-
-    global _factorize_kernel  # noqa: PLW0603
-    if _factorize_kernel is None:
-
-        @njit
-        def kernel(pattern, matrix, pivots, row):
-            factorize(pattern, matrix, pivots, row)
-
-        _factorize_kernel = kernel
-    _factorize_kernel(structure.pattern, work.matrix, work.inverse_pivots, work.row)
-
-
-_tangent_kernel = _factorize_kernel = None
+    factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row)
 
 
 def states(mechanism, steps, step, integrator=None):

@@ -81,8 +81,8 @@ def assemble(mechanism: Mechanism) -> System:
         except InputError as error:
             raise InputError(f"body {name!r}: {error}") from None
 
-    owners = [owner for owner, _ in mechanism.constraints()]
-    constraint_rows = [row for _, row in mechanism.constraints()]
+    constraints = mechanism.constraints()
+    owners, constraint_rows = [owner for owner, _ in constraints], [row for _, row in constraints]
     outputs, units, sensor_rows = [], [], []
     for name, sensor in mechanism.sensors.items():
         outputs += [f"{name}_X", f"{name}_Y"]

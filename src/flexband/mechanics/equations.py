@@ -14,13 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.lanes import WIDTH, add_to, compiled, load
+from flexband.lanes import WIDTH, add_to, compiled, load, store
 from flexband.mechanics.beam import GAUSS_POINTS
-from flexband.mechanics.elastic_forces import (
-    HESSIAN_ROWS,
-    add_elastic_forces,
-    add_elastic_tangent,
-)
+from flexband.mechanics.elastic_forces import HESSIAN_ROWS, add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.factorization import Pattern
 from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent
 
@@ -198,6 +194,14 @@ def residual(structure, values, now, z, r):
     add_elastic_forces(structure.beams, values.beams, z, r)
     add_spring_forces(structure.springs, values.springs, z, r)
     add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
+
+
+@compiled
+def to_right_side(structure, r, weight):
+    """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
+    for i in range(1, structure.pattern.size + 1):
+        part = load(r, i)
+        store(r, i, -part if i <= structure.coordinates else -part / weight)
 
 
 @compiled

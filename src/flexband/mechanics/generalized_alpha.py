@@ -29,11 +29,7 @@ from flexband.lanes import (
     store,
     where,
 )
-from flexband.mechanics.equations import (
-    residual,
-    sense,
-    tangent,
-)
+from flexband.mechanics.equations import residual, sense, tangent, to_right_side
 from flexband.mechanics.factorization import factorize, solve
 
 ITERATIONS = 30
@@ -64,7 +60,7 @@ class GeneralizedAlpha:
         rho = numbers("spectral_radius", self.spectral_radius)
         if not 0 <= rho <= 1:
             raise InputError(f"spectral_radius must be between 0 and 1; got {rho:g}")
-        positive("tolerance", self.tolerance)
+        positive("tolerance", numbers("tolerance", self.tolerance))
 
     def coefficients(self, step: float) -> Coefficients:
         """Return the method's numbers for a step [s] (Chung and Hulbert 1993)."""
@@ -141,9 +137,7 @@ def newton(structure, method, tolerance, values, now, work, alive):
             lost = factorize(structure.pattern, matrix, inverse_pivots, row)
             singular = where(active, lost, singular)
             active = where(singular, filled(0.0), active)
-        for i in range(1, structure.pattern.size + 1):
-            part = load(r, i)
-            store(r, i, -part if i <= structure.coordinates else -part / method.dq_da)
+        to_right_side(structure, r, method.dq_da)
         solve(structure.pattern, matrix, inverse_pivots, r)
         change = correct(structure, method, values, z, a, r, active)
         if iteration > 0:

@@ -31,6 +31,7 @@ from flexband.mechanics.equations import (
     clear,
     residual,
     tangent,
+    to_right_side,
 )
 from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.spring_forces import spring_vector
@@ -72,9 +73,7 @@ def assemble(structure, values, s, work):
         clear(r)
         add_elastic_forces(structure.beams, values.beams, z, r)
         add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
-        for i in range(1, structure.pattern.size + 1):
-            part = load(r, i)
-            store(r, i, -part if i <= structure.coordinates else -part / s)
+        to_right_side(structure, r, s)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         largest = filled(0.0)
         for i in range(1, structure.coordinates + 1):

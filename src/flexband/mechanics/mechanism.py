@@ -93,10 +93,7 @@ class Mechanism:
         if not isinstance(point, str):
             return Frame.ground(ground_point("ground point", point))
         body, _, name = point.partition(".")
-        if body not in self.bodies:
-            raise InputError(
-                f"body {body!r} is not in the mechanism; there is {', '.join(self.bodies)}"
-            )
+        _within("body", body, self.bodies)
         return self.bodies[body].frame(name or "center", self.first_coordinates()[body])
 
     def constraints(self) -> list[tuple[str, Form]]:
@@ -120,13 +117,17 @@ class Mechanism:
         InputError
             Where the mechanism has no such joint.
         """
-        if name not in self.joints:
-            known = ", ".join(self.joints) or "none"
-            raise InputError(f"joint {name!r} is not in the mechanism; there is {known}")
+        _within("joint", name, self.joints)
         owners = [owner for owner, _ in self.constraints()]
         first = 1 + self.coordinates + owners.index(f"joint {name!r}")
         count = owners.count(f"joint {name!r}")
         return self.joints[name], [Form.variable(first + k) for k in range(count)]
+
+
+def _within(kind: str, name: str, parts: Mapping[str, object]) -> None:
+    if name not in parts:
+        there = ", ".join(parts) or "none"
+        raise InputError(f"{kind} {name!r} is not in the mechanism; there is {there}")
 
 
 def _naming(place: str, action: Callable[[], object]) -> None:

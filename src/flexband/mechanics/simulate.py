@@ -66,11 +66,11 @@ def simulate(
     SimulationError
         Where a sample diverges; no numbers are returned then.
     """
+    integrator = integrator or GeneralizedAlpha()
     times = _times(duration, step)
     system = assemble(mechanism)
     blocks = pack(system, times)
-    method = (integrator or GeneralizedAlpha()).coefficients(float(step))
-    tolerance = float((integrator or GeneralizedAlpha()).tolerance)
+    method, tolerance = integrator.coefficients(float(step)), float(integrator.tolerance)
     outputs = np.empty((system.samples, len(system.outputs), len(times)))
     failures = np.zeros((system.samples, 3))
 
@@ -100,9 +100,9 @@ def simulate(
 
 def _times(duration: float, step: float) -> np.ndarray:
     """Return the times of the steps [s], zero included."""
-    numbers("duration [s]", duration)
-    numbers("step [s]", step)
-    ratio = float(positive("duration [s]", duration)) / float(positive("step [s]", step))
+    given = (("duration [s]", duration), ("step [s]", step))
+    length, one = (float(positive(name, numbers(name, value))) for name, value in given)
+    ratio = length / one
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(

@@ -12,6 +12,7 @@ from flexband.study.study import Study
 from flexband.uncertainty.methods import Method
 
 NEGLIGIBLE = 1e-10
+"""An output below this part of the largest one is round-off."""
 
 
 @dataclass(frozen=True)

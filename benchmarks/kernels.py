@@ -1,0 +1,104 @@
+"""Where a step goes: the parts of the engine on one block of the slider–crank, each by itself."""
+
+from __future__ import annotations
+
+import runpy
+import time
+from functools import partial
+
+import numpy as np
+from harness import ROOT, alternate, medians, options, report
+from numba import njit
+
+import flexband as fb
+from flexband.lanes import WIDTH, filled
+from flexband.mechanics.assembly import assemble
+from flexband.mechanics.equations import Work, residual, tangent
+from flexband.mechanics.factorization import factorize, solve
+from flexband.mechanics.generalized_alpha import march
+from flexband.mechanics.initial import start
+from flexband.mechanics.packing import pack
+
+DURATION, STEP = 0.6, 1e-3
+
+
+@njit(nogil=True)
+def residuals(count, structure, values, work):
+    for _ in range(count):
+        residual(structure, values, 0, work.z, work.r)
+
+
+@njit(nogil=True)
+def tangents(count, structure, values, work):
+    for _ in range(count):
+        tangent(structure, values, 0, work.z, filled(1e-7), work.matrix, work.blocks)
+
+
+@njit(nogil=True)
+def tangents_and_factors(count, structure, values, work):
+    for _ in range(count):
+        tangent(structure, values, 0, work.z, filled(1e-7), work.matrix, work.blocks)
+        factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row)
+
+
+@njit(nogil=True)
+def solutions(count, structure, values, work):
+    for _ in range(count):
+        solve(structure.pattern, work.matrix, work.inverse_pivots, work.r)
+
+
+def kernel_time(kernel, count: int, *arguments) -> float:
+    """Return microseconds a call."""
+    begin = time.perf_counter()
+    kernel(count, *arguments)
+    return 1e6 * (time.perf_counter() - begin) / count
+
+
+def main() -> None:
+    chosen = options(__doc__, 10_000)
+    mechanism = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["slider_crank"]
+    system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
+    times = np.arange(round(DURATION / STEP) + 1) * STEP
+    structure, values = system.structure, pack(system, times)[0]
+    integrator = fb.GeneralizedAlpha()
+    work, failure = Work.of(structure), np.zeros((3, WIDTH))
+    outputs = np.zeros((len(times), system.sensed, WIDTH))
+
+    def step_time() -> float:
+        start(structure, values, work, failure)
+        begin = time.perf_counter()
+        march(structure, integrator.coefficients(STEP), integrator.tolerance,
+              values, work, outputs, failure)  # fmt: skip
+        return 1e6 * (time.perf_counter() - begin) / (len(times) - 1)
+
+    step_time()  # compile
+    cases = {"one step, all of it": step_time}
+    for name, kernel in {
+        "residual": residuals,
+        "tangent": tangents,
+        "tangent and factorization": tangents_and_factors,
+        "solution": solutions,
+    }.items():
+        kernel_time(kernel, 1, structure, values, work)  # compile
+        cases[name] = partial(kernel_time, kernel, chosen.samples, structure, values, work)
+    measured = alternate(cases, chosen.repeats)
+    middle = medians(measured)
+    pattern = structure.pattern
+    report(
+        chosen.output,
+        "kernels",
+        ["case", f"µs a block of {WIDTH}", "part of a step"],
+        [[n, f"{us:.2f}", f"{us / middle['one step, all of it']:.2f}"] for n, us in middle.items()],
+        measured,
+        [
+            f"{structure.coordinates} coordinates, {structure.multipliers} multipliers, "
+            f"{pattern.slots - pattern.size} entries below the pivots, "
+            f"{len(pattern.product_v) + len(pattern.row_slot)} products in a factorization",
+            f"{chosen.samples} calls in a row; a step takes a residual and a solution in every "
+            "iteration, a tangent and a factorization once",
+        ],
+    )
+
+
+if __name__ == "__main__":
+    main()

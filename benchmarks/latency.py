@@ -61,9 +61,7 @@ def main() -> None:
         ["case", "median"],
         [[name, f"{value:.3g}"] for name, value in medians(measured).items()],
         measured,
-        [
-            "flexband's sample includes assembly and packing; of Exudyn only the solver's time counts"
-        ],
+        ["flexband's sample includes assembly and packing; of Exudyn only the solver counts"],
     )
 
 

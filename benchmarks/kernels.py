@@ -92,8 +92,8 @@ def main() -> None:
         measured,
         [
             f"{structure.coordinates} coordinates, {structure.multipliers} multipliers, "
-            f"{pattern.slots - pattern.size} entries below the pivots, "
-            f"{len(pattern.product_v) + len(pattern.row_slot)} products in a factorization",
+            f"{len(pattern.entry_row)} tiles below the pivots, "
+            f"{len(pattern.product_v) + len(pattern.row_tile)} products in a factorization",
             f"{chosen.samples} calls in a row; a step takes a residual and a solution in every "
             "iteration, a tangent and a factorization once",
         ],

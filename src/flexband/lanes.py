@@ -261,6 +261,13 @@ def maximum(typingctx, a, b):
 # --- NumPy's side ---------------------------------------------------------------------------
 
 
+def zeros(rows: int) -> np.ndarray:
+    """Return zeros of shape (rows, WIDTH), each row in cache lines of its own."""
+    memory = np.zeros(rows * WIDTH + WIDTH)
+    skipped = -memory.ctypes.data % (8 * WIDTH) // 8
+    return memory[skipped : skipped + rows * WIDTH].reshape(rows, WIDTH)
+
+
 def to_lanes(values: np.ndarray) -> np.ndarray:
     """Pack values of shape (rows, n) into blocks of lanes, shape (blocks, rows, WIDTH).
 
@@ -270,6 +277,6 @@ def to_lanes(values: np.ndarray) -> np.ndarray:
     rows, n = values.shape
     blocks = -(-n // WIDTH)
     sample = np.minimum(np.arange(blocks * WIDTH), n - 1)
-    return np.ascontiguousarray(
-        values[:, sample].reshape(rows, blocks, WIDTH).transpose(1, 0, 2), dtype=float
-    )
+    lanes = zeros(blocks * rows).reshape(blocks, rows, WIDTH)
+    lanes[:] = values[:, sample].reshape(rows, blocks, WIDTH).transpose(1, 0, 2)
+    return lanes

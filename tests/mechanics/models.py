@@ -135,15 +135,18 @@ class Dense:
         """Return the dense matrix, read back through the sparse slots."""
         self._fill(unknowns)
         self._tangent(weight)
-        size, pattern = self.structure.pattern.size, self.structure.pattern
-        dense = np.zeros((size, size))
-        for k in range(size):
-            i = pattern.order[k] - 1
-            dense[i, i] = self.work.matrix[k, 3]
-            for entry in range(pattern.column_start[k], pattern.column_start[k + 1]):
-                j = pattern.entry_row[entry - size] - 1
-                dense[i, j] = dense[j, i] = self.work.matrix[entry, 3]
-        return dense
+        pattern = self.structure.pattern
+        pairs = np.stack([pattern.first, pattern.second], axis=1)
+        dense = np.zeros((pattern.unknowns + 1,) * 2)
+        for k in range(pattern.tiles):
+            below = range(pattern.column_start[k], pattern.column_start[k + 1])
+            for t, row in [(k, k), *((t, pattern.entry_row[t - pattern.tiles]) for t in below)]:
+                tile = self.work.matrix[4 * t : 4 * t + 4, 3].reshape(2, 2)
+                if row == k:
+                    tile = np.tril(tile) + np.tril(tile, -1).T
+                dense[np.ix_(pairs[row], pairs[k])] = tile
+                dense[np.ix_(pairs[k], pairs[row])] = tile.T
+        return dense[1:, 1:]
 
     def _tangent(self, weight):
         tangent_of(self.structure, self.values, self.work, float(weight))
@@ -160,7 +163,7 @@ class Dense:
     def mass(self):
         """Return the mass matrix."""
         n = self.structure.coordinates
-        zero = np.zeros(self.structure.pattern.size)
+        zero = np.zeros(self.structure.pattern.unknowns)
         rest = self.residual(zero, np.zeros(n))[:n]
         return np.stack([self.residual(zero, e)[:n] - rest for e in np.eye(n)], axis=1)
 
@@ -199,4 +202,4 @@ def states(mechanism, steps, step, integrator=None):
     assert not failure[0].any()
     n, v = structure.coordinates, structure.velocity
     z = work.z[:, 0]
-    return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.size + 1]
+    return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.unknowns + 1]

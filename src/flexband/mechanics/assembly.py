@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, groupby
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError
 from flexband.mechanics.beam import GAUSS_POINTS, Beam
 from flexband.mechanics.equations import Beams, Mass, Sensors, Springs, Structure, Terms
-from flexband.mechanics.factorization import analyse
+from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import Mechanism
@@ -67,10 +67,11 @@ def assemble(mechanism: Mechanism) -> System:
     first = mechanism.first_coordinates()
     start: list[ArrayLike] = [1.0]
     mass: dict[tuple[int, int], np.ndarray] = {}
-    element_first, inverse_length, stiffness = [], [], []
+    nodes, element_first, inverse_length, stiffness = [], [], [], []
     for name, body in mechanism.bodies.items():
         try:
             start += body.coordinates()
+            nodes += [first[name] + place for place in body.nodes]
             for (i, j), value in body.mass_entries().items():
                 mass[first[name] + i, first[name] + j] = value
             if isinstance(body, Beam):
@@ -111,15 +112,14 @@ def assemble(mechanism: Mechanism) -> System:
         *(p for c in coordinates for p in combinations_with_replacement(c, 2)),
         *(p for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))),
     ]
-    pattern, slots = analyse(
-        count + len(owners), len(owners), [p for p in set(couples) if 0 not in p]
-    )
+    pattern, slots = analyse(_pairs(count, owners), count, [p for p in set(couples) if 0 not in p])
+    nowhere = pattern.rows - 1
 
     def slot(i: int, j: int) -> int:
-        return slots.get((min(i, j), max(i, j)), pattern.slots)
+        return slots.get((min(i, j), max(i, j)), nowhere)
 
     most = max((len(c) for c in coordinates), default=0)
-    spring_slot = np.full((len(springs), most, most), pattern.slots)
+    spring_slot = np.full((len(springs), most, most), nowhere)
     for s, c in enumerate(coordinates):
         spring_slot[s, : len(c), : len(c)] = [[slot(i, j) for j in c] for i in c]
 
@@ -160,9 +160,9 @@ def assemble(mechanism: Mechanism) -> System:
     )
     rows = {
         "start": start,
-        "inverse_scale": _inverse_scale(start, mass),
+        "inverse_scale": _inverse_scale(start, mass, nodes),
         "mass": list(mass.values()),
-        "force": _constant_forces(mechanism, mass),
+        "force": _constant_forces(mechanism, mass, nodes),
         "beams.inverse_length": inverse_length,
         "beams.stiffness": stiffness,
         "rigidity": [_rigidity(element_first, stiffness, mass)],
@@ -202,17 +202,31 @@ def _spring_entries(mechanism: Mechanism, spring: Spring) -> list[dict[int, np.n
     return [{j: c for (_, j, _), c in form.terms.items()} for form in x_and_y]
 
 
-def _constant_forces(mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarray]) -> list:
+def _pairs(coordinates: int, owners: Sequence[str]) -> list[tuple[int, int]]:
+    """Return the unknowns in pairs: vectors of the plane, then multipliers of the same joint."""
+    pairs = [(i, i + 1) for i in range(1, coordinates, 2)]
+    first = coordinates + 1
+    for _, group in groupby(owners):
+        end = first + len(list(group))
+        pairs += [(k, k + 1 if k + 1 < end else NONE) for k in range(first, end, 2)]
+        first = end
+    return pairs
+
+
+def _constant_forces(
+    mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarray], nodes: list[int]
+) -> list:
     """Return ∫ρ Sᵀ g dV = M g, g being the field in the nodes' positions."""
     fields = [g for g in mechanism.loads.values() if isinstance(g, Gravity)]
     x = sum((np.asarray(g.x, dtype=float) for g in fields), np.zeros(()))
     y = sum((np.asarray(g.y, dtype=float) for g in fields), np.zeros(()))
-    field = [x, y, *[np.zeros(())] * 4]
+    field = dict.fromkeys(nodes, x) | {node + 1: y for node in nodes}
     forces = [np.zeros(())] * (mechanism.coordinates + 1)
     for (i, j), value in mass.items():
-        forces[i] = forces[i] + value * field[(j - 1) % 6]
-        if i != j:
-            forces[j] = forces[j] + value * field[(i - 1) % 6]
+        if j in field:
+            forces[i] = forces[i] + value * field[j]
+        if i in field and i != j:
+            forces[j] = forces[j] + value * field[i]
     return forces
 
 
@@ -228,15 +242,18 @@ def _rigidity(element_first: list[int], stiffness: list, mass: dict) -> ArrayLik
     return RIGIDITY / (breathing / inertia).max(axis=0)
 
 
-def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray]) -> list:
+def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray], nodes: list[int]) -> list:
     """Return 1/size for positions and 1 for directions; the size is that of the whole mechanism.
 
     It is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
-    x, y = _stack(start[1::6]), _stack(start[2::6])
-    gyration = [np.sqrt(mass[i + 2, i + 2] / mass[i, i]) for i in range(1, len(start), 6)]
+    x, y = (_stack([start[node + axis] for node in nodes]) for axis in range(2))
+    gyration = [np.sqrt(mass[node + 2, node + 2] / mass[node, node]) for node in nodes]
     size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + _stack(gyration).max(axis=0)
-    return [1.0, *([1 / size] * 2 + [1.0] * 4) * ((len(start) - 1) // 6)]
+    scale: list = [1.0] * len(start)
+    for node in nodes:
+        scale[node] = scale[node + 1] = 1 / size
+    return scale
 
 
 def _stack(values: Sequence[ArrayLike]) -> np.ndarray:

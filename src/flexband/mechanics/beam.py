@@ -89,23 +89,34 @@ class Beam:
     # --- what assembly asks of every body ---------------------------------------------------
 
     @property
-    def nodes(self) -> int:
-        """Number of nodes, of six coordinates each."""
-        return self.elements + 1
+    def size(self) -> int:
+        """Number of coordinates, six a node."""
+        return 6 * (self.elements + 1)
+
+    @property
+    def nodes(self) -> range:
+        """Places of the nodes' positions among the coordinates."""
+        return range(0, self.size, 6)
 
     def coordinates(self) -> list[np.ndarray]:
         """Return the coordinates of the straight beam, node by node, each of shape () or (n,)."""
         turn, x0, y0 = (np.asarray(v, dtype=float) for v in (self.angle, *self.start))
         c, s = np.cos(turn), np.sin(turn)
         nodes = []
-        for node in range(self.nodes):
+        for node in range(self.elements + 1):
             x = np.asarray(self.length, dtype=float) * (node / self.elements)
             nodes += [x0 + x * c, y0 + x * s, c, s, -s, c]
         return nodes
 
     def frame(self, name: str, first: int) -> Frame:
         """Return the frame of a named point; the body's coordinates start at z_first."""
-        names = ["start", "end", "middle", "center", *(f"node {k}" for k in range(self.nodes))]
+        names = [
+            "start",
+            "end",
+            "middle",
+            "center",
+            *(f"node {k}" for k in range(self.elements + 1)),
+        ]
         known("point", name, names)
         if name in ("middle", "center"):
             return self._frame_at(self.elements / 2, first)

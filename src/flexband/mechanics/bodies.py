@@ -1,4 +1,9 @@
-"""Rigid bodies as ANCF reference nodes: Eqs. (23)–(25)."""
+"""Rigid bodies as ANCF reference nodes: Eqs. (23)–(25), with r_y written as r_x turned by 90°.
+
+Of the three conditions of rigidity, Eq. (24), two say that r_y is r_x turned. That is linear, so
+r_y need not be an unknown: a body has four coordinates and one condition, not six and three. The
+motion is the same, step by step.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +47,7 @@ class RigidBody:
     Parameters
     ----------
     mass : kg
-    second_moments : (∫x² dm, ∫y² dm) about the centre of mass, along the body's axes [kg m²].
-        Their sum is the moment of inertia.
+    inertia : moment of inertia about the centre of mass [kg m²].
     points : name -> coordinates (x, y) in the body's axes, from the centre of mass [m].
         The point "center" is always there.
     position : where the centre of mass starts [m]. A guess will do: assembly corrects it.
@@ -52,19 +56,18 @@ class RigidBody:
     Raises
     ------
     InputError
-        Where a number is not finite, the mass or a second moment is not positive.
+        Where a number is not finite, the mass or the inertia is not positive.
     """
 
     mass: ArrayLike
-    second_moments: tuple[ArrayLike, ArrayLike]
+    inertia: ArrayLike
     points: Mapping[str, Point] = field(default_factory=dict)
     position: Point = (0.0, 0.0)
     angle: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         positive("RigidBody mass [kg]", self.mass)
-        for moment in pair("RigidBody second_moments", self.second_moments):
-            positive("RigidBody second_moments [kg m²]", moment)
+        positive("RigidBody inertia [kg m²]", self.inertia)
         for name, place in self.points.items():
             point(f"RigidBody point {name!r}", place)
         point("RigidBody position", self.position)
@@ -83,8 +86,8 @@ class RigidBody:
     ) -> RigidBody:
         """Return a homogeneous block: length along x, height along y, width out of the plane.
 
-        Lengths are in m, the density in kg/m³. Its mass is ρLhw, its second moments are mL²/12
-        and mh²/12.
+        Lengths are in m, the density in kg/m³. Its mass is ρLhw, its moment of inertia
+        m (L² + h²)/12.
 
         Raises
         ------
@@ -97,7 +100,7 @@ class RigidBody:
         mass = positive("block density [kg/m³]", density) * a * b * c
         return RigidBody(
             mass=mass,
-            second_moments=(mass * a**2 / 12, mass * b**2 / 12),
+            inertia=mass * (a**2 + b**2) / 12,
             points=points or {},
             position=position,
             angle=angle,
@@ -139,29 +142,33 @@ class RigidBody:
     # --- what assembly asks of every body ---------------------------------------------------
 
     @property
-    def nodes(self) -> int:
-        """Number of nodes, of six coordinates each."""
-        return 1
+    def size(self) -> int:
+        """Number of coordinates."""
+        return 4
+
+    @property
+    def nodes(self) -> range:
+        """Places of the nodes' positions among the coordinates."""
+        return range(0, 1)
 
     def coordinates(self) -> list[np.ndarray]:
-        """Return the six coordinates [r, r_x, r_y] at the start, each of shape () or (n,)."""
+        """Return the coordinates [r, r_x] at the start, each of shape () or (n,)."""
         turn = np.asarray(self.angle, dtype=float)
         x, y = (np.asarray(p, dtype=float) for p in self.position)
-        return [x, y, np.cos(turn), np.sin(turn), -np.sin(turn), np.cos(turn)]
+        return [x, y, np.cos(turn), np.sin(turn)]
 
     def mass_entries(self) -> MassEntries:
-        """Return the exact mass matrix, diagonal at the centre of mass."""
-        diagonal = (self.mass, *self.second_moments)
-        return {(i, i): np.asarray(diagonal[i // 2], dtype=float) for i in range(6)}
+        """Return the exact mass matrix: energy ½ m ṙ·ṙ + ½ J ṙ_x·ṙ_x at the centre of mass."""
+        diagonal = (self.mass, self.mass, self.inertia, self.inertia)
+        return {(i, i): np.asarray(d, dtype=float) for i, d in enumerate(diagonal)}
 
     def frame(self, name: str, first: int) -> Frame:
         """Return the frame of a named point; the body's coordinates start at z_first."""
         points = {"center": (0.0, 0.0), **self.points}
         known("point", name, points)
-        return Frame.of_node(first).moved(*points[name])
+        return Frame.of_rigid_node(first).moved(*points[name])
 
     def constraints(self, first: int) -> list[Form]:
-        """Return the conditions of rigidity, Eq. (24)."""
-        node = Frame.of_node(first)
-        one = Form.constant(1.0)
-        return [dot(node.x, node.x) - one, dot(node.y, node.y) - one, dot(node.x, node.y)]
+        """Return what is left of the conditions of rigidity, Eq. (24): r_x has length one."""
+        x = Frame.of_rigid_node(first).x
+        return [dot(x, x) - Form.constant(1.0)]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.lanes import WIDTH, add_to, compiled, load, store
+from flexband.lanes import add_to, compiled, filled, load, store, zeros
 from flexband.mechanics.beam import GAUSS_POINTS
 from flexband.mechanics.elastic_forces import HESSIAN_ROWS, add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.factorization import Pattern
@@ -126,11 +126,10 @@ class Work(NamedTuple):
     @staticmethod
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
-        unknowns, slots = structure.pattern.size, structure.pattern.slots + 1
-        q = structure.coordinates + 1
-        rows = (unknowns + 1 + 2 * q, q, unknowns + 1, slots, unknowns)
-        rows += (structure.pattern.longest_row, GAUSS_POINTS * HESSIAN_ROWS, 1)
-        return Work(*(np.zeros((count, WIDTH)) for count in rows))
+        pattern, q = structure.pattern, structure.coordinates + 1
+        rows = (pattern.unknowns + 1 + 2 * q, q, pattern.unknowns + 1, pattern.rows)
+        rows += (4 * pattern.tiles, 4 * pattern.longest_row, GAUSS_POINTS * HESSIAN_ROWS, 1)
+        return Work(*(zeros(count) for count in rows))
 
 
 @compiled
@@ -185,6 +184,14 @@ def clear(array):
 
 
 @compiled
+def clear_matrix(pattern, matrix):
+    """Set the matrix to zero, and to one what fills up its tiles."""
+    clear(matrix)
+    for row in pattern.filled_up:
+        store(matrix, row, filled(1.0))
+
+
+@compiled
 def residual(structure, values, now, z, r):
     """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z."""
     clear(r)
@@ -199,7 +206,7 @@ def residual(structure, values, now, z, r):
 @compiled
 def to_right_side(structure, r, weight):
     """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
-    for i in range(1, structure.pattern.size + 1):
+    for i in range(1, structure.pattern.unknowns + 1):
         part = load(r, i)
         store(r, i, -part if i <= structure.coordinates else -part / weight)
 
@@ -207,7 +214,7 @@ def to_right_side(structure, r, weight):
 @compiled
 def tangent(structure, values, now, z, weight, matrix, blocks):
     """Set the matrix to [M + weight (K + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0]."""
-    clear(matrix)
+    clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
     add_elastic_tangent(structure.beams, values.beams, z, weight, matrix, blocks)
     add_spring_tangent(structure.springs, values.springs, z, weight, matrix)

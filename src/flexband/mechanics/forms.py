@@ -121,6 +121,12 @@ class Frame:
         return Frame((v[0], v[1]), (v[2], v[3]), (v[4], v[5]))
 
     @staticmethod
+    def of_rigid_node(first: int) -> Frame:
+        """Return the frame of the node of coordinates [r, r_x] at z_first; r_y is r_x turned."""
+        v = [Form.variable(first + k) for k in range(4)]
+        return Frame((v[0], v[1]), (v[2], v[3]), (-v[3], v[2]))
+
+    @staticmethod
     def ground(position: tuple[ArrayLike, ArrayLike]) -> Frame:
         """Return the global frame moved to `position` [m]."""
         return Frame(fixed(position), fixed((1.0, 0.0)), fixed((0.0, 1.0)))

@@ -114,7 +114,7 @@ def correct(structure, method, values, z, a, x, active):
         store(z, velocity + i, load(z, velocity + i) + method.dv_da * change)
         store(z, acceleration + i, load(z, acceleration + i) + change)
         store(a, i, load(a, i) + da_da * change)
-    for k in range(structure.coordinates + 1, structure.pattern.size + 1):
+    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
         store(z, k, load(z, k) + where(active, load(x, k), filled(0.0)))
     return method.dq_da * largest
 

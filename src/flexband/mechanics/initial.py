@@ -29,6 +29,7 @@ from flexband.mechanics.equations import (
     add_mass,
     add_mass_product,
     clear,
+    clear_matrix,
     residual,
     tangent,
     to_right_side,
@@ -48,7 +49,7 @@ NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 def elastic_matrix(structure, values, s, work):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return the mask of singular lanes."""
     z, matrix, blocks = work.z, work.matrix, work.blocks
-    clear(matrix)
+    clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
     add_elastic_tangent(structure.beams, values.beams, z, s, matrix, blocks)
     add_constraint_tangent(
@@ -86,7 +87,7 @@ def assemble(structure, values, s, work):
     clear(r)
     add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
     largest, worst = filled(0.0), filled(0.0)
-    for k in range(structure.coordinates + 1, structure.pattern.size + 1):
+    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
         worst = where(less(off, largest), worst, filled(float(k)))
         largest = maximum(off, largest)
@@ -120,7 +121,7 @@ def solve_accelerations(structure, values, work):
     tangent(structure, values, np.int64(0), z, filled(0.0), matrix, blocks)
     singular = factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
     residual(structure, values, np.int64(0), z, r)
-    for i in range(1, structure.pattern.size + 1):
+    for i in range(1, structure.pattern.unknowns + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
     velocity, acceleration, terms = structure.velocity, structure.acceleration, structure.terms
     for t in range(len(terms.k)):
@@ -141,7 +142,7 @@ def solve_accelerations(structure, values, work):
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, structure.coordinates + 1):
         store(z, acceleration + i, load(r, i))
-    for k in range(structure.coordinates + 1, structure.pattern.size + 1):
+    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
         store(z, k, load(r, k))
     return singular
 

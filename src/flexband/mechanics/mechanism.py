@@ -71,15 +71,15 @@ class Mechanism:
 
     @property
     def coordinates(self) -> int:
-        """Number of coordinates q: six a node."""
-        return 6 * sum(body.nodes for body in self.bodies.values())
+        """Number of coordinates q."""
+        return sum(body.size for body in self.bodies.values())
 
     def first_coordinates(self) -> dict[str, int]:
         """Return where in z the coordinates of each body start; z₀ is the constant one."""
         first, places = 1, {}
         for name, body in self.bodies.items():
             places[name] = first
-            first += 6 * body.nodes
+            first += body.size
         return places
 
     def frame(self, point: PointName) -> Frame:

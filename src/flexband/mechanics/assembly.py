@@ -150,6 +150,7 @@ def assemble(mechanism: Mechanism) -> System:
             slot=_indices(
                 slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
             ).reshape(-1, 3),
+            products=sum(i > 0 for _, i, _, _ in terms[0]),
         ),
         sensors=Sensors(*(_indices(t[k] for t in sensor_terms[0]) for k in range(4))),
         pattern=pattern,
@@ -187,12 +188,13 @@ def assemble(mechanism: Mechanism) -> System:
 def _terms(
     rows: Sequence[Form], numbers: dict[TimeFunction | None, int], first_row: int
 ) -> tuple[list[tuple[int, int, int, int]], list[np.ndarray]]:
-    """Return (row, i, j, function) and the coefficient of each term."""
+    """Return (row, i, j, function) and the coefficient of each term, products first."""
     flat = [
         ((first_row + k, i, j, numbers[f]), c)
         for k, row in enumerate(rows)
         for (i, j, f), c in row.terms.items()
     ]
+    flat.sort(key=lambda term: term[0][1] == 0)
     return [place for place, _ in flat], [c for _, c in flat]
 
 

@@ -180,12 +180,11 @@ def _scatter_tangent(slot, il, weight, matrix, blocks):
             else:
                 _add_block(matrix, slot, P_COORDINATE[a], D_COORDINATE[b], weight, block)
     ww = _sum3(blocks, WW, ONES)
+    wd = _sum4(blocks, WD, SHAPES[D_SHAPE[0]]), _sum4(blocks, WD, SHAPES[D_SHAPE[1]])
     for a in range(2):
-        wa = _sum4(blocks, WD, SHAPES[D_SHAPE[a]])
         for b in range(a, 2):
             dd = _sum3(blocks, DD, PRODUCTS[D_SHAPE[a], D_SHAPE[b]])
-            wb = _sum4(blocks, WD, SHAPES[D_SHAPE[b]])
-            fa, fb = w_factor[a], w_factor[b]
+            wa, wb, fa, fb = wd[a], wd[b], w_factor[a], w_factor[b]
             block = (  # d by d, w by w, w by d, and d by w, which is w by d transposed
                 dd[0] + fa * fb * ww[0] + fa * wb[0] + fb * wa[0],
                 dd[1] + fa * fb * ww[1] + fa * wb[1] + fb * wa[2],

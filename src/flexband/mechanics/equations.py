@@ -45,13 +45,14 @@ class Springs(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Products of the constraints."""
+    """Products of the constraints, those with two variables first."""
 
     k: np.ndarray  # multiplier
     i: np.ndarray
     j: np.ndarray
     f: np.ndarray  # function of time
     slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
+    products: int  # how many have i > 0
 
 
 class Sensors(NamedTuple):
@@ -140,21 +141,22 @@ def add_constraints(terms, coefficient, functions, now, z, r):
         c = load(coefficient, t) * load(functions, now + terms.f[t])
         zi, zj, zk = load(z, i), load(z, j), c * load(z, k)
         add_to(r, k, c * zi * zj)
-        add_to(r, i, zk * zj)
         add_to(r, j, zk * zi)
+        if t < terms.products:
+            add_to(r, i, zk * zj)
 
 
 @compiled
 def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
     """Add Φ_q, and `weight` times Σ λ Φ_qq."""
     for t in range(len(terms.k)):
-        i, j = terms.i[t], terms.j[t]
+        i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
-        slot = terms.slot[t]
-        add_to(matrix, slot[0], c * load(z, j))
         add_to(matrix, slot[1], c * load(z, i))
-        curvature = weight * c * load(z, terms.k[t])
-        add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
+        if t < terms.products:
+            add_to(matrix, slot[0], c * load(z, j))
+            curvature = weight * c * load(z, terms.k[t])
+            add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
 
 
 @compiled

@@ -59,7 +59,7 @@ def main() -> None:
     mechanism = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     times = np.arange(round(DURATION / STEP) + 1) * STEP
-    structure, values = system.structure, pack(system, times)[0]
+    structure, values = system.structure, pack(system, times)(0)
     integrator = fb.GeneralizedAlpha()
     work, failure = Work.of(structure), np.zeros((3, WIDTH))
     outputs = np.zeros((len(times), system.sensed, WIDTH))

@@ -268,15 +268,12 @@ def zeros(rows: int) -> np.ndarray:
     return memory[skipped : skipped + rows * WIDTH].reshape(rows, WIDTH)
 
 
-def to_lanes(values: np.ndarray) -> np.ndarray:
-    """Pack values of shape (rows, n) into blocks of lanes, shape (blocks, rows, WIDTH).
+def to_lanes(values: np.ndarray, block: int) -> np.ndarray:
+    """Return block `block` of values of shape (rows, n or 1) as lanes, shape (rows, WIDTH).
 
-    The last block is filled up with copies of the last sample. Values that are the same for all
-    samples, of shape (rows, 1), take one block, which serves every sample.
+    What is left over in the last block is filled with copies of the last sample.
     """
-    rows, n = values.shape
-    blocks = -(-n // WIDTH)
-    sample = np.minimum(np.arange(blocks * WIDTH), n - 1)
-    lanes = zeros(blocks * rows).reshape(blocks, rows, WIDTH)
-    lanes[:] = values[:, sample].reshape(rows, blocks, WIDTH).transpose(1, 0, 2)
+    lanes = zeros(len(values))
+    sample = np.arange(block * WIDTH, (block + 1) * WIDTH)
+    lanes[:] = values[:, np.minimum(sample, values.shape[1] - 1)]
     return lanes

@@ -111,7 +111,7 @@ class Dense:
     def __post_init__(self):
         self.system = assemble(self.mechanism)
         self.structure = self.system.structure
-        self.values = pack(self.system, np.array([0.0, 1e-3]))[0]
+        self.values = pack(self.system, np.array([0.0, 1e-3]))(0)
         rest = self.values.springs.rest_length
         rest[:] = np.abs(rest)
         self.work = Work.of(self.structure)
@@ -188,7 +188,7 @@ def states(mechanism, steps, step, integrator=None):
         np.zeros((steps + 1, system.sensed, WIDTH)),
         np.zeros((3, WIDTH)),
     )
-    values = pack(system, times)[0]
+    values = pack(system, times)(0)
     start(structure, values, work, failure)
     march(
         structure,

@@ -179,9 +179,6 @@ def assemble(mechanism: Mechanism) -> System:
     stacked = {name: _stack(values) for name, values in rows.items()}
     driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
     samples = _samples([*stacked.values(), *driven])
-    stacked["springs.rest_length"] = np.broadcast_to(
-        stacked["springs.rest_length"], (len(springs), samples)
-    )  # written by each block: what is relaxed at the start is known after assembly
     return System(structure, samples, stacked, functions, owners, outputs, units, conditions)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from flexband.errors import InputError
@@ -9,9 +11,14 @@ from flexband.lanes import to_lanes
 from flexband.mechanics.assembly import System
 from flexband.mechanics.equations import BeamValues, SpringValues, Values
 
+WRITTEN = "springs.rest_length"
+"""What is known after assembly only: each block needs rows of its own."""
 
-def pack(system: System, times: np.ndarray) -> list[Values]:
-    """Return the numbers of each block of samples, for a run over `times` [s].
+
+def pack(system: System, times: np.ndarray) -> Callable[[int], Values]:
+    """Return a function that gives the numbers of a block of samples, for a run over `times` [s].
+
+    Blocks are made when they are asked for, so that only those at work take memory.
 
     Raises
     ------
@@ -26,12 +33,13 @@ def pack(system: System, times: np.ndarray) -> list[Values]:
         "functions": functions.reshape(-1, functions.shape[-1]),
         "rates": rates.reshape(-1, rates.shape[-1]),
     }
-    packed = {name: to_lanes(values) for name, values in rows.items()}
-    blocks = max(len(v) for v in packed.values())
-    return [
-        _values({name: v[b if len(v) > 1 else 0] for name, v in packed.items()})
-        for b in range(blocks)
-    ]
+    shared = {k: to_lanes(v, 0) for k, v in rows.items() if v.shape[1] == 1 and k != WRITTEN}
+
+    def block(number: int) -> Values:
+        own = {name: values for name, values in rows.items() if name not in shared}
+        return _values(shared | {name: to_lanes(v, number) for name, v in own.items()})
+
+    return block
 
 
 def _values(rows: dict[str, np.ndarray]) -> Values:

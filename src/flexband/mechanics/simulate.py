@@ -69,13 +69,13 @@ def simulate(
     integrator = integrator or GeneralizedAlpha()
     times = _times(duration, step)
     system = assemble(mechanism)
-    blocks = pack(system, times)
+    packed = pack(system, times)
     method, tolerance = integrator.coefficients(float(step)), float(integrator.tolerance)
     outputs = np.empty((system.samples, len(system.outputs), len(times)))
     failures = np.zeros((system.samples, 3))
 
     def run(block: int) -> int:
-        series, failure = _march(system, method, tolerance, blocks[block], len(times))
+        series, failure = _march(system, method, tolerance, packed(block), len(times))
         first = block * WIDTH
         count = min(WIDTH, system.samples - first)
         own = len(system.outputs)
@@ -83,8 +83,8 @@ def simulate(
         failures[first : first + count] = _with_branches(series[:, own:], failure).T[:count]
         return count
 
-    _compile(system, method, tolerance, blocks[0])
-    _in_parallel(run, len(blocks), system.samples, threads, progress)
+    _compile(system, method, tolerance, packed(0))
+    _in_parallel(run, -(-system.samples // WIDTH), system.samples, threads, progress)
     _raise_failures(failures, system, times)
     result = xr.DataArray(
         outputs,

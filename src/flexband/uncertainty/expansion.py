@@ -25,7 +25,11 @@ def tensor_points(nodes: np.ndarray, dimension: int) -> np.ndarray:
 
 def tensor_values(values: list[np.ndarray]) -> np.ndarray:
     """Return products of one-dimensional values: (points, count) each to (points, Π count)."""
-    return reduce(lambda a, b: (a[:, :, None] * b[:, None, :]).reshape(len(a), -1), values)
+
+    def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return (a[:, :, None] * b[:, None, :]).reshape(len(a), a.shape[1] * b.shape[1])
+
+    return reduce(product, values)
 
 
 @dataclass(frozen=True)
@@ -66,12 +70,12 @@ class HybridExpansion:
         q = len(interval_nodes) - 1
         to_hermite = hermite_transform(random_order)
         to_chebyshev = np.linalg.inv(chebyshev_values(q, interval_nodes))
-        beta = values.reshape((q + 1,) * m + (random_order + 1,) * n + (-1,))
-        for axis in range(m + n):
-            transform = to_chebyshev if axis < m else to_hermite
-            beta = np.moveaxis(np.tensordot(transform, beta, axes=(1, axis)), 0, axis)
+        beta, before = values, 1
+        for transform in [to_chebyshev] * m + [to_hermite] * n:
+            beta = transform @ beta.reshape(before, len(transform), -1)
+            before *= len(transform)
         beta = beta.reshape((q + 1) ** m, (random_order + 1) ** n, -1)
-        return HybridExpansion(random_order, q, n, m, np.ascontiguousarray(beta))
+        return HybridExpansion(random_order, q, n, m, beta)
 
     @property
     def norms(self) -> np.ndarray:
@@ -79,15 +83,18 @@ class HybridExpansion:
         one = hermite_norms(self.random_order)[None]
         return tensor_values([np.ones((1, 1)), *[one] * self.random_dimension])[0]
 
-    def chebyshev(self, eta: np.ndarray, orders: tuple[int, ...] | None = None) -> np.ndarray:
-        """Return Φ_i at η of shape (points, m), or its partial derivative of these orders."""
+    def chebyshev(self, eta: np.ndarray) -> np.ndarray:
+        """Return Φ_i at η of shape (points, m), shape (points, M)."""
+        one = np.ones((len(eta), 1))
+        return tensor_values([one, *(chebyshev_values(self.interval_order, x) for x in eta.T)])
+
+    def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
+        """Return Φ_i and its derivatives by each η_a at η, shape (points, 1 + m, M)."""
+        one, m = np.ones((len(eta), 1)), self.interval_dimension
         D = chebyshev_derivative(self.interval_order)
-        values = [np.ones((len(eta), 1))]
-        for axis in range(self.interval_dimension):
-            T = chebyshev_values(self.interval_order, eta[:, axis])
-            order = orders[axis] if orders is not None else 0
-            values.append(T @ np.linalg.matrix_power(D, order))
-        return tensor_values(values)
+        values = [(T, T @ D) for T in chebyshev_values(self.interval_order, eta.T)]
+        parts = [[v[a == b] for b, v in enumerate(values)] for a in range(-1, m)]
+        return np.stack([tensor_values([one, *part]) for part in parts], axis=1)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
@@ -100,9 +107,10 @@ class HybridExpansion:
         """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""
         phi = self.chebyshev(eta)
         M, N, series = self.coefficients.shape
-        terms = (phi @ self.coefficients.reshape(M, -1)).reshape(-1, N, series)
-        variance = np.einsum("j,pjs->ps", self.norms[1:], terms[:, 1:] ** 2)
-        return terms[:, 0], np.sqrt(variance)
+        weighted = self.coefficients * np.sqrt(self.norms)[:, None]
+        terms = (phi @ weighted.reshape(M, -1)).reshape(-1, N, series)
+        random = terms[:, 1:]
+        return terms[:, 0], np.sqrt(np.einsum("pjs,pjs->ps", random, random))
 
     def truncation(self) -> np.ndarray:
         """Return the size of the terms of highest order in some variable, shape (series,).

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import factorial
 
 import numpy as np
@@ -55,6 +56,7 @@ def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
     return chebyshev.chebvander(eta, order)
 
 
+@cache
 def chebyshev_derivative(order: int) -> np.ndarray:
     """Return D with T_i′ = Σ_j T_j D_ji, shape (order + 1, order + 1)."""
     D = np.zeros((order + 1, order + 1))

@@ -1,0 +1,171 @@
+"""Polish extremes of μ + c σ over the box of the interval variables: Newton's method, compiled.
+
+σ² is the sum over j ≥ 1 of squared polynomials in η, so with the polynomials' values and first and
+second derivatives, all of σ's follow. Each row is one small problem; rows do not know each other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+SWEEPS = 12
+STILL = 1e-13
+"""A step that gains less than this part of the value no longer counts."""
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def polish(order, coefficients, series, c, sign, places, values):
+    """Improve `places` in place to where sign (μ + c σ) is least nearby, and `values` with them.
+
+    Parameters
+    ----------
+    order : q of the Chebyshev polynomials.
+    coefficients : shape (all series, M, N), weighted so that σ² is a sum of squares.
+    series, c, sign : which series, and which function of it, one a row.
+    places, values : η, shape (rows, m), and μ + c σ there; never made worse.
+    """
+    m = places.shape[1]
+    terms = np.empty((1 + m + m * (m + 1) // 2, coefficients.shape[2]))
+    powers = np.empty((3, m, order + 1))
+    gradient, hessian, step = np.empty(m), np.empty((m, m)), np.empty(m)
+    new_gradient, new_hessian = np.empty(m), np.empty((m, m))
+    trial = np.empty(m)
+    for row in range(len(series)):
+        own, eta = coefficients[series[row]], places[row]
+        best = _value(own, eta, c[row], sign[row], powers, terms, gradient, hessian)
+        reach = 1.0
+        for _ in range(SWEEPS):
+            _newton_step(eta, gradient, hessian, step)
+            gain = 0.0
+            for a in range(m):
+                trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
+                gain -= gradient[a] * (trial[a] - eta[a])
+            if not gain > STILL * abs(best):
+                break
+            value = _value(own, trial, c[row], sign[row], powers, terms, new_gradient, new_hessian)
+            if value < best:
+                best, reach = value, 1.0
+                eta[:], gradient[:], hessian[:] = trial, new_gradient, new_hessian
+            else:
+                reach *= 0.25
+        values[row] = sign[row] * best
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _value(coefficients, eta, c, sign, powers, terms, gradient, hessian):
+    """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
+    m = len(eta)
+    _chebyshev(eta, powers)
+    _sum_terms(coefficients, powers, terms)
+    variance = 0.0
+    for j in range(1, terms.shape[1]):
+        variance += terms[0, j] ** 2
+    std = np.sqrt(variance)
+    per_std = c / std if std > 0 else 0.0  # where σ = 0 its derivatives count as zero
+    for a in range(m):
+        gradient[a] = sign * (terms[1 + a, 0] + per_std * _dot(terms, 0, 1 + a))
+    pair = 1 + m
+    for a in range(m):
+        for b in range(a, m):
+            curve = _dot(terms, 1 + a, 1 + b) + _dot(terms, 0, pair)
+            if std > 0:
+                curve -= _dot(terms, 0, 1 + a) * _dot(terms, 0, 1 + b) / variance
+            hessian[a, b] = hessian[b, a] = sign * (terms[pair, 0] + per_std * curve)
+            pair += 1
+    return sign * (terms[0, 0] + c * std)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _dot(terms, a, b):
+    """Return Σ_j≥1 of two rows of terms."""
+    total = 0.0
+    for j in range(1, terms.shape[1]):
+        total += terms[a, j] * terms[b, j]
+    return total
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _chebyshev(eta, powers):
+    """Fill T_i, T_i′ and T_i″ of every variable by their recurrences."""
+    for a in range(len(eta)):
+        x = eta[a]
+        for i in range(powers.shape[2]):
+            if i == 0:
+                powers[0, a, i], powers[1, a, i], powers[2, a, i] = 1.0, 0.0, 0.0
+            elif i == 1:
+                powers[0, a, i], powers[1, a, i], powers[2, a, i] = x, 1.0, 0.0
+            else:
+                T, D, S = powers[0, a], powers[1, a], powers[2, a]
+                T[i] = 2 * x * T[i - 1] - T[i - 2]
+                D[i] = 2 * T[i - 1] + 2 * x * D[i - 1] - D[i - 2]
+                S[i] = 4 * D[i - 1] + 2 * x * S[i - 1] - S[i - 2]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _sum_terms(coefficients, powers, terms):
+    """Fill Σ_i β_ij Φ_i, then its derivatives by each η_a, then by each pair a ≤ b."""
+    m, size = powers.shape[1], powers.shape[2]
+    terms[:] = 0.0
+    digits = np.zeros(m, np.int64)
+    for i in range(len(coefficients)):
+        row = 0
+        for a in range(-1, m):  # −1: not differentiated
+            for b in range(a, m) if a >= 0 else range(-1, m):
+                # pairs (−1, −1), (−1, b) and (a, b) in the order of the rows
+                product = 1.0
+                for v in range(m):
+                    product *= powers[(v == a) + (v == b), v, digits[v]]
+                for j in range(terms.shape[1]):
+                    terms[row, j] += product * coefficients[i, j]
+                row += 1
+        for v in range(m - 1, -1, -1):
+            digits[v] += 1
+            if digits[v] < size:
+                break
+            digits[v] = 0
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _newton_step(eta, gradient, hessian, step):
+    """Fill a descent step in the variables that no bound holds: (H + τ I)⁻¹ of −gradient.
+
+    τ is zero where the Hessian of the free variables is positive definite, and grows until it is.
+    """
+    m = len(eta)
+    held = ((eta <= -1) & (gradient > 0)) | ((eta >= 1) & (gradient < 0))
+    size = np.abs(hessian).max() + 1e-300
+    shift = 0.0
+    factor = np.empty((m, m))
+    while not _cholesky(hessian, held, shift, 1e-10 * size, factor):
+        shift = max(4 * shift, 1e-3 * size)
+    for a in range(m):
+        total = 0.0 if held[a] else -gradient[a]
+        for b in range(a):
+            total -= factor[a, b] * step[b]
+        step[a] = total / factor[a, a]
+    for a in range(m - 1, -1, -1):
+        total = step[a]
+        for b in range(a + 1, m):
+            total -= factor[b, a] * step[b]
+        step[a] = total / factor[a, a]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _cholesky(hessian, held, shift, least, factor):
+    """Factor H + shift I, held variables apart; return whether all pivots exceed `least`."""
+    for a in range(len(held)):
+        for b in range(a + 1):
+            free = not (held[a] or held[b])
+            total = hessian[a, b] if free else 0.0
+            if a == b:
+                total = total + shift if free else 1.0
+            for k in range(b):
+                total -= factor[a, k] * factor[b, k]
+            if a > b:
+                factor[a, b] = total / factor[b, b]
+            elif total > least or held[a]:
+                factor[a, a] = np.sqrt(total)
+            else:
+                return False
+    return True

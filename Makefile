@@ -30,7 +30,7 @@ check: install
 
 # OPTIONS='--samples 16 --repeats 1' for a quick look
 bench: install .venv/benched
-	for program in $$(grep -l "^    main()" benchmarks/*.py); do \
+	for program in $$(grep -lE "^ +main\(\)" benchmarks/*.py); do \
 		$(BIN)/python $$program $(OPTIONS) || exit 1; done
 
 .venv/benched: pyproject.toml

@@ -13,7 +13,7 @@ from pathlib import Path
 from flexband.mechanics.simulate import available_cores
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn")
+PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy")
 
 
 def options(description: str | None, samples: int) -> argparse.Namespace:

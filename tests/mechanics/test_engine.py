@@ -183,11 +183,17 @@ def test_results_do_not_depend_on_threads_or_on_neighbours():
     np.testing.assert_array_equal(all_at_once[17], alone)
 
 
-def test_newton_is_converged():
-    loose = fb.simulate(slider_crank(), duration=0.2, step=STEP)
-    tight = fb.simulate(
-        slider_crank(), duration=0.2, step=STEP, integrator=fb.GeneralizedAlpha(tolerance=1e-14)
-    )
+@pytest.mark.parametrize("radius", [0.5, 0.7, 1.0])
+@pytest.mark.parametrize("modulus", [69e9, 1e9])
+def test_newton_is_converged(radius, modulus):
+    """All outputs within 1e-6 of their range of those at a tolerance near rounding."""
+
+    def run(**options):
+        integrator = fb.GeneralizedAlpha(spectral_radius=radius, **options)
+        model = slider_crank(youngs_modulus=modulus)
+        return fb.simulate(model, duration=0.2, step=STEP, integrator=integrator)
+
+    loose, tight = run(), run(tolerance=1e-14)
     scale = np.abs(tight).max("time")
     assert (np.abs(loose - tight).max("time") <= 1e-6 * scale + 1e-12).all()
 

@@ -1,0 +1,162 @@
+"""How near the engine comes to what one core can do: operations of a Newton iteration against peak.
+
+Operations are counted by running the engine's own formulas, uncompiled, on numbers that count what
+is done to them; a multiply-add counts as two. The peak is measured in the same run: multiply-adds
+on lanes in twelve independent chains.
+"""
+
+from __future__ import annotations
+
+import runpy
+from contextlib import contextmanager
+from functools import partial
+from types import ModuleType
+
+import numpy as np
+from harness import ROOT, alternate, medians, options, report
+from kernels import kernel_time, residuals, solutions, tangents, tangents_and_factors
+
+from flexband import lanes
+from flexband.lanes import WIDTH, compiled, load, store
+from flexband.mechanics import (
+    elastic_forces,
+    element,
+    equations,
+    factorization,
+    spring_forces,
+)
+from flexband.mechanics.assembly import assemble
+from flexband.mechanics.equations import Work
+from flexband.mechanics.initial import start
+from flexband.mechanics.packing import pack
+
+CHAINS = 12
+
+
+@compiled
+def multiply_adds(count, array):
+    """Do 12 × `count` multiply-adds."""
+    x, y = load(array, 0), load(array, 1)
+    a, b, c, d, e, f = x, y, x, y, x, y
+    g, h, i, j, k, m = y, x, y, x, y, x
+    for _ in range(count):
+        a, b, c = a * x + y, b * x + y, c * x + y
+        d, e, f = d * x + y, e * x + y, f * x + y
+        g, h, i = g * x + y, h * x + y, i * x + y
+        j, k, m = j * x + y, k * x + y, m * x + y
+    store(array, 2, a + b + c + d + e + f + g + h + i + j + k + m)
+
+
+class Counted(float):
+    """A number that counts operations."""
+
+    count = 0
+
+    @staticmethod
+    def _counting(name: str):
+        plain = getattr(float, name)
+
+        def operation(*numbers):
+            Counted.count += 1
+            return Counted(plain(*numbers))
+
+        return operation
+
+
+for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv", "neg"):
+    setattr(Counted, f"__{_name}__", Counted._counting(f"__{_name}__"))
+
+
+@contextmanager
+def counting():
+    """Run the engine as plain Python on counting numbers: one sample, lane 0."""
+    plain = {
+        "load": lambda array, row: Counted(array[row, 0]),
+        "store": lambda array, row, value: array.__setitem__((row, 0), value),
+        "add_to": lambda array, row, value: array.__setitem__(
+            (row, 0), Counted(array[row, 0]) + value
+        ),
+        "filled": Counted,
+        "less": lambda a, b: Counted(float.__lt__(a, b)),
+        "where": lambda mask, a, b: a if mask else b,
+        "magnitude": lambda a: Counted(abs(float(a))),
+        "maximum": lambda a, b: Counted(max(float(a), float(b))),
+    }
+    kept: list[tuple[ModuleType, str, object]] = []
+    for module in (lanes, element, elastic_forces, equations, factorization, spring_forces):
+        for name, value in list(vars(module).items()):
+            new = plain.get(name, getattr(value, "py_func", None))
+            if new is not None and callable(value):
+                kept.append((module, name, value))
+                setattr(module, name, new)
+    try:
+        yield
+    finally:
+        for module, name, value in kept:
+            setattr(module, name, value)
+
+
+def operations(action) -> int:
+    """Return how many operations an action of the engine takes for one sample."""
+    with counting():
+        Counted.count = 0
+        action()
+    return Counted.count
+
+
+def main() -> None:
+    chosen = options(__doc__, 10_000)
+    mechanism = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["slider_crank"]
+    system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
+    structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
+    work = Work.of(structure)
+    start(structure, values, work, np.zeros((3, WIDTH)))
+    z, matrix, pivots, pattern = work.z, work.matrix, work.inverse_pivots, structure.pattern
+    count = {
+        "residual": operations(lambda: equations.residual(structure, values, 0, z, work.r)),
+        "tangent": operations(
+            lambda: equations.tangent(structure, values, 0, z, Counted(1e-7), matrix, work.blocks)
+        ),
+        "factorization": operations(
+            lambda: factorization.factorize(pattern, matrix, pivots, work.row)
+        ),
+        "solution": operations(lambda: factorization.solve(pattern, matrix, pivots, work.r)),
+    }
+    start(structure, values, work, np.zeros((3, WIDTH)))
+    array = lanes.zeros(3) + 0.5
+    repeats = np.int64(chosen.samples)
+    cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
+    for name, kernel in {
+        "residual": residuals,
+        "tangent": tangents,
+        "tangent and factorization": tangents_and_factors,
+        "solution": solutions,
+    }.items():
+        kernel_time(kernel, 1, structure, values, work)  # compile
+        cases[name] = partial(kernel_time, kernel, chosen.samples, structure, values, work)
+    cases["multiply-adds"]()
+    measured = alternate(cases, chosen.repeats)
+    us = medians(measured)
+    us["factorization"] = us["tangent and factorization"] - us["tangent"]
+    peak = 2 * CHAINS * WIDTH / us["multiply-adds"] / 1e3
+    rows = [["multiply-adds, twelve chains", str(2 * CHAINS), "", f"{peak:.1f}", "1.00"]]
+    parts = [(name, count[name], us[name]) for name in count]
+    parts.append(("a Newton iteration with a new matrix", sum(count.values()),
+                  us["residual"] + us["tangent and factorization"] + us["solution"]))  # fmt: skip
+    parts.append(("a Newton iteration on an old one", count["residual"] + count["solution"],
+                  us["residual"] + us["solution"]))  # fmt: skip
+    for name, flops, time_ in parts:
+        rate = flops * WIDTH / time_ / 1e3
+        rows.append([name, str(flops), f"{time_:.2f}", f"{rate:.1f}", f"{rate / peak:.2f}"])
+    report(
+        chosen.output,
+        "roofline",
+        ["case", "operations a sample", f"µs a block of {WIDTH}", "Gflop/s", "part of peak"],
+        rows,
+        measured | {"operations": count},
+        [f"one core; the work space of a block takes {sum(a.nbytes for a in work) / 1024:.0f} KiB"],
+    )
+
+
+if __name__ == "__main__":
+    main()

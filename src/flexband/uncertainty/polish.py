@@ -28,12 +28,13 @@ def polish(order, coefficients, series, c, sign, places, values):
     m = places.shape[1]
     terms = np.empty((1 + m + m * (m + 1) // 2, coefficients.shape[2]))
     powers = np.empty((3, m, order + 1))
+    basis = np.empty((terms.shape[0], coefficients.shape[1]))
     gradient, hessian, step = np.empty(m), np.empty((m, m)), np.empty(m)
     new_gradient, new_hessian = np.empty(m), np.empty((m, m))
     trial = np.empty(m)
     for row in range(len(series)):
         own, eta = coefficients[series[row]], places[row]
-        best = _value(own, eta, c[row], sign[row], powers, terms, gradient, hessian)
+        best = _value(own, eta, c[row], sign[row], powers, basis, terms, gradient, hessian)
         reach = 1.0
         for _ in range(SWEEPS):
             _newton_step(eta, gradient, hessian, step)
@@ -43,7 +44,9 @@ def polish(order, coefficients, series, c, sign, places, values):
                 gain -= gradient[a] * (trial[a] - eta[a])
             if not gain > STILL * abs(best):
                 break
-            value = _value(own, trial, c[row], sign[row], powers, terms, new_gradient, new_hessian)
+            value = _value(
+                own, trial, c[row], sign[row], powers, basis, terms, new_gradient, new_hessian
+            )
             if value < best:
                 best, reach = value, 1.0
                 eta[:], gradient[:], hessian[:] = trial, new_gradient, new_hessian
@@ -53,11 +56,12 @@ def polish(order, coefficients, series, c, sign, places, values):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _value(coefficients, eta, c, sign, powers, terms, gradient, hessian):
+def _value(coefficients, eta, c, sign, powers, basis, terms, gradient, hessian):
     """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
     m = len(eta)
     _chebyshev(eta, powers)
-    _sum_terms(coefficients, powers, terms)
+    _products(powers, basis)
+    np.dot(basis, coefficients, terms)
     variance = 0.0
     for j in range(1, terms.shape[1]):
         variance += terms[0, j] ** 2
@@ -103,27 +107,22 @@ def _chebyshev(eta, powers):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _sum_terms(coefficients, powers, terms):
-    """Fill Σ_i β_ij Φ_i, then its derivatives by each η_a, then by each pair a ≤ b."""
+def _products(powers, basis):
+    """Fill Φ_i, then its derivatives by each η_a, then by each pair a ≤ b, one row each."""
     m, size = powers.shape[1], powers.shape[2]
-    terms[:] = 0.0
-    digits = np.zeros(m, np.int64)
-    for i in range(len(coefficients)):
-        row = 0
-        for a in range(-1, m):  # −1: not differentiated
-            for b in range(a, m) if a >= 0 else range(-1, m):
-                # pairs (−1, −1), (−1, b) and (a, b) in the order of the rows
-                product = 1.0
-                for v in range(m):
-                    product *= powers[(v == a) + (v == b), v, digits[v]]
-                for j in range(terms.shape[1]):
-                    terms[row, j] += product * coefficients[i, j]
-                row += 1
-        for v in range(m - 1, -1, -1):
-            digits[v] += 1
-            if digits[v] < size:
-                break
-            digits[v] = 0
+    row = 0
+    for a in range(-1, m):  # −1: not differentiated
+        for b in range(a, m):
+            # pairs (−1, −1), (−1, b) and (a, b) in the order of the rows
+            basis[row, 0] = 1.0
+            count = 1
+            for v in range(m):
+                power = powers[(v == a) + (v == b), v]
+                for i in range(count - 1, -1, -1):
+                    for k in range(size - 1, -1, -1):
+                        basis[row, i * size + k] = basis[row, i] * power[k]
+                count *= size
+            row += 1
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

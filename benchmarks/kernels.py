@@ -31,13 +31,13 @@ def residuals(count, structure, values, work):
 @njit(nogil=True)
 def tangents(count, structure, values, work):
     for _ in range(count):
-        tangent(structure, values, 0, work.z, filled(1e-7), work.matrix, work.blocks)
+        tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
 
 
 @njit(nogil=True)
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
-        tangent(structure, values, 0, work.z, filled(1e-7), work.matrix, work.blocks)
+        tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
         factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row)
 
 
@@ -61,7 +61,7 @@ def main() -> None:
     times = np.arange(round(DURATION / STEP) + 1) * STEP
     structure, values = system.structure, pack(system, times)(0)
     integrator = fb.GeneralizedAlpha()
-    work, failure = Work.of(structure), np.zeros((3, WIDTH))
+    work, failure = Work.of(structure), np.zeros((4, WIDTH))
     outputs = np.zeros((len(times), system.sensed, WIDTH))
 
     def step_time() -> float:

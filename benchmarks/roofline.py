@@ -110,19 +110,21 @@ def main() -> None:
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
     work = Work.of(structure)
-    start(structure, values, work, np.zeros((3, WIDTH)))
+    start(structure, values, work, np.zeros((4, WIDTH)))
     z, matrix, pivots, pattern = work.z, work.matrix, work.inverse_pivots, structure.pattern
     count = {
         "residual": operations(lambda: equations.residual(structure, values, 0, z, work.r)),
         "tangent": operations(
-            lambda: equations.tangent(structure, values, 0, z, Counted(1e-7), matrix, work.blocks)
+            lambda: equations.tangent(
+                structure, values, 0, z, Counted(1e-7), 0.0, matrix, work.blocks
+            )
         ),
         "factorization": operations(
             lambda: factorization.factorize(pattern, matrix, pivots, work.row)
         ),
         "solution": operations(lambda: factorization.solve(pattern, matrix, pivots, work.r)),
     }
-    start(structure, values, work, np.zeros((3, WIDTH)))
+    start(structure, values, work, np.zeros((4, WIDTH)))
     array = lanes.zeros(3) + 0.5
     repeats = np.int64(chosen.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}

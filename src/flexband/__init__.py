@@ -13,14 +13,24 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from flexband.errors import AssemblyError, InputError, SimulationError
     from flexband.mechanics.beam import Beam
-    from flexband.mechanics.bodies import RigidBody
+    from flexband.mechanics.bodies import PointMass, RigidBody
+    from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
     from flexband.mechanics.generalized_alpha import GeneralizedAlpha
     from flexband.mechanics.integration import FullIntegration, SelectiveIntegration
-    from flexband.mechanics.joints import PrescribedRotation, Prismatic, Revolute
-    from flexband.mechanics.loads import Gravity, Spring
+    from flexband.mechanics.joints import Distance, Prismatic, Revolute, Slot, Weld
+    from flexband.mechanics.loads import DistributedLoad, Force, Gravity, Moment, Spring
     from flexband.mechanics.mechanism import Mechanism
     from flexband.mechanics.response import dynamic_response
-    from flexband.mechanics.sensors import Position, Reaction
+    from flexband.mechanics.sensors import (
+        Acceleration,
+        Angle,
+        AngularVelocity,
+        KineticEnergy,
+        Position,
+        Reaction,
+        ReactionMoment,
+        Velocity,
+    )
     from flexband.mechanics.simulate import simulate
     from flexband.study.study import Study
     from flexband.uncertainty.correlation import exponential, squared_exponential
@@ -31,14 +41,24 @@ if TYPE_CHECKING:
 _MODULES = {
     "errors": ["AssemblyError", "InputError", "SimulationError"],
     "mechanics.beam": ["Beam"],
-    "mechanics.bodies": ["RigidBody"],
+    "mechanics.bodies": ["PointMass", "RigidBody"],
+    "mechanics.drives": ["PrescribedPath", "PrescribedRotation", "PrescribedTravel"],
     "mechanics.generalized_alpha": ["GeneralizedAlpha"],
     "mechanics.integration": ["FullIntegration", "SelectiveIntegration"],
-    "mechanics.joints": ["PrescribedRotation", "Prismatic", "Revolute"],
-    "mechanics.loads": ["Gravity", "Spring"],
+    "mechanics.joints": ["Distance", "Prismatic", "Revolute", "Slot", "Weld"],
+    "mechanics.loads": ["DistributedLoad", "Force", "Gravity", "Moment", "Spring"],
     "mechanics.mechanism": ["Mechanism"],
     "mechanics.response": ["dynamic_response"],
-    "mechanics.sensors": ["Position", "Reaction"],
+    "mechanics.sensors": [
+        "Acceleration",
+        "Angle",
+        "AngularVelocity",
+        "KineticEnergy",
+        "Position",
+        "Reaction",
+        "ReactionMoment",
+        "Velocity",
+    ],
     "mechanics.simulate": ["simulate"],
     "study.study": ["Study"],
     "uncertainty.correlation": ["exponential", "squared_exponential"],
@@ -51,30 +71,45 @@ _HOME = {name: module for module, names in _MODULES.items() for name in names}
 __version__ = version("flexband")
 __all__ = [
     "PCCI",
+    "Acceleration",
+    "Angle",
+    "AngularVelocity",
     "AssemblyError",
     "Beam",
+    "Distance",
+    "DistributedLoad",
+    "Force",
     "FullIntegration",
     "GeneralizedAlpha",
     "Gravity",
     "ImprovedPCCI",
     "InputError",
     "Interval",
+    "KineticEnergy",
     "LHSScanning",
     "Mechanism",
+    "Moment",
     "MonteCarlo",
     "Normal",
+    "PointMass",
     "Position",
+    "PrescribedPath",
     "PrescribedRotation",
+    "PrescribedTravel",
     "Prismatic",
     "RandomField",
     "Reaction",
+    "ReactionMoment",
     "Revolute",
     "RigidBody",
     "SelectiveIntegration",
     "SimulationError",
+    "Slot",
     "Spring",
     "Study",
     "Uniform",
+    "Velocity",
+    "Weld",
     "dynamic_response",
     "exponential",
     "propagate",

@@ -170,7 +170,7 @@ class Dense:
 
 @njit
 def tangent_of(structure, values, work, weight):
-    tangent(structure, values, 0, work.z, filled(weight), work.matrix, work.blocks)
+    tangent(structure, values, 0, work.z, filled(weight), 0.0, work.matrix, work.blocks)
 
 
 @njit
@@ -186,7 +186,7 @@ def states(mechanism, steps, step, integrator=None):
     structure, work = system.structure, Work.of(system.structure)
     outputs, failure = (
         np.zeros((steps + 1, system.sensed, WIDTH)),
-        np.zeros((3, WIDTH)),
+        np.zeros((4, WIDTH)),
     )
     values = pack(system, times)(0)
     start(structure, values, work, failure)

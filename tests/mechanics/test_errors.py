@@ -53,7 +53,7 @@ def mechanism(joints=None, **parts):
         (lambda: mechanism(loads={"g": 9.81}), "load 'g' is no load: 9.81"),  # type: ignore
         (
             lambda: pendulum_driven(lambda t: 0.0, sensors={"M": fb.Reaction("motor")}),
-            "sensor 'M': a PrescribedRotation exerts a moment and no force",
+            "sensor 'M': joint 'motor' exerts a moment and no force",
         ),
         (lambda: block(length=np.sin), "block length .* must be positive; got a function"),
         (lambda: block(position=1.0), "position must be a pair; got 1.0"),
@@ -114,7 +114,7 @@ def pendulum_driven(angle, **parts):
 def test_a_drive_that_would_start_the_wrong_way_round_is_refused(angle):
     with pytest.raises(fb.AssemblyError, match="'motor' holds its body the wrong way round"):
         fb.simulate(pendulum_driven(lambda t: angle), duration=0.01, step=1e-3)
-    with pytest.raises(fb.AssemblyError, match="guess is where their Jacobian loses rank"):
+    with pytest.raises(fb.AssemblyError, match="Jacobian loses rank; worst is joint 'motor'"):
         fb.simulate(pendulum_driven(lambda t: np.pi / 2), duration=0.01, step=1e-3)
 
 
@@ -194,17 +194,8 @@ def test_constraints_that_contradict_each_other():
             "B": fb.Revolute("a.end", (0.25, 0.0)),
         },
     )
-    with pytest.raises(fb.AssemblyError, match=r"contradict each other .* joint 'B'"):
+    with pytest.raises(fb.AssemblyError, match=r"contradict each other.* joint 'B'"):
         fb.simulate(twice, duration=0.01, step=1e-3)
-
-
-def test_redundant_constraints_are_refused():
-    pinned = fb.Mechanism(
-        bodies={"a": block()},
-        joints={"pin": fb.Revolute("a", (0, 0)), "guide": fb.Prismatic("a", (0, 0))},
-    )
-    with pytest.raises(fb.AssemblyError, match="redundant"):
-        fb.simulate(pinned, duration=0.01, step=1e-3)
 
 
 def test_a_rough_guess_is_assembled():

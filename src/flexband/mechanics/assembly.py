@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
 from flexband.mechanics.beam import GAUSS_POINTS, Beam
-from flexband.mechanics.equations import Beams, Mass, Sensors, Springs, Structure, Terms
+from flexband.mechanics.equations import Beams, Mass, Products, Springs, Structure, Terms
 from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.sensors import Sensor
 
 RELAXED = -1.0
 """Rest length of a spring that is relaxed at the start."""
@@ -37,7 +38,8 @@ class System:
     functions : the functions of time in use, apart from the constant one.
     constraints : what each row of Φ belongs to.
     outputs, units : name and unit of each output.
-    conditions : the joint behind each further output, which must stay positive.
+    sensors : each sensor with its rows among those that the engine evaluates.
+    conditions : the joint behind each further row, which must stay positive.
     """
 
     structure: Structure
@@ -47,12 +49,13 @@ class System:
     constraints: list[str]
     outputs: list[str]
     units: list[str]
+    sensors: list[tuple[Sensor, slice]]
     conditions: list[str]
 
     @property
     def sensed(self) -> int:
-        """Number of rows that `sense` writes: outputs, then conditions."""
-        return len(self.outputs) + len(self.conditions)
+        """Number of rows that `sense` writes: the sensors', then the conditions."""
+        return (self.sensors[-1][1].stop if self.sensors else 0) + len(self.conditions)
 
 
 def assemble(mechanism: Mechanism) -> System:
@@ -66,11 +69,13 @@ def assemble(mechanism: Mechanism) -> System:
     """
     first = mechanism.first_coordinates()
     start: list[ArrayLike] = [1.0]
+    velocity: list[ArrayLike] = [0.0]
     mass: dict[tuple[int, int], np.ndarray] = {}
     nodes, element_first, inverse_length, stiffness = [], [], [], []
     for name, body in mechanism.bodies.items():
         try:
             start += body.coordinates()
+            velocity += body.velocities()
             nodes += [first[name] + place for place in body.nodes]
             for (i, j), value in body.mass_entries().items():
                 mass[first[name] + i, first[name] + j] = value
@@ -82,27 +87,18 @@ def assemble(mechanism: Mechanism) -> System:
         except InputError as error:
             raise InputError(f"body {name!r}: {error}") from None
 
-    constraints = mechanism.constraints()
+    constraints = mechanism.constraints
     owners, constraint_rows = [owner for owner, _ in constraints], [row for _, row in constraints]
-    outputs, units, sensor_rows = [], [], []
-    for name, sensor in mechanism.sensors.items():
-        outputs += [f"{name}_X", f"{name}_Y"]
-        units += [sensor.unit] * 2
-        sensor_rows += sensor.components(mechanism.frame, mechanism.joint)
-    conditions = []
-    for name, joint in mechanism.joints.items():
-        positive = joint.conditions(mechanism.frame)
-        conditions += [name] * len(positive)
-        sensor_rows += positive
-    functions = list(
-        dict.fromkeys(f for row in constraint_rows for _, _, f in row.terms if f is not None)
-    )
+    outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
+    force_rows = _force_rows(mechanism)
+    springs = [load for load in mechanism.loads.values() if isinstance(load, Spring)]
+    functions = _functions([*constraint_rows, *sensor_rows, *force_rows], springs)
     numbers_of = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
 
     count = mechanism.coordinates
     terms = _terms(constraint_rows, numbers_of, first_row=1 + count)
     sensor_terms = _terms(sensor_rows, numbers_of, first_row=0)
-    springs = [load for load in mechanism.loads.values() if isinstance(load, Spring)]
+    force_terms = _terms(force_rows, numbers_of, first_row=0)
     entries = [_spring_entries(mechanism, spring) for spring in springs]
     coordinates = [sorted(x.keys() | y.keys()) for x, y in entries]
 
@@ -143,6 +139,7 @@ def assemble(mechanism: Mechanism) -> System:
         springs=Springs(
             start=np.cumsum([0] + [len(c) for c in coordinates]),
             coordinate=_indices(i for c in coordinates for i in c),
+            f=_indices(numbers_of[spring.actuator[1]] for spring in springs),
             slot=spring_slot,
         ),
         terms=Terms(
@@ -152,7 +149,8 @@ def assemble(mechanism: Mechanism) -> System:
             ).reshape(-1, 3),
             products=sum(i > 0 for _, i, _, _ in terms[0]),
         ),
-        sensors=Sensors(*(_indices(t[k] for t in sensor_terms[0]) for k in range(4))),
+        forces=Products(*(_indices(t[k] for t in force_terms[0]) for k in range(4))),
+        sensors=Products(*(_indices(t[k] for t in sensor_terms[0]) for k in range(4))),
         pattern=pattern,
     )
     spring_x, spring_y = (
@@ -161,6 +159,7 @@ def assemble(mechanism: Mechanism) -> System:
     )
     rows = {
         "start": start,
+        "velocity": velocity,
         "inverse_scale": _inverse_scale(start, mass, nodes),
         "mass": list(mass.values()),
         "force": _constant_forces(mechanism, mass, nodes),
@@ -171,15 +170,21 @@ def assemble(mechanism: Mechanism) -> System:
         "springs.x": spring_x,
         "springs.y": spring_y,
         "springs.stiffness": [s.stiffness for s in springs],
+        "springs.cubic": [s.cubic for s in springs],
+        "springs.damping": [s.damping for s in springs],
+        "springs.pull": [s.actuator[0] for s in springs],
         "springs.rest_length": [
             RELAXED if s.rest_length is None else s.rest_length for s in springs
         ],
+        "load": force_terms[1],
         "sensor": sensor_terms[1],
     }
     stacked = {name: _stack(values) for name, values in rows.items()}
     driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
     samples = _samples([*stacked.values(), *driven])
-    return System(structure, samples, stacked, functions, owners, outputs, units, conditions)
+    return System(
+        structure, samples, stacked, functions, owners, outputs, units, sensors, conditions
+    )
 
 
 def _terms(
@@ -193,6 +198,40 @@ def _terms(
     ]
     flat.sort(key=lambda term: term[0][1] == 0)
     return [place for place, _ in flat], [c for _, c in flat]
+
+
+def _sensors(mechanism: Mechanism):
+    """Return outputs, units, sensors with their rows, owners of conditions, and all the rows."""
+    outputs, units, sensors, conditions, rows = [], [], [], [], []
+    for name, sensor in mechanism.sensors.items():
+        for suffix, unit in sensor.outputs():
+            outputs.append(name + suffix)
+            units.append(unit)
+        first = len(rows)
+        rows += sensor.rows(mechanism)
+        sensors.append((sensor, slice(first, len(rows))))
+    for name, joint in mechanism.joints.items():
+        positive = joint.conditions(mechanism.frame)
+        conditions += [name] * len(positive)
+        rows += positive
+    return outputs, units, sensors, conditions, rows
+
+
+def _functions(rows: Sequence[Form], springs: Sequence[Spring]) -> list[TimeFunction]:
+    """Return the functions of time in use, each once."""
+    in_rows = [f for row in rows for _, _, f in row.terms]
+    in_springs = [spring.actuator[1] for spring in springs]
+    return list(dict.fromkeys(f for f in [*in_rows, *in_springs] if f is not None))
+
+
+def _force_rows(mechanism: Mechanism) -> list[Form]:
+    """Return the generalized force on each of [1, q], of all loads but gravity and springs."""
+    rows = [Form({})] * (mechanism.coordinates + 1)
+    for load in mechanism.loads.values():
+        if not isinstance(load, Spring | Gravity):
+            for j, force in load.forces(mechanism).items():
+                rows[j] = rows[j] + force
+    return rows
 
 
 def _spring_entries(mechanism: Mechanism, spring: Spring) -> list[dict[int, np.ndarray]]:
@@ -247,8 +286,10 @@ def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray], nodes: 
     It is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
     x, y = (_stack([start[node + axis] for node in nodes]) for axis in range(2))
-    gyration = [np.sqrt(mass[node + 2, node + 2] / mass[node, node]) for node in nodes]
+    none = np.zeros(())
+    gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]
     size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + _stack(gyration).max(axis=0)
+    size = np.where(size > 0, size, 1.0)  # a single point mass has none
     scale: list = [1.0] * len(start)
     for node in nodes:
         scale[node] = scale[node + 1] = 1 / size

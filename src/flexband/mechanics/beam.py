@@ -47,9 +47,12 @@ class Beam:
     elements : number of elements.
     start : where the beam starts [m]. A guess will do: assembly corrects it.
     angle : from the X axis to the beam's axis at the start [rad], a guess as well.
+    velocity, rate : of the start [m/s] and of the angle [rad/s], as for a rigid bar. What the
+        joints do not allow is left out.
     integration : `SelectiveIntegration` (does not lock) or `FullIntegration` (the plain element).
 
-    Points are named "start", "end", "middle" (or "center") and "node 0", "node 1", ….
+    Points are named "start", "end", "middle" (or "center"), "node 0", "node 1", …, and by the part
+    of the length from the start, "0.25".
 
     Raises
     ------
@@ -66,6 +69,8 @@ class Beam:
     elements: int
     start: Point = (0.0, 0.0)
     angle: ArrayLike = 0.0
+    velocity: Point = (0.0, 0.0)
+    rate: ArrayLike = 0.0
     integration: SectionIntegration = field(default_factory=SelectiveIntegration)
 
     def __post_init__(self) -> None:
@@ -78,6 +83,8 @@ class Beam:
         whole("Beam elements", self.elements, 1)
         point("Beam start", self.start)
         finite("Beam angle [rad]", self.angle)
+        point("Beam velocity", self.velocity)
+        finite("Beam rate [rad/s]", self.rate)
 
     def _material(self):
         return (
@@ -108,24 +115,35 @@ class Beam:
             nodes += [x0 + x * c, y0 + x * s, c, s, -s, c]
         return nodes
 
+    def velocities(self) -> list[np.ndarray]:
+        """Return the rates of the coordinates at the start: those of a rigid bar."""
+        q, rate = self.coordinates(), np.asarray(self.rate, dtype=float)
+        vx, vy = (np.asarray(v, dtype=float) for v in self.velocity)
+        rates = []
+        for k in range(0, self.size, 6):
+            rates += [vx - rate * (q[k + 1] - q[1]), vy + rate * (q[k] - q[0])]
+            for d in (k + 2, k + 4):
+                rates += [-rate * q[d + 1], rate * q[d]]
+        return rates
+
     def frame(self, name: str, first: int) -> Frame:
         """Return the frame of a named point; the body's coordinates start at z_first."""
-        names = [
-            "start",
-            "end",
-            "middle",
-            "center",
-            *(f"node {k}" for k in range(self.elements + 1)),
-        ]
-        known("point", name, names)
-        if name in ("middle", "center"):
-            return self._frame_at(self.elements / 2, first)
-        node = {"start": 0, "end": self.elements}.get(name)
-        return Frame.of_node(first + 6 * (int(name[5:]) if node is None else node))
+        count = self.elements
+        places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
+        places |= {f"node {k}": k for k in range(count + 1)}
+        try:
+            place = places[name] if name in places else float(name) * count
+        except ValueError:
+            place = np.nan
+        if not 0 <= place <= count:
+            known("point", name, [*places, "a part of the length from 0 to 1"])
+        return self._frame_at(place, first)
 
     def _frame_at(self, place: float, first: int) -> Frame:
         """Return the frame at `place` elements from the start."""
-        element = min(int(place), self.elements - 1)
+        if place == round(place):
+            return Frame.of_node(first + 6 * round(place))
+        element = int(place)
         a = Frame.of_node(first + 6 * element)
         b = Frame.of_node(first + 6 * (element + 1))
         xi, length = place - element, self.element_length
@@ -188,6 +206,22 @@ class Beam:
         weights = self.element_length[..., None, None] * WEIGHTS
         numbers = np.stack(np.broadcast_arrays(*(weights * c for c in stiffness)), axis=-1)
         return np.moveaxis(numbers, 0, -1)
+
+    def line_load(self, x: Property, y: Property) -> dict[int, np.ndarray]:
+        """Return ∫ f · ∂r/∂q ds of a load f = (x, y) [N/m] by coordinate of the beam."""
+        force: dict[int, np.ndarray] = {}
+        one = np.ones_like(self.element_length)
+        along = np.stack([one, self.element_length, one, self.element_length], axis=-1)
+        weights = self.element_length[..., None] * WEIGHTS
+        for axis, value in enumerate((x, y)):
+            at_points = self._at_gauss_points(f"load {'xy'[axis]} [N/m]", value, finite)
+            for e in range(self.elements):
+                weighted = at_points[:, e, None, :] * weights[..., None, :]
+                products = (weighted * hermite(POSITIONS)).sum(axis=-1)
+                for k, place in enumerate((0, 2, 6, 8)):
+                    j = 6 * e + place + axis
+                    force[j] = force.get(j, 0.0) + products[..., k] * along[..., k]
+        return force
 
     def mass_entries(self) -> MassEntries:
         """Return the consistent mass matrix ∫ρ SᵀS dV, constant in time."""

@@ -14,11 +14,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.lanes import add_to, compiled, filled, load, store, zeros
+from flexband.lanes import (
+    add_to,
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+    zeros,
+)
 from flexband.mechanics.beam import GAUSS_POINTS
 from flexband.mechanics.elastic_forces import HESSIAN_ROWS, add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.factorization import Pattern
 from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent
+
+CONSTRAINT_TOLERANCE = 1e-9
+"""What constraints may be off, relative to the size of the mechanism."""
 
 
 class Mass(NamedTuple):
@@ -41,6 +55,7 @@ class Springs(NamedTuple):
 
     start: np.ndarray  # spring -> first of its coordinates
     coordinate: np.ndarray
+    f: np.ndarray  # function of time that multiplies the pull
     slot: np.ndarray  # (springs, most coordinates, most coordinates)
 
 
@@ -55,8 +70,8 @@ class Terms(NamedTuple):
     products: int  # how many have i > 0
 
 
-class Sensors(NamedTuple):
-    """Products of the sensors."""
+class Products(NamedTuple):
+    """Products c f(t) z_i z_j, each for a row of forces or of sensors."""
 
     row: np.ndarray
     i: np.ndarray
@@ -76,7 +91,8 @@ class Structure(NamedTuple):
     beams: Beams
     springs: Springs
     terms: Terms
-    sensors: Sensors
+    forces: Products  # rows as [1, q]
+    sensors: Products
     pattern: Pattern
 
 
@@ -94,17 +110,22 @@ class SpringValues(NamedTuple):
     y: np.ndarray
     stiffness: np.ndarray
     rest_length: np.ndarray  # negative: relaxed at the start
+    cubic: np.ndarray
+    damping: np.ndarray
+    pull: np.ndarray
 
 
 class Values(NamedTuple):
     """The numbers of one block of samples, each of shape (rows, WIDTH)."""
 
     start: np.ndarray  # guess of [1, q]
+    velocity: np.ndarray  # wish for [0, v]
     inverse_scale: np.ndarray  # of [1, q]: one over the size of the mechanism, or one
     mass: np.ndarray
     force: np.ndarray  # constant forces on [1, q]
     rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
     coefficient: np.ndarray  # of terms
+    load: np.ndarray  # coefficients of forces
     sensor: np.ndarray
     functions: np.ndarray  # `Structure.functions` rows a time
     rates: np.ndarray  # values, first and second derivatives of the functions at the start
@@ -160,6 +181,30 @@ def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix
 
 
 @compiled
+def add_products(products, coefficient, functions, now, z, rows, sign):
+    """Add `sign` c f(t) z_i z_j to each product's row."""
+    for t in range(len(products.row)):
+        c = sign * load(coefficient, t) * load(functions, now + products.f[t])
+        add_to(rows, products.row[t], c * load(z, products.i[t]) * load(z, products.j[t]))
+
+
+@compiled
+def violated_constraint(structure, values, now, z, r):
+    """Return the multiplier of the constraint that is furthest off, 0 where all are met.
+
+    `r` is work space.
+    """
+    clear(r)
+    add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
+    largest, worst = filled(0.0), filled(0.0)
+    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
+        off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
+        worst = where(less(off, largest), worst, filled(float(k)))
+        largest = maximum(off, largest)
+    return where(less(largest, filled(CONSTRAINT_TOLERANCE)), filled(0.0), worst)
+
+
+@compiled
 def add_mass_product(mass, values, z, first, r):
     """Add M x, where x₀ = 0, x₁, x₂, … start in row `first` of z."""
     for p in range(len(mass.i)):
@@ -201,7 +246,10 @@ def residual(structure, values, now, z, r):
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
     add_elastic_forces(structure.beams, values.beams, z, r)
-    add_spring_forces(structure.springs, values.springs, z, r)
+    add_spring_forces(
+        structure.springs, values.springs, values.functions, now, z, structure.velocity, r
+    )
+    add_products(structure.forces, values.load, values.functions, now, z, r, -1.0)
     add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
 
 
@@ -214,12 +262,19 @@ def to_right_side(structure, r, weight):
 
 
 @compiled
-def tangent(structure, values, now, z, weight, matrix, blocks):
-    """Set the matrix to [M + weight (K + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0]."""
+def tangent(structure, values, now, z, weight, rate, matrix, blocks):
+    """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
+
+    C is the damping of the springs. Forces that are products are left out: they are small changes,
+    and not symmetric.
+    """
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
     add_elastic_tangent(structure.beams, values.beams, z, weight, matrix, blocks)
-    add_spring_tangent(structure.springs, values.springs, z, weight, matrix)
+    add_spring_tangent(
+        structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,
+        rate, matrix,
+    )  # fmt: skip
     add_constraint_tangent(
         structure.terms, values.coefficient, values.functions, now, z, weight, matrix
     )
@@ -227,9 +282,6 @@ def tangent(structure, values, now, z, weight, matrix, blocks):
 
 @compiled
 def sense(sensors, coefficient, functions, now, z, outputs):
-    """Set the outputs, one row a component of a sensor."""
+    """Set the sensors' rows."""
     clear(outputs)
-    for t in range(len(sensors.row)):
-        c = load(coefficient, t) * load(functions, now + sensors.f[t])
-        product = load(z, sensors.i[t]) * load(z, sensors.j[t])
-        add_to(outputs, sensors.row[t], c * product)
+    add_products(sensors, coefficient, functions, now, z, outputs, 1.0)

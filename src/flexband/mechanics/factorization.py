@@ -9,7 +9,8 @@ The pattern is fixed by the mechanism, so the ordering and the list of products 
 numbers follow without pivoting. Only V = L D and D⁻¹ are kept, so that they stay in the
 processor's fastest cache. That is safe because a multiplier is eliminated only after its
 coordinates: then its pivot is −Φ_q A⁻¹ Φ_qᵀ, and it vanishes only where a constraint is
-redundant or the Jacobian loses rank. `factorize` watches for that.
+redundant or the Jacobian loses rank. Such a constraint is left out: its multiplier is not unique,
+and where the constraints do not contradict each other the rest implies it.
 """
 
 from __future__ import annotations
@@ -189,9 +190,10 @@ def _set_tile(array, t, a, b, c, d):
 def factorize(pattern, matrix, inverse_pivots, row):
     """Factor `matrix` in place into V = L D below the pivots; arrays of lanes, `row` work space.
 
-    Returns a mask: the number of a multiplier whose pivot vanishes, 0 where none does.
+    A multiplier whose pivot vanishes is set to zero by `solve`, as if its constraint were not
+    there. Returns the number of such a multiplier, 0 where there is none.
     """
-    singular = filled(0.0)
+    redundant = filled(0.0)
     for k in range(pattern.tiles):
         a, _, b, d = _tile(matrix, k)
         size_a, size_d = magnitude(a), magnitude(d)
@@ -209,15 +211,18 @@ def factorize(pattern, matrix, inverse_pivots, row):
             size_a += magnitude(part_a)
             size_d += magnitude(part_d)
         inverse_a = 1.0 / a
+        if pattern.is_multiplier[k]:
+            sound = less(SINGULAR * size_a, magnitude(a))
+            inverse_a = where(sound, inverse_a, filled(0.0))
+            redundant = where(sound, redundant, filled(float(pattern.first[k])))
         ratio = b * inverse_a
         d -= ratio * b
         size_d += magnitude(ratio * b)
-        if pattern.is_multiplier[k]:
-            sound_a = less(SINGULAR * size_a, magnitude(a))
-            sound_d = less(SINGULAR * size_d, magnitude(d))
-            singular = where(sound_d, singular, filled(float(pattern.second[k])))
-            singular = where(sound_a, singular, filled(float(pattern.first[k])))
         inverse_d = 1.0 / d
+        if pattern.is_multiplier[k]:
+            sound = less(SINGULAR * size_d, magnitude(d))
+            inverse_d = where(sound, inverse_d, filled(0.0))
+            redundant = where(sound, redundant, filled(float(pattern.second[k])))
         i01 = -ratio * inverse_d
         _set_tile(inverse_pivots, k, inverse_a - ratio * i01, i01, i01, inverse_d)
         for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
@@ -231,7 +236,7 @@ def factorize(pattern, matrix, inverse_pivots, row):
                 c10 = c10 - v10 * w00 - v11 * w01
                 c11 = c11 - v10 * w10 - v11 * w11
             _set_tile(matrix, tile, c00, c01, c10, c11)
-    return singular
+    return redundant
 
 
 @compiled

@@ -43,6 +43,13 @@ class Form:
         """Return the form f(t)."""
         return Form({(0, 0, function): np.asarray(1.0)})
 
+    def shifted(self, rows: int) -> Form:
+        """Return the linear form with z_{rows + j} for every z_j.
+
+        z holds [0, v] and [0, a] further down, so that is the form's rate, or its second.
+        """
+        return Form({(0, rows + j, None): c for (_, j, _), c in self.terms.items() if j > 0})
+
     def __add__(self, other: Form) -> Form:
         terms = dict(self.terms)
         for key, value in other.terms.items():
@@ -106,6 +113,41 @@ def dot(a: Vector, b: Vector) -> Form:
     return a[0] * b[0] + a[1] * b[1]
 
 
+def cross(a: Vector, b: Vector) -> Form:
+    """Return the component of a × b out of the plane."""
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def turned(a: Vector, angle: ArrayLike) -> Vector:
+    """Return `a`, turned by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return a[0] * c - a[1] * s, a[0] * s + a[1] * c
+
+
+GeneralizedForce = dict[int, Form]
+"""Coordinate -> the generalized force on it."""
+
+
+def at_point(force: Vector, position: Vector) -> GeneralizedForce:
+    """Return the generalized force of a force at a point, by its virtual work F · δr."""
+    return _work(zip(force, position, strict=True))
+
+
+def about(moment: Form, direction: Vector) -> GeneralizedForce:
+    """Return the generalized force of a moment on a direction d of length one, M d × δd."""
+    return _work([(-moment * direction[1], direction[0]), (moment * direction[0], direction[1])])
+
+
+def _work(products) -> GeneralizedForce:
+    force: GeneralizedForce = {}
+    for factor, displaced in products:
+        for (_, j, _), c in displaced.terms.items():
+            if j > 0:
+                part = factor * c
+                force[j] = force[j] + part if j in force else part
+    return force
+
+
 @dataclass(frozen=True)
 class Frame:
     """A point of a body and the body's axes there: r, r_x and r_y of Eqs. (22) and (23)."""
@@ -113,6 +155,16 @@ class Frame:
     position: Vector
     x: Vector
     y: Vector
+
+    @property
+    def normal(self) -> Vector:
+        """The direction normal to the section, r_y turned by −90°; r_x on a rigid body."""
+        return self.y[1], -self.y[0]
+
+    def shifted(self, rows: int) -> Frame:
+        """Return the frame's rates, or second rates, whose coordinates are `rows` further down."""
+        pairs = (self.position, self.x, self.y)
+        return Frame(*((v[0].shifted(rows), v[1].shifted(rows)) for v in pairs))
 
     @staticmethod
     def of_node(first: int) -> Frame:

@@ -29,13 +29,19 @@ from flexband.lanes import (
     store,
     where,
 )
-from flexband.mechanics.equations import residual, sense, tangent, to_right_side
+from flexband.mechanics.equations import (
+    residual,
+    sense,
+    tangent,
+    to_right_side,
+    violated_constraint,
+)
 from flexband.mechanics.factorization import factorize, solve
 
 ITERATIONS = 30
 REFRESH = 5  # iterations on one factorization before a new one
 FIRST_RATE = 0.1  # of Newton's convergence, before it has been seen
-DIVERGED, SINGULAR = 3.0, 4.0
+DIVERGED, CONTRADICTED = 3.0, 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,22 +127,22 @@ def correct(structure, method, values, z, a, x, active):
 
 @compiled
 def newton(structure, method, tolerance, values, now, work, alive):
-    """Solve Eq. (27) at one time, where `alive`; return the masks (diverged, singular).
+    """Solve Eq. (27) at one time, where `alive`; return the masks (diverged, redundant).
 
-    `singular` holds the unknown whose pivot vanishes, 0 where none does.
+    `redundant` holds a multiplier that was left out, 0 where there is none.
 
     A lane that has converged is frozen, so that a sample never depends on its neighbours. The
     error left after a correction is estimated by the rate of convergence, kept in `rate`.
     """
     z, a, r, matrix, inverse_pivots, row, blocks, rate = work
-    active, singular, previous = alive, filled(0.0), filled(0.0)
+    active, redundant, previous = alive, filled(0.0), filled(0.0)
     for iteration in range(ITERATIONS):
         residual(structure, values, now, z, r)
         if iteration % REFRESH == 0:
-            tangent(structure, values, now, z, filled(method.dq_da), matrix, blocks)
-            lost = factorize(structure.pattern, matrix, inverse_pivots, row)
-            singular = where(active, lost, singular)
-            active = where(singular, filled(0.0), active)
+            weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
+            tangent(structure, values, now, z, weight, velocity_part, matrix, blocks)
+            left_out = factorize(structure.pattern, matrix, inverse_pivots, row)
+            redundant = where(left_out, left_out, redundant)
         to_right_side(structure, r, method.dq_da)
         solve(structure.pattern, matrix, inverse_pivots, r)
         change = correct(structure, method, values, z, a, r, active)
@@ -148,7 +154,7 @@ def newton(structure, method, tolerance, values, now, work, alive):
         active = where(less(left, filled(tolerance)), filled(0.0), active)
         if not any_true(active):
             break
-    return active, singular
+    return active, redundant
 
 
 @cached
@@ -172,12 +178,16 @@ def march(structure, method, tolerance, values, work, outputs, failure):
             break
         now = n * structure.functions
         predict(structure, method, z, a)
-        diverged, singular = newton(structure, method, tolerance, values, now, work, alive)
-        code = where(singular, filled(SINGULAR), diverged * DIVERGED)
+        diverged, redundant = newton(structure, method, tolerance, values, now, work, alive)
+        code, worst = diverged * DIVERGED, filled(0.0)
+        if any_true(redundant):
+            violated = violated_constraint(structure, values, now, z, work.r)
+            worst = where(redundant, violated, filled(0.0))
+            code = where(diverged, code, where(worst, filled(CONTRADICTED), filled(0.0)))
         new = where(alive, code, filled(0.0))
         store(failure, 0, load(failure, 0) + new)
         store(failure, 1, where(new, filled(float(n)), load(failure, 1)))
-        blame = singular - float(structure.coordinates + 1)
+        blame = worst - float(structure.coordinates + 1)
         store(failure, 2, where(new, blame, load(failure, 2)))
         alive = where(new, filled(0.0), alive)
         sense(structure.sensors, values.sensor, values.functions, now, z, outputs[n])

@@ -33,13 +33,13 @@ from flexband.mechanics.equations import (
     residual,
     tangent,
     to_right_side,
+    violated_constraint,
 )
 from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.spring_forces import spring_vector
 
 ITERATIONS = 50
-POSITION_TOLERANCE = 1e-12  # of the last correction
-CONSTRAINT_TOLERANCE = 1e-9  # of what the constraints may be off, both relative to the size
+POSITION_TOLERANCE = 1e-12  # of the last correction, relative to the size
 VELOCITY_SWEEPS = 4
 
 NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
@@ -47,7 +47,7 @@ NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 @compiled
 def elastic_matrix(structure, values, s, work):
-    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return the mask of singular lanes."""
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, 0 for none."""
     z, matrix, blocks = work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
@@ -62,15 +62,15 @@ def elastic_matrix(structure, values, s, work):
 def assemble(structure, values, s, work):
     """Move q to where Φ(q, 0) = 0.
 
-    Returns the multiplier furthest off where that failed, else 0, and one whose pivot vanished at
-    the guess, else 0.
+    Returns the multiplier furthest off where that failed, else 0, and one that had to be left out
+    at the guess, else 0.
     """
     z, r = work.z, work.r
-    moving, singular = filled(1.0), filled(0.0)
+    moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
-        lost = elastic_matrix(structure, values, s, work)
+        left_out = elastic_matrix(structure, values, s, work)
         if iteration == 0:
-            singular = lost
+            redundant = left_out
         clear(r)
         add_elastic_forces(structure.beams, values.beams, z, r)
         add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
@@ -84,22 +84,17 @@ def assemble(structure, values, s, work):
         moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
         if not any_true(moving):
             break
-    clear(r)
-    add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
-    largest, worst = filled(0.0), filled(0.0)
-    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
-        off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
-        worst = where(less(off, largest), worst, filled(float(k)))
-        largest = maximum(off, largest)
-    return where(less(largest, filled(CONSTRAINT_TOLERANCE)), filled(0.0), worst), singular
+    return violated_constraint(structure, values, np.int64(0), z, r), redundant
 
 
 @compiled
 def project_velocities(structure, values, s, work):
-    """Set v with Φ_q v + Φ_t = 0, least deformation and least kinetic energy."""
+    """Set v with Φ_q v + Φ_t = 0, of least deformation, nearest to the wish."""
     z, r = work.z, work.r
-    singular = elastic_matrix(structure, values, s, work)
+    elastic_matrix(structure, values, s, work)
     velocity, terms = structure.velocity, structure.terms
+    for i in range(1, structure.coordinates + 1):
+        store(z, velocity + i, load(values.velocity, i))
     for _ in range(VELOCITY_SWEEPS):
         clear(r)
         add_mass_product(structure.mass, values.mass, z, velocity, r)
@@ -111,15 +106,14 @@ def project_velocities(structure, values, s, work):
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         for i in range(1, structure.coordinates + 1):
             store(z, velocity + i, load(r, i))
-    return singular
 
 
 @compiled
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
     z, r, matrix, blocks = work.z, work.r, work.matrix, work.blocks
-    tangent(structure, values, np.int64(0), z, filled(0.0), matrix, blocks)
-    singular = factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
+    tangent(structure, values, np.int64(0), z, filled(0.0), 0.0, matrix, blocks)
+    redundant = factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
     residual(structure, values, np.int64(0), z, r)
     for i in range(1, structure.pattern.unknowns + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
@@ -144,7 +138,7 @@ def solve_accelerations(structure, values, work):
         store(z, acceleration + i, load(r, i))
     for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
         store(z, k, load(r, k))
-    return singular
+    return redundant
 
 
 @cached
@@ -153,25 +147,23 @@ def start(structure, values, work, failure):
 
     Parameters
     ----------
-    failure : filled, shape (3, WIDTH): code of the failure, 0 for none, the number of its time,
-        0, and the row of Φ to blame, −1 or less for none.
+    failure : filled, shape (4, WIDTH): code of the failure, 0 for none, the number of its time,
+        0, the row of Φ to blame, −1 or less for none, and a multiplier that is not unique.
     """
     z = work.z
     clear(z)
     for i in range(structure.coordinates + 1):
         store(z, i, load(values.start, i))
     s = load(values.rigidity, 0)
-    failed, singular = assemble(structure, values, s, work)
+    failed, redundant = assemble(structure, values, s, work)
     for spring in range(len(structure.springs.start) - 1):
         _, _, length = spring_vector(structure.springs, values.springs, z, spring)
         rest = load(values.springs.rest_length, spring)
         store(values.springs.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
-    lost = project_velocities(structure, values, s, work)
-    lost = maximum(lost, solve_accelerations(structure, values, work))
-    singular = where(singular, singular, where(failed, filled(0.0), lost))
-    code = where(failed, filled(NOT_ASSEMBLED), filled(0.0))
-    code = where(singular, filled(SINGULAR_START), code)
-    store(failure, 0, code)
+    project_velocities(structure, values, s, work)
+    left_out = solve_accelerations(structure, values, work)
+    code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))
+    store(failure, 0, where(failed, code, filled(0.0)))
     store(failure, 1, filled(0.0))
-    blame = where(singular, singular, failed)
-    store(failure, 2, blame - float(structure.coordinates + 1))
+    store(failure, 2, failed - float(structure.coordinates + 1))
+    store(failure, 3, left_out)

@@ -13,9 +13,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, numbers
+from flexband.errors import InputError, finite, numbers, positive
 from flexband.mechanics.bodies import Point
-from flexband.mechanics.forms import Form, Frame, TimeFunction, Vector, dot, scale, subtract
+from flexband.mechanics.forms import (
+    Form,
+    Frame,
+    Vector,
+    cross,
+    dot,
+    scale,
+    subtract,
+    turned,
+)
 
 PointName = str | Point
 Resolve = Callable[[PointName], Frame]
@@ -23,7 +32,9 @@ Resolve = Callable[[PointName], Frame]
 
 
 class Joint(Protocol):
-    """What assembly asks of a joint."""
+    """What assembly asks of a joint; `first` is on the body that forces are told for."""
+
+    first: PointName
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the rows of Φ."""
@@ -33,9 +44,29 @@ class Joint(Protocol):
         """Return what must stay positive: where Φ = 0 has two branches, on which one to be."""
         ...
 
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return the force [N] that the joint exerts on its first body, −Φ_qᵀλ at the point."""
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
+        """Return the force [N] on the first body at its point, −Φ_qᵀλ; None where there is none."""
         ...
+
+    def moment(self, multipliers: Sequence[Form]) -> Form | None:
+        """Return the moment [N m] on the first body, −Φ_θᵀλ; None where there is none."""
+        ...
+
+
+def along(line: Frame, axis: tuple[float, float]) -> Vector:
+    """Return the unit vector of this direction in the axes of a frame."""
+    x, y = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    return line.direction(x, y)
+
+
+def _normal(axis: tuple[float, float]) -> tuple[float, float]:
+    return -axis[1], axis[0]
+
+
+def check_axis(name: str, axis: tuple[float, float]) -> None:
+    """Raise `InputError` where an axis has no length."""
+    if np.linalg.norm(numbers(name, axis, 2)) == 0:
+        raise InputError(f"{name} must have a length; got {axis}")
 
 
 @dataclass(frozen=True)
@@ -56,6 +87,53 @@ class Revolute:
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
         return -multipliers[0], -multipliers[1]
+
+    def moment(self, multipliers: Sequence[Form]) -> None:
+        """Return none."""
+
+
+@dataclass(frozen=True)
+class Weld:
+    """A clamp: the points coincide and the sections there keep their angle.
+
+    Parameters
+    ----------
+    first, second : the points.
+    angle : from the second section's normal (the body's x axis, where it is rigid) to the first
+        one's [rad].
+
+    Raises
+    ------
+    InputError
+        Where the angle is not finite.
+    """
+
+    first: PointName
+    second: PointName
+    angle: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        finite("Weld angle [rad]", self.angle)
+
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        return turned(frame(self.second).normal, self.angle), frame(self.first).normal
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return r_first − r_second and the sine of the angle that is left."""
+        apart = subtract(frame(self.first).position, frame(self.second).position)
+        return [*apart, cross(*self._normals(frame))]
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return the cosine of the angle that is left."""
+        return [dot(*self._normals(frame))]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ of the positions."""
+        return -multipliers[0], -multipliers[1]
+
+    def moment(self, multipliers: Sequence[Form]) -> Form:
+        """Return −λ of the angle."""
+        return -multipliers[2]
 
 
 @dataclass(frozen=True)
@@ -81,73 +159,107 @@ class Prismatic:
     angle: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        if np.linalg.norm(numbers("Prismatic axis", self.axis, 2)) == 0:
-            raise InputError(f"Prismatic axis must have a length; got {self.axis}")
+        check_axis("Prismatic axis", self.axis)
         finite("Prismatic angle [rad]", self.angle)
 
-    def _normal(self, line: Frame) -> Vector:
-        x, y = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
-        return line.direction(-y, x)
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        return turned(frame(self.second).normal, self.angle), frame(self.first).normal
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return n · (r_first − r_second) and the sine of the angle between the bodies."""
         slider, line = frame(self.first), frame(self.second)
-        off_line = dot(self._normal(line), subtract(slider.position, line.position))
-        turned = line.direction(-np.sin(self.angle), np.cos(self.angle))
-        return [off_line, dot(slider.x, turned)]
+        apart = subtract(slider.position, line.position)
+        return [dot(along(line, _normal(self.axis)), apart), cross(*self._normals(frame))]
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the bodies."""
-        line = frame(self.second)
-        return [dot(frame(self.first).x, line.direction(np.cos(self.angle), np.sin(self.angle)))]
+        return [dot(*self._normals(frame))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n; the second multiplier is a moment."""
-        return scale(-multipliers[0], self._normal(frame(self.second)))
+        """Return −λ n."""
+        return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
+
+    def moment(self, multipliers: Sequence[Form]) -> Form:
+        """Return −λ of the angle."""
+        return -multipliers[1]
 
 
 @dataclass(frozen=True)
-class PrescribedRotation:
-    """A drive: the body of `first` is at the given angle to the X axis.
+class Slot:
+    """A pin in a straight slot: the first point stays on a line, its body may turn.
 
     Parameters
     ----------
-    first : a point of the driven body; its x axis there is turned.
-    angle : function of the time [s] that returns radians, a number or an array of shape (n,).
-        The body's own `angle` at the start has to be within 90° of it.
+    first : the pin.
+    second : a point of the slot's line.
+    axis : direction of the line in the axes of the second point's body; need not have length 1.
+
+    Raises
+    ------
+    InputError
+        Where the axis has no length.
     """
 
     first: PointName
-    angle: TimeFunction
+    second: PointName
+    axis: tuple[float, float] = (1.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not callable(self.angle):
-            raise InputError(
-                f"PrescribedRotation angle must be a function of time; got {self.angle!r}"
-            )
+        check_axis("Slot axis", self.axis)
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return the sine of the angle from the prescribed direction to the body's x axis."""
-        x = frame(self.first).x
-        return [x[1] * Form.function(self._cosine) - x[0] * Form.function(self._sine)]
-
-    def _cosine(self, time: float) -> np.ndarray:
-        return np.cos(self.angle(time))
-
-    def _sine(self, time: float) -> np.ndarray:
-        return np.sin(self.angle(time))
+        """Return n · (r_first − r_second)."""
+        pin, line = frame(self.first), frame(self.second)
+        return [dot(along(line, _normal(self.axis)), subtract(pin.position, line.position))]
 
     def conditions(self, frame: Resolve) -> list[Form]:
-        """Return the cosine of the angle from the prescribed direction to the body's x axis."""
-        x = frame(self.first).x
-        return [x[0] * Form.function(self._cosine) + x[1] * Form.function(self._sine)]
+        """Return none."""
+        return []
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Refuse: a drive exerts a moment only.
+        """Return −λ n."""
+        return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
 
-        Raises
-        ------
-        InputError
-            Always.
-        """
-        raise InputError("a PrescribedRotation exerts a moment and no force")
+    def moment(self, multipliers: Sequence[Form]) -> None:
+        """Return none."""
+
+
+@dataclass(frozen=True)
+class Distance:
+    """A rigid rod without mass between two points.
+
+    Parameters
+    ----------
+    first, second : the points.
+    length : of the rod [m].
+
+    Raises
+    ------
+    InputError
+        Where the length is not positive.
+    """
+
+    first: PointName
+    second: PointName
+    length: ArrayLike
+
+    def __post_init__(self) -> None:
+        positive("Distance length [m]", self.length)
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second: the multiplier is the rod's force."""
+        apart = subtract(frame(self.first).position, frame(self.second).position)
+        length = np.asarray(self.length, dtype=float)
+        return [dot(apart, apart) * (0.5 / length) - Form.constant(0.5 * length)]
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return none."""
+        return []
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ d/ℓ."""
+        apart = subtract(frame(self.first).position, frame(self.second).position)
+        return scale(-multipliers[0] * (1 / np.asarray(self.length, dtype=float)), apart)
+
+    def moment(self, multipliers: Sequence[Form]) -> None:
+        """Return none."""

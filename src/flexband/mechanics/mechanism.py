@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.mechanics.beam import Beam
-from flexband.mechanics.bodies import RigidBody
+from flexband.mechanics.beam import Beam, Property
+from flexband.mechanics.bodies import PointMass, RigidBody
 from flexband.mechanics.bodies import point as ground_point
-from flexband.mechanics.forms import Form, Frame
+from flexband.mechanics.forms import Form, Frame, GeneralizedForce
 from flexband.mechanics.joints import Joint, PointName
 from flexband.mechanics.loads import Gravity, Load, Spring
 from flexband.mechanics.sensors import Sensor
 
-Body = RigidBody | Beam
+Body = RigidBody | PointMass | Beam
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ class Mechanism:
         for kind, parts, method in (
             ("body", self.bodies, "mass_entries"),
             ("joint", self.joints, "constraints"),
-            ("sensor", self.sensors, "components"),
+            ("sensor", self.sensors, "rows"),
         ):
             for name, part in parts.items():
                 if not callable(getattr(part, method, None)):
@@ -57,12 +57,14 @@ class Mechanism:
         for name, joint in self.joints.items():
             _naming(f"joint {name!r}", partial(self._check_joint, joint))
         for name, load in self.loads.items():
-            if not isinstance(load, Spring | Gravity):
-                raise InputError(f"load {name!r} is no load: {load!r}")
             if isinstance(load, Spring):
                 _naming(f"load {name!r}", partial(load.separation, self.frame))
+            elif callable(getattr(load, "forces", None)):
+                _naming(f"load {name!r}", partial(load.forces, self))
+            elif not isinstance(load, Gravity):
+                raise InputError(f"load {name!r} is no load: {load!r}")
         for name, sensor in self.sensors.items():
-            _naming(f"sensor {name!r}", partial(sensor.components, self.frame, self.joint))
+            _naming(f"sensor {name!r}", partial(sensor.rows, self))
 
     def _check_joint(self, joint: Joint) -> None:
         for row in joint.constraints(self.frame):
@@ -96,8 +98,22 @@ class Mechanism:
         _within("body", body, self.bodies)
         return self.bodies[body].frame(name or "center", self.first_coordinates()[body])
 
+    def velocity(self, point: PointName) -> Frame:
+        """Return the rates of a point's frame."""
+        return self.frame(point).shifted(self.velocity_row)
+
+    def acceleration(self, point: PointName) -> Frame:
+        """Return the second rates of a point's frame."""
+        return self.frame(point).shifted(self.velocity_row + 1 + self.coordinates)
+
+    @property
+    def velocity_row(self) -> int:
+        """Row of z where [0, v] starts: behind [1, q, λ]."""
+        return 1 + self.coordinates + len(self.constraints)
+
+    @cached_property
     def constraints(self) -> list[tuple[str, Form]]:
-        """Return the rows of Φ, each with the name of what it belongs to."""
+        """The rows of Φ, each with the name of what it belongs to."""
         first = self.first_coordinates()
         return [
             (f"rigidity of body {name!r}", row)
@@ -118,10 +134,42 @@ class Mechanism:
             Where the mechanism has no such joint.
         """
         _within("joint", name, self.joints)
-        owners = [owner for owner, _ in self.constraints()]
+        owners = [owner for owner, _ in self.constraints]
         first = 1 + self.coordinates + owners.index(f"joint {name!r}")
         count = owners.count(f"joint {name!r}")
         return self.joints[name], [Form.variable(first + k) for k in range(count)]
+
+    def mass_entries(self) -> dict[tuple[int, int], np.ndarray]:
+        """Return the entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
+        first = self.first_coordinates()
+        return {
+            (first[name] + i, first[name] + j): value
+            for name, body in self.bodies.items()
+            for (i, j), value in body.mass_entries().items()
+        }
+
+    def kinetic_energy(self) -> Form:
+        """Return ½ vᵀ M v."""
+        row = self.velocity_row
+        return Form(
+            {
+                (row + i, row + j, None): value * (0.5 if i == j else 1.0)
+                for (i, j), value in self.mass_entries().items()
+            }
+        )
+
+    def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
+        """Return the generalized force of a load [N/m] along a beam.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such beam.
+        """
+        beams = {name: beam for name, beam in self.bodies.items() if isinstance(beam, Beam)}
+        _within("beam", body, beams)
+        first = self.first_coordinates()[body]
+        return {first + j: Form.constant(force) for j, force in beams[body].line_load(x, y).items()}
 
 
 def _within(kind: str, name: str, parts: Mapping[str, object]) -> None:

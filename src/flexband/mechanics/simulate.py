@@ -11,6 +11,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.errors import (
     AssemblyError,
@@ -72,15 +73,17 @@ def simulate(
     packed = pack(system, times)
     method, tolerance = integrator.coefficients(float(step)), float(integrator.tolerance)
     outputs = np.empty((system.samples, len(system.outputs), len(times)))
-    failures = np.zeros((system.samples, 3))
+    failures = np.zeros((system.samples, 4))
 
     def run(block: int) -> int:
         series, failure = _march(system, method, tolerance, packed(block), len(times))
         first = block * WIDTH
         count = min(WIDTH, system.samples - first)
-        own = len(system.outputs)
-        outputs[first : first + count] = series[:, :own].transpose(2, 1, 0)[:count]
-        failures[first : first + count] = _with_branches(series[:, own:], failure).T[:count]
+        rows = series.transpose(1, 0, 2)
+        derived = _derive(system, rows, block)
+        outputs[first : first + count] = derived.transpose(2, 0, 1)[:count]
+        conditions = series[:, system.sensed - len(system.conditions) :]
+        failures[first : first + count] = _with_branches(conditions, failure).T[:count]
         return count
 
     _compile(system, method, tolerance, packed(0))
@@ -113,16 +116,28 @@ def _times(duration: float, step: float) -> np.ndarray:
 
 
 def _march(system: System, method, tolerance: float, values: Values, times: int):
-    """Run one block; return its outputs (times, outputs, WIDTH) and failures (3, WIDTH).
+    """Run one block; return its outputs (times, outputs, WIDTH) and failures (4, WIDTH).
 
     The conditions of the joints follow the outputs of the sensors.
     """
     series = np.zeros((times, system.sensed, WIDTH))
-    failure = np.zeros((3, WIDTH))
+    failure = np.zeros((4, WIDTH))
     work = Work.of(system.structure)
     start(system.structure, values, work, failure)
     march(system.structure, method, tolerance, values, work, series, failure)
     return series, failure
+
+
+def _derive(system: System, rows: np.ndarray, block: int) -> np.ndarray:
+    """Return the outputs (outputs, times, WIDTH) from the rows that the engine has evaluated."""
+
+    def pick(parameter: ArrayLike) -> np.ndarray:
+        values = np.atleast_1d(np.asarray(parameter, dtype=float))
+        sample = np.arange(block * WIDTH, (block + 1) * WIDTH)
+        return values[np.minimum(sample, len(values) - 1)]
+
+    parts = [sensor.derive(rows[place], pick) for sensor, place in system.sensors]
+    return np.concatenate([rows[:0], *parts])
 
 
 def _in_parallel(
@@ -163,7 +178,7 @@ def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
     times, rows, lanes = np.nonzero(conditions < 0)
     for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
         if failure[0, lane] in (0, WRONG_BRANCH) or time < failure[1, lane]:
-            failure[:, lane] = WRONG_BRANCH, time, row
+            failure[:3, lane] = WRONG_BRANCH, time, row
     return failure
 
 
@@ -188,7 +203,7 @@ def _notice(text: str, seconds: float):
 
 def _raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> None:
     """Raise the error that says which samples failed, when and why."""
-    code, number, row = failures.T
+    code, number, row, _ = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):
         return
@@ -198,12 +213,12 @@ def _raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> 
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
             NOT_ASSEMBLED: f"the constraints cannot be met, worst is {where}",
-            SINGULAR_START: "constraints contradict each other or are redundant, or the guess is "
-            f"where their Jacobian loses rank, seen at {where}",
+            SINGULAR_START: "constraints contradict each other, or the guess is where their "
+            f"Jacobian loses rank; worst is {where}",
             WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; start the body "
             "within 90° of the angle asked for",
             DIVERGED: "Newton's method diverged",
-        }.get(code[sample], f"the Jacobian of the constraints loses rank, at {where}")
+        }.get(code[sample], f"constraints contradict each other, worst is {where}")
         found[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"sample {s}, t = {t:g} s: {reason}" for s, (t, reason) in list(found.items())[:5]]
     more = f"\n... and {len(found) - 5} more" if len(found) > 5 else ""

@@ -1,4 +1,4 @@
-"""Forces and tangent of translational springs, on lanes."""
+"""Forces and tangent of translational springs, dampers and actuators, on lanes."""
 
 from __future__ import annotations
 
@@ -8,34 +8,52 @@ SHORTEST = 1e-300  # lets a spring of rest length 0 pass through length 0
 
 
 @compiled
-def add_spring_forces(springs, values, z, r):
-    """Add the forces k (ℓ − ℓ₀) of the springs."""
+def add_spring_forces(springs, values, functions, now, z, velocity, r):
+    """Add the forces k x + k₃ x³ + d ℓ̇ + f with x = ℓ − ℓ₀; [0, v] starts in row `velocity`."""
     for s in range(len(springs.start) - 1):
-        begin, end = springs.start[s], springs.start[s + 1]
         x, y, length = spring_vector(springs, values, z, s)
-        stiffness = load(values.stiffness, s)
-        tension = stiffness * (1.0 - load(values.rest_length, s) / length)  # over the length
-        for p in range(begin, end):
+        tension = _tension(springs, values, functions, now, z, velocity, s) / length
+        for p in range(springs.start[s], springs.start[s + 1]):
             force = x * load(values.x, p) + y * load(values.y, p)
             add_to(r, springs.coordinate[p], tension * force)
 
 
 @compiled
-def add_spring_tangent(springs, values, z, weight, matrix):
-    """Add `weight` times the tangent of the springs, k n nᵀ + k (1 − ℓ₀/ℓ) (I − n nᵀ)."""
+def add_spring_tangent(springs, values, functions, now, z, velocity, weight, rate, matrix):
+    """Add `weight` times the tangent, (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ), T being the tension.
+
+    How the damper's ℓ̇ changes with the direction is left out.
+    """
     for s in range(len(springs.start) - 1):
         begin, end = springs.start[s], springs.start[s + 1]
         x, y, length = spring_vector(springs, values, z, s)
-        stiffness = weight * load(values.stiffness, s)
-        ratio = load(values.rest_length, s) / length
+        stretch = length - load(values.rest_length, s)
+        slope = load(values.stiffness, s) + 3.0 * load(values.cubic, s) * stretch * stretch
+        slope = weight * (slope + rate * load(values.damping, s))
+        across = weight * _tension(springs, values, functions, now, z, velocity, s) / length
         nx, ny = x / length, y / length
         for p in range(begin, end):
             px, py = load(values.x, p), load(values.y, p)
             for q in range(p, end):
                 qx, qy = load(values.x, q), load(values.y, q)
                 along = (nx * px + ny * py) * (nx * qx + ny * qy)
-                entry = stiffness * ((1.0 - ratio) * (px * qx + py * qy) + ratio * along)
+                entry = across * (px * qx + py * qy) + (slope - across) * along
                 add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
+
+
+@compiled
+def _tension(springs, values, functions, now, z, velocity, s):
+    """Return k x + k₃ x³ + d ℓ̇ + f."""
+    x, y, length = spring_vector(springs, values, z, s)
+    vx, vy = 0.0 * x, 0.0 * x
+    for p in range(springs.start[s], springs.start[s + 1]):
+        rate = load(z, velocity + springs.coordinate[p])
+        vx += load(values.x, p) * rate
+        vy += load(values.y, p) * rate
+    stretch = length - load(values.rest_length, s)
+    elastic = load(values.stiffness, s) + load(values.cubic, s) * stretch * stretch
+    pull = load(values.pull, s) * load(functions, now + springs.f[s])
+    return elastic * stretch + load(values.damping, s) * (x * vx + y * vy) / length + pull
 
 
 @compiled

@@ -22,8 +22,8 @@ from peer_models import MODULUS, OURS
 import flexband as fb
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import assemble
+from flexband.mechanics.batch import available_cores, in_parallel, march_block
 from flexband.mechanics.packing import pack
-from flexband.mechanics.simulate import _in_parallel, _march, available_cores
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}
 STEPS, STEP = 200, 1e-3
@@ -48,7 +48,7 @@ class Own:
 
     def _run(self, block: int) -> int:
         method = fb.GeneralizedAlpha().coefficients(STEP)
-        series, failure = _march(self.system, method, 1e-10, self.packed(block), STEPS + 1)
+        series, failure, _ = march_block(self.system, method, 1e-10, self.packed(block), STEPS + 1)
         if failure[0].any():
             raise RuntimeError("a run failed")
         self.tips = series[:, :2, -1]
@@ -57,7 +57,7 @@ class Own:
     def __call__(self) -> float:
         begin = time.perf_counter()
         for _ in range(self.repeats):
-            _in_parallel(self._run, -(-self.samples // WIDTH), self.samples, self.threads, None)
+            in_parallel(self._run, -(-self.samples // WIDTH), self.samples, self.threads, None)
         return 1e6 * (time.perf_counter() - begin) / self.repeats / STEPS / self.samples
 
 

@@ -15,9 +15,12 @@ WRITTEN = "springs.rest_length"
 """What is known after assembly only: each block needs rows of its own."""
 
 
-def pack(system: System, times: np.ndarray) -> Callable[[int], Values]:
+def pack(
+    system: System, times: np.ndarray, samples: np.ndarray | None = None
+) -> Callable[[int], Values]:
     """Return a function that gives the numbers of a block of samples, for a run over `times` [s].
 
+    The blocks are those of all samples, or of the samples with these numbers.
     Blocks are made when they are asked for, so that only those at work take memory.
 
     Raises
@@ -33,6 +36,8 @@ def pack(system: System, times: np.ndarray) -> Callable[[int], Values]:
         "functions": functions.reshape(-1, functions.shape[-1]),
         "rates": rates.reshape(-1, rates.shape[-1]),
     }
+    if samples is not None:
+        rows = {k: v if v.shape[1] == 1 else v[:, samples] for k, v in rows.items()}
     shared = {k: to_lanes(v, 0) for k, v in rows.items() if v.shape[1] == 1 and k != WRITTEN}
 
     def block(number: int) -> Values:

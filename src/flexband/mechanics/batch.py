@@ -1,0 +1,155 @@
+"""Run samples, eight in a lane, blocks of lanes over threads."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import whole
+from flexband.lanes import WIDTH
+from flexband.mechanics.assembly import System
+from flexband.mechanics.equations import Values, Work
+from flexband.mechanics.failures import WRONG_BRANCH
+from flexband.mechanics.generalized_alpha import GeneralizedAlpha, march
+from flexband.mechanics.initial import start
+from flexband.mechanics.packing import pack
+
+Progress = Callable[[int, int], object]
+"""Told now and then how many runs are done, and of how many."""
+
+
+class Batch(NamedTuple):
+    """What the runs of some samples have given."""
+
+    outputs: np.ndarray  # (samples, outputs, times)
+    failures: np.ndarray  # (samples, 4), see `initial.start`
+    starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
+
+
+def run_samples(
+    system: System,
+    times: np.ndarray,
+    integrator: GeneralizedAlpha,
+    *,
+    samples: np.ndarray | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Batch:
+    """Run all samples of a system, or those of these numbers, over equidistant times [s]."""
+    packed = pack(system, times, samples)
+    chosen = np.arange(system.samples) if samples is None else samples
+    method, tolerance = integrator.coefficients(times[1] - times[0]), float(integrator.tolerance)
+    outputs = np.empty((len(chosen), len(system.outputs), len(times)))
+    failures = np.zeros((len(chosen), 4))
+    starts: dict[int, np.ndarray] = {}
+
+    def run(block: int) -> int:
+        here = slice(block * WIDTH, (block + 1) * WIDTH)
+        own = chosen[here]
+        series, failure, first = march_block(system, method, tolerance, packed(block), len(times))
+        derived = _derive(system, series.transpose(1, 0, 2), own)
+        outputs[here] = derived.transpose(2, 0, 1)[: len(own)]
+        conditions = series[:, system.sensed - len(system.conditions) :]
+        failures[here] = _with_branches(conditions, failure).T[: len(own)]
+        if failure[3, : len(own)].any():
+            starts[int(own[0])] = first
+        return len(own)
+
+    _compile(system, method, tolerance, packed(0))
+    in_parallel(run, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
+    return Batch(outputs, failures, starts)
+
+
+def march_block(system: System, method, tolerance: float, values: Values, times: int):
+    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and where lane 0 starts.
+
+    The conditions of the joints follow the rows of the sensors.
+    """
+    series = np.zeros((times, system.sensed, WIDTH))
+    failure = np.zeros((4, WIDTH))
+    work = Work.of(system.structure)
+    start(system.structure, values, work, failure)
+    first = work.z[:, 0].copy()
+    march(system.structure, method, tolerance, values, work, series, failure)
+    return series, failure, first
+
+
+def _derive(system: System, rows: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return the outputs (outputs, times, WIDTH) from the rows that the engine has evaluated."""
+
+    def pick(parameter: ArrayLike) -> np.ndarray:
+        values = np.atleast_1d(np.asarray(parameter, dtype=float))
+        own = samples[np.minimum(np.arange(WIDTH), len(samples) - 1)]
+        return values[np.minimum(own, len(values) - 1)]
+
+    parts = [sensor.derive(rows[place], pick) for sensor, place in system.sensors]
+    return np.concatenate([rows[:0], *parts])
+
+
+def in_parallel(
+    run: Callable[[int], int],
+    blocks: int,
+    samples: int,
+    threads: int | None,
+    progress: Progress | None,
+) -> None:
+    """Run all blocks; Ctrl-C drops those not yet begun."""
+    workers = available_cores() if threads is None else whole("threads", threads, 1)
+    done = 0
+    with ThreadPoolExecutor(min(workers, blocks)) as pool:
+        futures = [pool.submit(run, block) for block in range(blocks)]
+        try:
+            for future in as_completed(futures):
+                done += future.result()
+                if progress is not None:
+                    progress(done, samples)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def available_cores() -> int:
+    """Return the number of processors that this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
+    """Return the failures, with those of joints that were held the wrong way round.
+
+    `conditions`, shape (times, conditions, WIDTH), must be positive up to a run's failure.
+    """
+    failure = failure.copy()
+    times, rows, lanes = np.nonzero(conditions < 0)
+    for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
+        if failure[0, lane] in (0, WRONG_BRANCH) or time < failure[1, lane]:
+            failure[:3, lane] = WRONG_BRANCH, time, row
+    return failure
+
+
+def _compile(system: System, method, tolerance: float, values: Values) -> None:
+    """Compile the engine or load it from the cache on disk; say so where it takes long."""
+    if march.signatures:
+        return
+    with _notice("flexband: compiling the engine (once on this machine, about 12 s) ...", 2.0):
+        march_block(system, method, tolerance, values, times=1)
+
+
+@contextmanager
+def _notice(text: str, seconds: float):
+    """Print a line to the screen where the body takes longer than this."""
+    timer = threading.Timer(seconds, lambda: print(text, file=sys.stderr, flush=True))
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

@@ -1,0 +1,95 @@
+"""Redundant constraints and positions where the Jacobian loses rank."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import flexband as fb
+
+ROD = {"height": 0.02, "width": 0.02, "density": 2000.0}
+
+
+def parallelogram(cranks, lean=0.3):
+    """Cranks of 1 m at x = 0, 1, …, all pinned to one coupler; a third one is redundant."""
+    direction = np.pi / 2 - lean
+    x, y = np.cos(direction), np.sin(direction)
+    bodies = {
+        f"crank{k}": fb.RigidBody.bar(length=1.0, start=(k, 0.0), angle=direction, **ROD)
+        for k in range(cranks)
+    }
+    joints = {f"ground{k}": fb.Revolute(f"crank{k}.start", (k, 0.0)) for k in range(cranks)}
+    bodies["coupler"] = fb.RigidBody(
+        mass=0.8, inertia=0.1, position=(x, y), points={f"{k}": (k, 0.0) for k in range(cranks)}
+    )
+    for k in range(cranks):
+        joints[f"top{k}"] = fb.Revolute(f"crank{k}.end", f"coupler.{k}")
+    return fb.Mechanism(
+        bodies=bodies,
+        joints=joints,
+        loads={"gravity": fb.Gravity()},
+        sensors={
+            "coupler": fb.Position("coupler"),
+            **{f"F{k}": fb.Reaction(f"ground{k}") for k in range(cranks)},
+        },
+    )
+
+
+def test_a_third_crank_changes_inertia_only_and_is_named():
+    """Against the exact motion of one degree of freedom: ½ J θ̇² + G cos θ is kept."""
+    motion = fb.simulate(parallelogram(3), duration=1.0, step=5e-4)
+    named = motion.attrs["not_unique"]
+    assert {"joint 'top0'", "joint 'top1'", "joint 'top2'"} <= set(named)
+    assert "not_unique" not in fb.simulate(parallelogram(2), duration=0.01, step=1e-3).attrs
+    m = 2000.0 * 0.02**2
+    inertia, weight = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8, 9.81 * (3 * m / 2 + 0.8)
+
+    exact = solve_ivp(
+        lambda t, s: [s[1], weight * np.sin(s[0]) / inertia], (0, 1), [0.3, 0.0],
+        rtol=1e-11, atol=1e-12, t_eval=motion.time.values,
+    ).y[0]  # fmt: skip
+    np.testing.assert_allclose(motion.sel(output="coupler_X"), np.sin(exact), atol=1e-5)
+    np.testing.assert_allclose(motion.sel(output="coupler_Y"), np.cos(exact), atol=1e-5)
+
+
+def test_reactions_of_redundant_joints_still_add_up():
+    three = fb.simulate(parallelogram(3), duration=0.5, step=1e-3)
+    mass = 3 * 2000.0 * 0.02**2 + 0.8
+    up = sum(three.sel(output=f"F{k}_Y") for k in range(3))
+    start = float(up.isel(time=0))
+    m = 2000.0 * 0.02**2
+    inertia, arm = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8, 3 * m / 2 + 0.8
+    spin = 9.81 * arm * np.sin(0.3) / inertia
+    assert start == pytest.approx(9.81 * mass - arm * spin * np.sin(0.3), rel=1e-6)
+
+
+def test_flat_four_bar_passes_its_singular_position():
+    """All rods lie on the ground twice a turn; at the start they turn fast enough to pass."""
+    bodies = {
+        "a": fb.RigidBody.bar(length=1.0, angle=np.pi / 2, rate=-10.0, **ROD),
+        "b": fb.RigidBody.bar(length=1.0, start=(2.0, 0.0), angle=np.pi / 2, rate=-10.0, **ROD),
+        "c": fb.RigidBody.bar(length=2.0, start=(0.0, 1.0), velocity=(10.0, 0.0), **ROD),
+    }
+    joints = {
+        "A": fb.Revolute("a.start", (0.0, 0.0)),
+        "B": fb.Revolute("b.start", (2.0, 0.0)),
+        "C": fb.Revolute("c.start", "a.end"),
+        "D": fb.Revolute("c.end", "b.end"),
+    }
+    model = fb.Mechanism(bodies=bodies, joints=joints, sensors={"a": fb.Angle("a")})
+    motion = fb.simulate(model, duration=1.0, step=5e-4).sel(output="a")
+    exact = np.pi / 2 - 10.0 * motion.time
+    np.testing.assert_allclose(motion, exact, atol=1e-4)
+
+
+def test_contradicting_drives_are_refused_when_they_part():
+    bar = fb.RigidBody.bar(length=1.0, **ROD)
+    model = fb.Mechanism(
+        bodies={"bar": bar},
+        joints={
+            "A": fb.Revolute("bar.start", (0.0, 0.0)),
+            "one": fb.PrescribedRotation("bar", lambda t: t),
+            "two": fb.PrescribedRotation("bar", lambda t: t + (t > 0.0505) * 0.1),
+        },
+    )
+    with pytest.raises(fb.SimulationError, match=r"t = 0.051 s: .*(contradict|diverged)"):
+        fb.simulate(model, duration=0.1, step=1e-3)

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := $(shell find src -name '*.py')
 
-.PHONY: install demo test check bench
+.PHONY: install demo test check bench validate
 
 install: .venv/installed .venv/kernels
 
@@ -27,6 +27,9 @@ check: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
+
+validate: install
+	$(BIN)/python validation/table.py
 
 # OPTIONS='--samples 16 --repeats 1' for a quick look
 bench: install .venv/benched

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.beam import Beam
     from flexband.mechanics.bodies import PointMass, RigidBody
     from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
+    from flexband.mechanics.equilibrium import equilibrium
     from flexband.mechanics.generalized_alpha import GeneralizedAlpha
     from flexband.mechanics.integration import FullIntegration, SelectiveIntegration
     from flexband.mechanics.joints import Distance, Prismatic, Revolute, Slot, Weld
@@ -43,6 +44,7 @@ _MODULES = {
     "mechanics.beam": ["Beam"],
     "mechanics.bodies": ["PointMass", "RigidBody"],
     "mechanics.drives": ["PrescribedPath", "PrescribedRotation", "PrescribedTravel"],
+    "mechanics.equilibrium": ["equilibrium"],
     "mechanics.generalized_alpha": ["GeneralizedAlpha"],
     "mechanics.integration": ["FullIntegration", "SelectiveIntegration"],
     "mechanics.joints": ["Distance", "Prismatic", "Revolute", "Slot", "Weld"],
@@ -111,6 +113,7 @@ __all__ = [
     "Velocity",
     "Weld",
     "dynamic_response",
+    "equilibrium",
     "exponential",
     "propagate",
     "simulate",

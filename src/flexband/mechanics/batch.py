@@ -55,7 +55,7 @@ def run_samples(
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
         series, failure, first = march_block(system, method, tolerance, packed(block), len(times))
-        derived = _derive(system, series.transpose(1, 0, 2), own)
+        derived = derive(system, series.transpose(1, 0, 2), own)
         outputs[here] = derived.transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
@@ -63,7 +63,9 @@ def run_samples(
             starts[int(own[0])] = first
         return len(own)
 
-    _compile(system, method, tolerance, packed(0))
+    if not march.signatures:
+        with compiling():  # or loading from the cache on disk
+            march_block(system, method, tolerance, packed(0), times=1)
     in_parallel(run, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
     return Batch(outputs, failures, starts)
 
@@ -82,7 +84,7 @@ def march_block(system: System, method, tolerance: float, values: Values, times:
     return series, failure, first
 
 
-def _derive(system: System, rows: np.ndarray, samples: np.ndarray) -> np.ndarray:
+def derive(system: System, rows: np.ndarray, samples: np.ndarray) -> np.ndarray:
     """Return the outputs (outputs, times, WIDTH) from the rows that the engine has evaluated."""
 
     def pick(parameter: ArrayLike) -> np.ndarray:
@@ -136,18 +138,11 @@ def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
     return failure
 
 
-def _compile(system: System, method, tolerance: float, values: Values) -> None:
-    """Compile the engine or load it from the cache on disk; say so where it takes long."""
-    if march.signatures:
-        return
-    with _notice("flexband: compiling the engine (once on this machine, about 12 s) ...", 2.0):
-        march_block(system, method, tolerance, values, times=1)
-
-
 @contextmanager
-def _notice(text: str, seconds: float):
-    """Print a line to the screen where the body takes longer than this."""
-    timer = threading.Timer(seconds, lambda: print(text, file=sys.stderr, flush=True))
+def compiling():
+    """Say on screen that the engine is being compiled, where the body takes long."""
+    text = "flexband: compiling the engine (once on this machine, about 12 s) ..."
+    timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
     timer.start()
     try:
         yield

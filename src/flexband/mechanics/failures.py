@@ -8,6 +8,7 @@ from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly import System
 from flexband.mechanics.generalized_alpha import CONTRADICTED, DIVERGED
 from flexband.mechanics.initial import NOT_ASSEMBLED, SINGULAR_START
+from flexband.mechanics.settle import NOT_SETTLED
 
 WRONG_BRANCH = 5.0
 
@@ -29,6 +30,7 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
             WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; start the body "
             "within 90° of the angle asked for",
             DIVERGED: "Newton's method diverged, with half the step as well",
+            NOT_SETTLED: "no equilibrium was found; raise the loads in more steps",
             CONTRADICTED: f"constraints contradict each other, worst is {where}",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)

@@ -101,6 +101,9 @@ class Weld:
     first, second : the points.
     angle : from the second section's normal (the body's x axis, where it is rigid) to the first
         one's [rad].
+    axis : whether the axes of the two keep their angle as well, and not only the sections: the
+        built-in end of the literature on these elements. It forbids shear there, which matters on
+        coarse meshes only. At least one of the points has to be a beam's.
 
     Raises
     ------
@@ -111,6 +114,7 @@ class Weld:
     first: PointName
     second: PointName
     angle: ArrayLike = 0.0
+    axis: bool = False
 
     def __post_init__(self) -> None:
         finite("Weld angle [rad]", self.angle)
@@ -119,9 +123,12 @@ class Weld:
         return turned(frame(self.second).normal, self.angle), frame(self.first).normal
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return r_first − r_second and the sine of the angle that is left."""
-        apart = subtract(frame(self.first).position, frame(self.second).position)
-        return [*apart, cross(*self._normals(frame))]
+        """Return r_first − r_second and the sine of the angle between sections, and of that between
+        axes.
+        """  # noqa: D205
+        first, second = frame(self.first), frame(self.second)
+        rows = [*subtract(first.position, second.position), cross(*self._normals(frame))]
+        return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle that is left."""

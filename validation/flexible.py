@@ -1,0 +1,176 @@
+"""Published beams and flexible mechanisms, built from the public API only."""
+
+from __future__ import annotations
+
+import numpy as np
+from checks import Check, differences
+
+import flexband as fb
+
+
+def cantilever(loads, *, elements: int, axis: bool = False, **beam) -> np.ndarray:
+    """Return tip and tip angle of a clamped beam along X under loads, at rest."""
+    model = fb.Mechanism(
+        bodies={"beam": fb.Beam(elements=elements, **beam)},
+        joints={"clamp": fb.Weld("beam.start", (0.0, 0.0), axis=axis)},
+        loads=loads,
+        sensors={"tip": fb.Position("beam.end"), "angle": fb.Angle("beam.end")},
+    )
+    return fb.equilibrium(model, steps=4).values
+
+
+def elastica() -> list[Check]:
+    """Tip force P normal to an inextensible cantilever, P L²/EI = a; L/h = 29."""
+    length, height, width, modulus = 1.0, 0.035, 1e-2, 2e11
+    bending = modulus * width * height**3 / 12
+    exact = {
+        1: (0.0564332363, 0.3017207738, 0.4613519497),
+        2: (0.1606417208, 0.4934574804, 0.7817498316),
+        5: (0.3876283607, 0.7137915236, 1.2153681176),
+        10: (0.5549955978, 0.8106090249, 1.4302855388),
+    }
+    found = []
+    for a, reference in exact.items():
+        x, y, angle = cantilever(
+            {"P": fb.Force("beam.end", y=a * bending / length**2)},
+            elements=16, length=length, height=height, width=width, youngs_modulus=modulus,
+            poissons_ratio=0.0, density=7800.0,
+        )  # fmt: skip
+        own = (length - x, y, angle)
+        for name, value, r in zip(("u/L", "w/L", "tip angle"), own, reference, strict=True):
+            found.append(Check(f"elastica, a = {a}: {name}", r, float(value), 1e-3))
+    return found
+
+
+def thin_cantilever() -> list[Check]:
+    """Reissner's beam with shear, F = 3EI/L²."""
+    length, side, modulus = 2.0, 0.1, 2.07e11
+    force = 3 * modulus * side**4 / 12 / length**2
+    found = []
+    for elements, relative in ((8, 1e-2), (32, 2e-3)):
+        x, y, _ = cantilever(
+            {"F": fb.Force("beam.end", y=-force)},
+            elements=elements, length=length, height=side, width=side, youngs_modulus=modulus,
+            poissons_ratio=0.3, density=7850.0,
+        )  # fmt: skip
+        name = f"thin cantilever, {elements} elements, tip displacement [m]"
+        size = np.hypot(0.5094647177, 1.2088228296)
+        for axis, own, r in (("X", x - length, -0.5094647177), ("Y", y, -1.2088228296)):
+            found.append(Check(f"{name} {axis}", r, float(own), relative * size))
+    return found
+
+
+def thick_cantilever() -> list[Check]:
+    """Nachbagauer (2011): this element's own numbers, plain and selective."""
+    nu = 0.3
+    factor = 10 * (1 + nu) / (12 + 11 * nu)
+    rules = {
+        "plain": (fb.FullIntegration(), (5.5545e-4, 7.2287e-4, 7.3386e-4, 7.3468e-4)),
+        "selective": (
+            fb.SelectiveIntegration(shear_factor=factor),
+            (6.1256e-4, 7.9674e-4, 8.0888e-4, 8.0979e-4),
+        ),
+    }
+    found = []
+    for name, (rule, exact) in rules.items():
+        for elements, reference in zip((1, 4, 16, 64), exact, strict=True):
+            _, y, _ = cantilever(
+                {"F": fb.Force("beam.end", y=-62_500.0)},
+                elements=elements, length=2.0, height=0.5, width=0.1, youngs_modulus=2.07e11,
+                poissons_ratio=nu, density=7850.0, integration=rule, axis=True,
+            )  # fmt: skip
+            found.append(
+                Check(
+                    f"thick cantilever, {name}, {elements} elements, tip [m]",
+                    reference, float(-y), 5e-4 * reference,
+                )
+            )  # fmt: skip
+    return found
+
+
+def pendulum(name: str, exact: dict, tolerance: float, duration: float, **beam) -> list[Check]:
+    """Return checks of the tip of a hinged beam released horizontally under gravity."""
+    model = fb.Mechanism(
+        bodies={"beam": fb.Beam(**beam)},
+        joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+        sensors={"tip": fb.Position("beam.end")},
+    )
+    motion = fb.simulate(model, duration=duration, step=1e-3)
+    return [
+        c
+        for t, r in exact.items()
+        for c in differences(
+            f"{name}, tip({t:g} s) [m]", motion.sel(time=t, method="nearest").values, r, tolerance
+        )
+    ]
+
+
+def soft_pendulum() -> list[Check]:
+    """Compare with a published soft pendulum."""
+    exact = {0.25: (0.32400, -0.37488), 0.5: (-0.42067, -0.26203), 0.75: (-0.41177, 0.06961)}
+    return pendulum(
+        "soft pendulum", exact, 2e-3, 0.75, length=0.5, height=0.002, width=0.01, density=1000.0,
+        youngs_modulus=1e8, poissons_ratio=0.3, elements=32,
+    )  # fmt: skip
+
+
+def stiff_pendulum() -> list[Check]:
+    """Compare with a published stiff pendulum of 10 kg/m.
+
+    Its model has no rotary inertia of sections. So the section here is a quarter as high, with the same mass and bending stiffness.
+    """
+    exact = {0.5: (-0.09020, -0.99593), 1.0: (-0.99997, -0.00813)}
+    return pendulum(
+        "stiff pendulum", exact, 5e-4, 1.0, length=1.0, height=0.0125, width=0.05,
+        density=16_000.0, youngs_modulus=64 * 2.1e10, poissons_ratio=0.3, elements=16,
+    )  # fmt: skip
+
+
+def flexible_slider_crank() -> list[Check]:
+    """Simeon's data: the crank's end on a circle, the rod elastic, the slider's mass at its end."""
+    crank, length, speed = 0.15, 0.3, 150.0
+    model = fb.Mechanism(
+        bodies={
+            "rod": fb.Beam(
+                length=length, height=0.008, width=0.008, density=7870.0, youngs_modulus=2e11,
+                poissons_ratio=0.3, elements=16, start=(crank, 0.0),
+                velocity=(0.0, crank * speed), rate=-crank * speed / length,
+            ),
+            "slider": fb.PointMass(mass=0.075552, position=(crank + length, 0.0)),
+        },
+        joints={
+            "crank": fb.PrescribedPath(
+                "rod.start",
+                lambda t: crank * np.cos(speed * t),
+                lambda t: crank * np.sin(speed * t),
+            ),
+            "pin": fb.Revolute("rod.end", "slider"),
+            "guide": fb.Slot("slider", (0.0, 0.0)),
+        },
+        sensors={k: fb.Position(f"rod.{k}") for k in ("start", "middle", "end")},
+    )  # fmt: skip
+    motion = fb.simulate(
+        model, duration=0.1, step=2e-5, integrator=fb.GeneralizedAlpha(spectral_radius=0.9)
+    )
+    a, m, b = (motion.sel(output=[f"{k}_X", f"{k}_Y"]).values for k in ("start", "middle", "end"))
+    chord = (b - a) / np.linalg.norm(b - a, axis=0)
+    deflection = chord[0] * (m - a)[1] - chord[1] * (m - a)[0]
+    times = motion.time.values
+    peak = float(np.abs(deflection).max())
+    name = "flexible slider–crank, deflection of the middle"
+    found = [Check(f"{name}, largest [m]", 1.858e-3, peak, 0.02 * 1.858e-3)]
+    for t, r in ((0.01, 6.98e-4), (0.05, 9.75e-4), (0.08, -1.646e-3)):
+        own = float(deflection[np.argmin(np.abs(times - t))])
+        found.append(Check(f"{name}, t = {t:g} s [m]", r, own, 0.02 * abs(r)))
+    return found
+
+
+PROBLEMS = [
+    elastica,
+    thin_cantilever,
+    thick_cantilever,
+    soft_pendulum,
+    stiff_pendulum,
+    flexible_slider_crank,
+]

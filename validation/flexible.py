@@ -118,7 +118,8 @@ def soft_pendulum() -> list[Check]:
 def stiff_pendulum() -> list[Check]:
     """Compare with a published stiff pendulum of 10 kg/m.
 
-    Its model has no rotary inertia of sections. So the section here is a quarter as high, with the same mass and bending stiffness.
+    Its model has no rotary inertia of sections. So the section here is a quarter as high, with the
+    same mass and bending stiffness.
     """
     exact = {0.5: (-0.09020, -0.99593), 1.0: (-0.99997, -0.00813)}
     return pendulum(

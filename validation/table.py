@@ -28,9 +28,9 @@ is what the method and the mesh allow. `tests/test_validation.py` holds them.
   In A02 all rods lie flat twice a turn, where the Jacobian loses rank.
 - **Andrews' mechanism** is that of the test set for initial value problem solvers (Mazzia and
   Magherini 2008). Angles and rates are relative ones as there.
-- **Elastica**: the reference has neither shear nor stretch. Both fall like (h/L)², while this element
-  locks in shear where elements are much longer than the beam is high: with 16 elements its error
-  is 7e-3 at L/h = 100 and a = 5. At L/h = 29 the two are below 1e-3 and of opposite sign.
+- **Elastica**: the reference has neither shear nor stretch. Both fall like (h/L)², while this
+  element locks in shear where elements are much longer than high: with 16 elements its error
+  is 7e-3 at L/h = 100 and a = 5. At L/h = 29 both are below 1e-3, and of opposite sign.
 - **Thin cantilever**: tolerances are relative to the length of the displacement.
 - **Thick cantilever**: the plain element converges to a stiffness 1/(1−ν²) too high; the selective
   one to the Reissner beam, 8.099e-4.

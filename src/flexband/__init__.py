@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.joints import Distance, Prismatic, Revolute, Slot, Weld
     from flexband.mechanics.loads import DistributedLoad, Force, Gravity, Moment, Spring
     from flexband.mechanics.mechanism import Mechanism
+    from flexband.mechanics.modes import modes
     from flexband.mechanics.response import dynamic_response
     from flexband.mechanics.sensors import (
         Acceleration,
@@ -50,6 +51,7 @@ _MODULES = {
     "mechanics.joints": ["Distance", "Prismatic", "Revolute", "Slot", "Weld"],
     "mechanics.loads": ["DistributedLoad", "Force", "Gravity", "Moment", "Spring"],
     "mechanics.mechanism": ["Mechanism"],
+    "mechanics.modes": ["modes"],
     "mechanics.response": ["dynamic_response"],
     "mechanics.sensors": [
         "Acceleration",
@@ -115,6 +117,7 @@ __all__ = [
     "dynamic_response",
     "equilibrium",
     "exponential",
+    "modes",
     "propagate",
     "simulate",
     "squared_exponential",

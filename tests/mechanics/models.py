@@ -9,7 +9,7 @@ import flexband as fb
 from flexband.lanes import WIDTH, filled
 from flexband.mechanics.assembly import assemble
 from flexband.mechanics.equations import Work, residual, tangent
-from flexband.mechanics.factorization import factorize, solve
+from flexband.mechanics.factorization import factorize, solve, to_dense
 from flexband.mechanics.generalized_alpha import march
 from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
@@ -135,18 +135,7 @@ class Dense:
         """Return the dense matrix, read back through the sparse slots."""
         self._fill(unknowns)
         self._tangent(weight)
-        pattern = self.structure.pattern
-        pairs = np.stack([pattern.first, pattern.second], axis=1)
-        dense = np.zeros((pattern.unknowns + 1,) * 2)
-        for k in range(pattern.tiles):
-            below = range(pattern.column_start[k], pattern.column_start[k + 1])
-            for t, row in [(k, k), *((t, pattern.entry_row[t - pattern.tiles]) for t in below)]:
-                tile = self.work.matrix[4 * t : 4 * t + 4, 3].reshape(2, 2)
-                if row == k:
-                    tile = np.tril(tile) + np.tril(tile, -1).T
-                dense[np.ix_(pairs[row], pairs[k])] = tile
-                dense[np.ix_(pairs[k], pairs[row])] = tile.T
-        return dense[1:, 1:]
+        return to_dense(self.structure.pattern, self.work.matrix)[3]
 
     def _tangent(self, weight):
         tangent_of(self.structure, self.values, self.work, float(weight))

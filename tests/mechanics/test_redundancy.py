@@ -93,3 +93,27 @@ def test_contradicting_drives_are_refused_when_they_part():
     )
     with pytest.raises(fb.SimulationError, match=r"t = 0.051 s: .*(contradict|diverged)"):
         fb.simulate(model, duration=0.1, step=1e-3)
+
+
+def test_description_counts_degrees_of_freedom_and_names_what_is_redundant():
+    text = parallelogram(3).describe()
+    assert "1 degrees of freedom" in text
+    assert "1 redundant; forces are not unique at joint 'ground0'" in text
+    assert any(line.split() == ["coupler", "RigidBody", "0.8", "4"] for line in text.splitlines())
+    assert "crank1.start – (1, 0)" in text
+    assert "F0_X [N], F0_Y [N]" in text
+    text = parallelogram(2).describe()
+    assert "1 degrees of freedom" in text
+    assert "redundant" not in text
+    beam = fb.Beam(
+        length=2.0, height=0.1, width=0.1, density=1000.0, youngs_modulus=1e9, poissons_ratio=0.3,
+        elements=2,
+    )  # fmt: skip
+    clamped = fb.Mechanism(bodies={"b": beam}, joints={"clamp": fb.Weld("b.start", (0.0, 0.0))})
+    assert (
+        "18 coordinates, 3 constraints (those of rigidity included), 15 degrees"
+        in clamped.describe()
+    )
+    assert any(
+        line.split() == ["b", "Beam", "20", "18"] for line in clamped.describe().splitlines()
+    )

@@ -170,6 +170,21 @@ def _minimum_degree(
     return order, columns
 
 
+def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
+    """Return a matrix that is not factored as (WIDTH, unknowns, unknowns), rows by unknown."""
+    pairs = np.stack([pattern.first, pattern.second], axis=1)
+    dense = np.zeros((matrix.shape[1], pattern.unknowns + 1, pattern.unknowns + 1))
+    for k in range(pattern.tiles):
+        below = range(pattern.column_start[k], pattern.column_start[k + 1])
+        for t, row in [(k, k), *((t, pattern.entry_row[t - pattern.tiles]) for t in below)]:
+            tile = matrix[4 * t : 4 * t + 4].T.reshape(-1, 2, 2)
+            if row == k:
+                tile = np.tril(tile) + np.tril(tile, -1).transpose(0, 2, 1)
+            dense[:, pairs[row][:, None], pairs[k]] = tile
+            dense[:, pairs[k][:, None], pairs[row]] = tile.transpose(0, 2, 1)
+    return dense[:, 1:, 1:]
+
+
 @compiled
 def _tile(array, t):
     """Return the four numbers of a tile, row after row."""

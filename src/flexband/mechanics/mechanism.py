@@ -148,6 +148,18 @@ class Mechanism:
             for (i, j), value in body.mass_entries().items()
         }
 
+    def describe(self) -> str:
+        """Return tables of the parts, the degrees of freedom and the redundant constraints.
+
+        Raises
+        ------
+        InputError, AssemblyError
+            As `simulate` does.
+        """
+        from flexband.mechanics.description import describe  # noqa: PLC0415  # it assembles
+
+        return describe(self)
+
     def kinetic_energy(self) -> Form:
         """Return ½ vᵀ M v."""
         row = self.velocity_row

@@ -32,12 +32,13 @@ def jacobian(system: System, state: np.ndarray, sample: int = 0) -> np.ndarray:
 
 
 def dependent(system: System, state: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:
-    """Return how many constraints are redundant, and the owners of those that depend on others.
+    """Return how many constraints are redundant, and the joints among those that depend on others.
 
-    The multipliers of these are not unique: forces may be shifted among them.
+    Their multipliers are not unique: forces may be shifted from one to the other.
     """
     matrix = jacobian(system, state, sample)
     matrix = matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
     ways = null_space(matrix.T, rcond=RANK)
     involved = np.flatnonzero(np.abs(ways).max(axis=1, initial=0.0) > 1e-6)
-    return ways.shape[1], list(dict.fromkeys(system.constraints[k] for k in involved))
+    owners = dict.fromkeys(system.constraints[k] for k in involved)
+    return ways.shape[1], [owner for owner in owners if owner.startswith("joint")]

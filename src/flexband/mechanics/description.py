@@ -1,0 +1,92 @@
+"""A mechanism in words: its parts, degrees of freedom and redundant constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+
+import numpy as np
+
+from flexband.lanes import WIDTH
+from flexband.mechanics.assembly import assemble
+from flexband.mechanics.batch import compiling
+from flexband.mechanics.equations import Work
+from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.initial import start
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.packing import pack
+from flexband.mechanics.redundancy import dependent
+
+
+def describe(mechanism: Mechanism) -> str:
+    """Return tables of bodies, joints, loads and sensors, and the degrees of freedom at the start.
+
+    Where parameters are arrays, what is said is true of the first sample.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `simulate` does.
+    """
+    system = assemble(mechanism)
+    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    with compiling():
+        start(system.structure, pack(system, np.array([0.0, 1.0]))(0), work, failure)
+    raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
+    redundant, names = dependent(system, work.z[:, 0])
+
+    owners = system.constraints
+    bodies = [
+        [name, type(body).__name__, f"{_mass(body):.4g}", str(body.size)]
+        for name, body in mechanism.bodies.items()
+    ]
+    joints = [
+        [name, type(joint).__name__, _points(joint), str(owners.count(f"joint {name!r}"))]
+        for name, joint in mechanism.joints.items()
+    ]
+    loads = [[name, type(load).__name__, _points(load)] for name, load in mechanism.loads.items()]
+    sensors = [
+        [name, type(sensor).__name__, ", ".join(f"{name}{s} [{u}]" for s, u in sensor.outputs())]
+        for name, sensor in mechanism.sensors.items()
+    ]
+    count = system.structure.coordinates
+    lines = [
+        *_table(["body", "kind", "mass [kg]", "coordinates"], bodies),
+        *_table(["joint", "kind", "points", "constraints"], joints),
+        *_table(["load", "kind", "points"], loads),
+        *_table(["sensor", "kind", "outputs"], sensors),
+        f"{count} coordinates, {len(owners)} constraints (those of rigidity included), "
+        f"{count - len(owners) + redundant} degrees of freedom",
+    ]
+    if redundant:
+        lines.append(f"{redundant} redundant; forces are not unique at {', '.join(names)}")
+    return "\n".join(lines)
+
+
+def _mass(body) -> float:
+    """Return the mass: that of a unit velocity along X."""
+    moved = set(body.nodes)
+    entries = body.mass_entries().items()
+    parts = [np.ravel(m)[0] * (1 + (i != j)) for (i, j), m in entries if {i, j} <= moved]
+    return float(sum(parts))
+
+
+def _points(part) -> str:
+    """Return the points that a joint or load names."""
+    values = [getattr(part, f.name) for f in fields(part) if f.name in POINTS]
+    return " – ".join(v if isinstance(v, str) else f"({v[0]:g}, {v[1]:g})" for v in values)
+
+
+POINTS = ("first", "second", "point", "beam")
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return aligned lines, none where there are no rows."""
+    if not rows:
+        return []
+    widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+
+    def line(cells: Sequence[str]) -> str:
+        return "  ".join(c.ljust(w) for c, w in zip(cells, widths, strict=True)).rstrip()
+
+    return [line(header), line(["-" * w for w in widths]), *map(line, rows), ""]

@@ -1,0 +1,135 @@
+"""Natural frequencies and mode shapes about a configuration, constraints respected.
+
+Small motions about a rest have M δq̈ + K δq + Φ_qᵀ δλ = 0 and Φ_q δq = 0, where K includes the
+curvature of the constraints under their multipliers. On the null space of Φ_q that is a symmetric
+eigenproblem.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from scipy.linalg import eigh, null_space
+
+from flexband.errors import known, whole
+from flexband.lanes import WIDTH, cached, filled
+from flexband.mechanics.assembly import System, assemble
+from flexband.mechanics.batch import compiling, derive
+from flexband.mechanics.equations import Work, sense, tangent
+from flexband.mechanics.equilibrium import rest
+from flexband.mechanics.factorization import to_dense
+from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.initial import start
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.packing import pack
+from flexband.mechanics.redundancy import RANK
+
+NUDGE = 1e-6
+"""Size of the displacement by which sensors are differentiated."""
+
+
+def modes(
+    mechanism: Mechanism,
+    count: int,
+    *,
+    about: Literal["start", "equilibrium"] = "equilibrium",
+    steps: int = 1,
+) -> xr.Dataset:
+    """Find the lowest natural frequencies of a mechanism, damping left aside.
+
+    Parameters
+    ----------
+    count : how many modes, or all where there are fewer.
+    about : "equilibrium" (as `equilibrium` finds it) or "start", the assembled guess.
+    steps : as in `equilibrium`.
+
+    Returns
+    -------
+    `frequency` [Hz], dim (mode,), rising; negative where a small motion grows, 0 but for
+    rounding where it is free.
+    `shape`, dims (mode, output): how the outputs of the sensors change with a mode whose modal mass
+    is 1 kg. With a first dim "sample" where a parameter is an array of more than one value.
+
+    Raises
+    ------
+    InputError
+        Where a number is out of its range or numbers of samples do not fit.
+    AssemblyError
+        Where the constraints cannot be met or a sample does not come to rest.
+    """
+    whole("count", count, 1)
+    known("about", about, ["start", "equilibrium"])
+    system = assemble(mechanism)
+    packed = pack(system, np.array([0.0, 1.0]))
+    failures = np.zeros((system.samples, 4))
+    found = []
+    for block in range(-(-system.samples // WIDTH)):
+        values, own = packed(block), np.arange(system.samples)[block * WIDTH :][:WIDTH]
+        with compiling():
+            if about == "equilibrium":
+                _, failure, work = rest(system, values, steps)
+            else:
+                work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+                start(system.structure, values, work, failure)
+            failures[own] = failure.T[: len(own)]
+            M, K, Phi = _linear(system, values, work)
+        for lane in range(len(own)):
+            if failures[own[lane], 0] == 0:
+                squares, vectors = _solve(M[lane], K[lane], Phi[lane], count)
+                found.append((squares, _shapes(system, values, work, own, lane, vectors)))
+    raise_failures(failures, system, np.zeros(1))
+    squares, shapes = (np.stack(parts) for parts in zip(*found, strict=True))
+    frequency = np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi)
+    result = xr.Dataset(
+        {
+            "frequency": (("sample", "mode"), frequency, {"units": "Hz"}),
+            "shape": (("sample", "mode", "output"), shapes),
+        },
+        coords={"output": system.outputs, "unit": ("output", system.units)},
+    )
+    return result if system.samples > 1 else result.isel(sample=0)
+
+
+def _solve(M: np.ndarray, K: np.ndarray, Phi: np.ndarray, count: int):
+    """Return the lowest ω² and their vectors as columns, of length one in the mass matrix."""
+    free = null_space(Phi, rcond=RANK) if len(Phi) else np.eye(len(M))
+    last = min(count, free.shape[1]) - 1
+    squares, vectors = eigh(free.T @ K @ free, free.T @ M @ free, subset_by_index=[0, last])
+    return squares, free @ vectors
+
+
+def _shapes(system: System, values, work: Work, own: np.ndarray, lane: int, vectors: np.ndarray):
+    """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
+    rows, z = np.zeros((system.sensed, WIDTH)), work.z.copy()
+    shapes = []
+    for vector in vectors.T:
+        size = NUDGE / np.abs(vector).max()
+        sides = []
+        for sign in (1.0, -1.0):
+            z[1 : 1 + len(vector), lane] = work.z[1 : 1 + len(vector), lane] + sign * size * vector
+            _sense(system.structure.sensors, values.sensor, values.functions, z, rows)
+            sides.append(derive(system, rows[:, None].copy(), own)[:, 0, lane])
+        shapes.append((sides[0] - sides[1]) / (2 * size))
+    return np.stack(shapes)
+
+
+def _linear(system: System, values, work: Work) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return M, K and Φ_q at the state, of every lane: shapes (WIDTH, …)."""
+    count, dense = system.structure.coordinates, []
+    for weight in (0.0, 1.0):
+        _tangent(system.structure, values, work, weight)
+        dense.append(to_dense(system.structure.pattern, work.matrix))
+    q, multipliers = slice(0, count), slice(count, None)
+    return dense[0][:, q, q], (dense[1] - dense[0])[:, q, q], dense[0][:, multipliers, q]
+
+
+@cached
+def _tangent(structure, values, work, weight):
+    tangent(structure, values, np.int64(0), work.z, filled(weight), 0.0, work.matrix, work.blocks)
+
+
+@cached
+def _sense(sensors, coefficient, functions, z, rows):
+    sense(sensors, coefficient, functions, np.int64(0), z, rows)

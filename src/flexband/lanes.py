@@ -44,6 +44,13 @@ def compiled(function: Callable) -> Any:
     return njit(**_OPTIONS)(function)
 
 
+def inlined(function: Callable) -> Any:
+    """Make a part of the engine part of its callers: for what calls kernels, so that these are not
+    optimized once more at every level on the way up to an entry.
+    """  # noqa: D205
+    return njit(**_OPTIONS, inline="always")(function)
+
+
 def cached(function: Callable) -> Any:
     """Compile an entry of the engine and keep the result on disk."""
     return njit(**_OPTIONS, cache=True)(function)

@@ -18,6 +18,7 @@ from flexband.lanes import (
     add_to,
     compiled,
     filled,
+    inlined,
     less,
     load,
     magnitude,
@@ -188,7 +189,7 @@ def add_products(products, coefficient, functions, now, z, rows, sign):
         add_to(rows, products.row[t], c * load(z, products.i[t]) * load(z, products.j[t]))
 
 
-@compiled
+@inlined
 def violated_constraint(structure, values, now, z, r):
     """Return the multiplier of the constraint that is furthest off, 0 where all are met.
 
@@ -230,7 +231,7 @@ def clear(array):
             array[row, k] = 0.0
 
 
-@compiled
+@inlined
 def clear_matrix(pattern, matrix):
     """Set the matrix to zero, and to one what fills up its tiles."""
     clear(matrix)
@@ -238,7 +239,7 @@ def clear_matrix(pattern, matrix):
         store(matrix, row, filled(1.0))
 
 
-@compiled
+@inlined
 def residual(structure, values, now, z, r):
     """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z."""
     clear(r)
@@ -253,7 +254,7 @@ def residual(structure, values, now, z, r):
     add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
 
 
-@compiled
+@inlined
 def to_right_side(structure, r, weight):
     """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
     for i in range(1, structure.pattern.unknowns + 1):
@@ -261,7 +262,7 @@ def to_right_side(structure, r, weight):
         store(r, i, -part if i <= structure.coordinates else -part / weight)
 
 
-@compiled
+@inlined
 def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
 

@@ -20,8 +20,8 @@ from flexband.errors import InputError, numbers, positive
 from flexband.lanes import (
     any_true,
     cached,
-    compiled,
     filled,
+    inlined,
     less,
     load,
     magnitude,
@@ -92,7 +92,7 @@ class Coefficients(NamedTuple):
     dv_da: float  # γ'/β', ∂q̇/∂q̈ [s]
 
 
-@compiled
+@inlined
 def predict(structure, method, z, a):
     """Move to the next time with q̈ kept; `a` becomes that of the new time."""
     h, alpha_m, _, beta, gamma, _, _ = method
@@ -106,7 +106,7 @@ def predict(structure, method, z, a):
         store(a, i, new)
 
 
-@compiled
+@inlined
 def correct(structure, method, values, z, a, x, active):
     """Apply Newton's correction where the mask is true; return the largest scaled change of q."""
     velocity, acceleration = structure.velocity, structure.acceleration
@@ -125,7 +125,7 @@ def correct(structure, method, values, z, a, x, active):
     return method.dq_da * largest
 
 
-@compiled
+@inlined
 def newton(structure, method, tolerance, values, now, work, alive):
     """Solve Eq. (27) at one time, where `alive`; return the masks (diverged, redundant).
 

@@ -13,8 +13,8 @@ import numpy as np
 from flexband.lanes import (
     any_true,
     cached,
-    compiled,
     filled,
+    inlined,
     less,
     load,
     magnitude,
@@ -45,7 +45,7 @@ VELOCITY_SWEEPS = 4
 NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 
-@compiled
+@inlined
 def elastic_matrix(structure, values, s, work):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, 0 for none."""
     z, matrix, blocks = work.z, work.matrix, work.blocks
@@ -58,7 +58,7 @@ def elastic_matrix(structure, values, s, work):
     return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
 
-@compiled
+@inlined
 def assemble(structure, values, s, work):
     """Move q to where Φ(q, 0) = 0.
 
@@ -87,7 +87,7 @@ def assemble(structure, values, s, work):
     return violated_constraint(structure, values, np.int64(0), z, r), redundant
 
 
-@compiled
+@inlined
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0, of least deformation, nearest to the wish."""
     z, r = work.z, work.r
@@ -108,7 +108,7 @@ def project_velocities(structure, values, s, work):
             store(z, velocity + i, load(r, i))
 
 
-@compiled
+@inlined
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
     z, r, matrix, blocks = work.z, work.r, work.matrix, work.blocks

@@ -8,10 +8,10 @@ from checks import Check, differences
 import flexband as fb
 
 
-def cantilever(loads, *, elements: int, axis: bool = False, **beam) -> np.ndarray:
+def cantilever(beam: fb.Beam | fb.Cable, loads, *, axis: bool = False) -> np.ndarray:
     """Return tip and tip angle of a clamped beam along X under loads, at rest."""
     model = fb.Mechanism(
-        bodies={"beam": fb.Beam(elements=elements, **beam)},
+        bodies={"beam": beam},
         joints={"clamp": fb.Weld("beam.start", (0.0, 0.0), axis=axis)},
         loads=loads,
         sensors={"tip": fb.Position("beam.end"), "angle": fb.Angle("beam.end")},
@@ -20,22 +20,22 @@ def cantilever(loads, *, elements: int, axis: bool = False, **beam) -> np.ndarra
 
 
 def elastica() -> list[Check]:
-    """Tip force P normal to an inextensible cantilever, P L²/EI = a; L/h = 29."""
-    length, height, width, modulus = 1.0, 0.035, 1e-2, 2e11
-    bending = modulus * width * height**3 / 12
+    """Tip force P normal to an inextensible cantilever, P L²/EI = a; here a strip of L/h = 500."""
+    length, area, second, modulus = 1.0, 2e-5, 2e-5 * 0.002**2 / 12, 2e11
     exact = {
         1: (0.0564332363, 0.3017207738, 0.4613519497),
         2: (0.1606417208, 0.4934574804, 0.7817498316),
         5: (0.3876283607, 0.7137915236, 1.2153681176),
         10: (0.5549955978, 0.8106090249, 1.4302855388),
     }
+    strip = fb.Cable(
+        length=length, elements=16, mass_per_length=7800 * area,
+        axial_stiffness=modulus * area, bending_stiffness=modulus * second,
+    )  # fmt: skip
     found = []
     for a, reference in exact.items():
-        x, y, angle = cantilever(
-            {"P": fb.Force("beam.end", y=a * bending / length**2)},
-            elements=16, length=length, height=height, width=width, youngs_modulus=modulus,
-            poissons_ratio=0.0, density=7800.0,
-        )  # fmt: skip
+        force = fb.Force("beam.end", y=a * modulus * second / length**2)
+        x, y, angle = cantilever(strip, {"P": force})
         own = (length - x, y, angle)
         for name, value, r in zip(("u/L", "w/L", "tip angle"), own, reference, strict=True):
             found.append(Check(f"elastica, a = {a}: {name}", r, float(value), 1e-3))
@@ -48,11 +48,11 @@ def thin_cantilever() -> list[Check]:
     force = 3 * modulus * side**4 / 12 / length**2
     found = []
     for elements, relative in ((8, 1e-2), (32, 2e-3)):
-        x, y, _ = cantilever(
-            {"F": fb.Force("beam.end", y=-force)},
-            elements=elements, length=length, height=side, width=side, youngs_modulus=modulus,
-            poissons_ratio=0.3, density=7850.0,
+        beam = fb.Beam(
+            length=length, height=side, width=side, youngs_modulus=modulus, poissons_ratio=0.3,
+            density=7850.0, elements=elements,
         )  # fmt: skip
+        x, y, _ = cantilever(beam, {"F": fb.Force("beam.end", y=-force)})
         name = f"thin cantilever, {elements} elements, tip displacement [m]"
         size = np.hypot(0.5094647177, 1.2088228296)
         for axis, own, r in (("X", x - length, -0.5094647177), ("Y", y, -1.2088228296)):
@@ -74,11 +74,11 @@ def thick_cantilever() -> list[Check]:
     found = []
     for name, (rule, exact) in rules.items():
         for elements, reference in zip((1, 4, 16, 64), exact, strict=True):
-            _, y, _ = cantilever(
-                {"F": fb.Force("beam.end", y=-62_500.0)},
-                elements=elements, length=2.0, height=0.5, width=0.1, youngs_modulus=2.07e11,
-                poissons_ratio=nu, density=7850.0, integration=rule, axis=True,
+            beam = fb.Beam(
+                length=2.0, height=0.5, width=0.1, youngs_modulus=2.07e11, poissons_ratio=nu,
+                density=7850.0, elements=elements, integration=rule,
             )  # fmt: skip
+            _, y, _ = cantilever(beam, {"F": fb.Force("beam.end", y=-62_500.0)}, axis=True)
             found.append(
                 Check(
                     f"thick cantilever, {name}, {elements} elements, tip [m]",
@@ -88,10 +88,12 @@ def thick_cantilever() -> list[Check]:
     return found
 
 
-def pendulum(name: str, exact: dict, tolerance: float, duration: float, **beam) -> list[Check]:
+def pendulum(
+    name: str, beam: fb.Beam | fb.Cable, exact: dict, tolerance: float, duration: float
+) -> list[Check]:
     """Return checks of the tip of a hinged beam released horizontally under gravity."""
     model = fb.Mechanism(
-        bodies={"beam": fb.Beam(**beam)},
+        bodies={"beam": beam},
         joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},
         loads={"gravity": fb.Gravity()},
         sensors={"tip": fb.Position("beam.end")},
@@ -107,25 +109,32 @@ def pendulum(name: str, exact: dict, tolerance: float, duration: float, **beam) 
 
 
 def soft_pendulum() -> list[Check]:
-    """Compare with a published soft pendulum."""
+    """Compare with a published soft pendulum, with both elements."""
     exact = {0.25: (0.32400, -0.37488), 0.5: (-0.42067, -0.26203), 0.75: (-0.41177, 0.06961)}
-    return pendulum(
-        "soft pendulum", exact, 2e-3, 0.75, length=0.5, height=0.002, width=0.01, density=1000.0,
-        youngs_modulus=1e8, poissons_ratio=0.3, elements=32,
+    beam = fb.Beam(
+        length=0.5, height=0.002, width=0.01, density=1000.0, youngs_modulus=1e8,
+        poissons_ratio=0.3, elements=32,
     )  # fmt: skip
+    area = 0.002 * 0.01
+    cable = fb.Cable(
+        length=0.5, elements=16, mass_per_length=1000.0 * area, axial_stiffness=1e8 * area,
+        bending_stiffness=1e8 * area * 0.002**2 / 12,
+    )  # fmt: skip
+    return [
+        *pendulum("soft pendulum, beam", beam, exact, 2e-3, 0.75),
+        *pendulum("soft pendulum, cable", cable, exact, 2e-3, 0.75),
+    ]
 
 
 def stiff_pendulum() -> list[Check]:
-    """Compare with a published stiff pendulum of 10 kg/m.
-
-    Its model has no rotary inertia of sections. So the section here is a quarter as high, with the
-    same mass and bending stiffness.
-    """
+    """Compare with a published stiff pendulum, 0.05 m square, without rotary inertia."""
     exact = {0.5: (-0.09020, -0.99593), 1.0: (-0.99997, -0.00813)}
-    return pendulum(
-        "stiff pendulum", exact, 5e-4, 1.0, length=1.0, height=0.0125, width=0.05,
-        density=16_000.0, youngs_modulus=64 * 2.1e10, poissons_ratio=0.3, elements=16,
+    area, modulus = 0.05**2, 2.1e10
+    cable = fb.Cable(
+        length=1.0, elements=8, mass_per_length=10.0, axial_stiffness=modulus * area,
+        bending_stiffness=modulus * area * 0.05**2 / 12,
     )  # fmt: skip
+    return pendulum("stiff pendulum, cable", cable, exact, 5e-4, 1.0)
 
 
 def flexible_slider_crank() -> list[Check]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from flexband.errors import AssemblyError, InputError, SimulationError
     from flexband.mechanics.beam import Beam
     from flexband.mechanics.bodies import PointMass, RigidBody
+    from flexband.mechanics.cable import Cable
     from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
     from flexband.mechanics.equilibrium import equilibrium
     from flexband.mechanics.generalized_alpha import GeneralizedAlpha
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "errors": ["AssemblyError", "InputError", "SimulationError"],
     "mechanics.beam": ["Beam"],
+    "mechanics.cable": ["Cable"],
     "mechanics.bodies": ["PointMass", "RigidBody"],
     "mechanics.drives": ["PrescribedPath", "PrescribedRotation", "PrescribedTravel"],
     "mechanics.equilibrium": ["equilibrium"],
@@ -80,6 +82,7 @@ __all__ = [
     "AngularVelocity",
     "AssemblyError",
     "Beam",
+    "Cable",
     "Distance",
     "DistributedLoad",
     "Force",

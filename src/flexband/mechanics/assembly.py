@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, groupby
 
@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.mechanics.beam import GAUSS_POINTS, Beam
-from flexband.mechanics.equations import Beams, Mass, Products, Springs, Structure, Terms
+from flexband.mechanics.beam import Beam
+from flexband.mechanics.cable import Cable
+from flexband.mechanics.centre_line import GAUSS_POINTS, CentreLine
+from flexband.mechanics.equations import Beams, Cables, Mass, Products, Springs, Structure, Terms
 from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
@@ -58,6 +60,34 @@ class System:
         return (self.sensors[-1][1].stop if self.sensors else 0) + len(self.conditions)
 
 
+class _Elements:
+    """Elements of one kind, of all bodies."""
+
+    def __init__(self, coordinates: int):
+        self.coordinates = coordinates
+        self.first: list[int] = []
+        self.inverse_length: list[np.ndarray] = []
+        self.stiffness: list[np.ndarray] = []
+
+    def take(self, body: Beam | Cable, first: int) -> None:
+        """Append the elements of a body whose coordinates start at z_first."""
+        self.first += [first + body.per_node * e for e in range(body.elements)]
+        self.inverse_length += [1 / body.element_length] * body.elements
+        numbers = body.section_stiffness()
+        self.stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
+
+    def couples(self) -> Iterator[tuple[int, int]]:
+        """Return the pairs of coordinates that share an element."""
+        for e in self.first:
+            yield from combinations_with_replacement(range(e, e + self.coordinates), 2)
+
+    def slots(self, slot: Callable[[int, int], int]) -> np.ndarray:
+        """Return the matrix rows of all pairs, (elements, coordinates, coordinates)."""
+        own = range(self.coordinates)
+        rows = _indices(slot(e + i, e + j) for e in self.first for i in own for j in own)
+        return rows.reshape(-1, self.coordinates, self.coordinates)
+
+
 def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism.
 
@@ -71,7 +101,8 @@ def assemble(mechanism: Mechanism) -> System:
     start: list[ArrayLike] = [1.0]
     velocity: list[ArrayLike] = [0.0]
     mass: dict[tuple[int, int], np.ndarray] = {}
-    nodes, element_first, inverse_length, stiffness = [], [], [], []
+    nodes: list[int] = []
+    beams, cables = _Elements(12), _Elements(8)
     for name, body in mechanism.bodies.items():
         try:
             start += body.coordinates()
@@ -79,11 +110,8 @@ def assemble(mechanism: Mechanism) -> System:
             nodes += [first[name] + place for place in body.nodes]
             for (i, j), value in body.mass_entries().items():
                 mass[first[name] + i, first[name] + j] = value
-            if isinstance(body, Beam):
-                element_first += [first[name] + 6 * e for e in range(body.elements)]
-                inverse_length += [1 / body.element_length] * body.elements
-                numbers = body.section_stiffness()
-                stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
+            if isinstance(body, CentreLine):
+                (beams if isinstance(body, Beam) else cables).take(body, first[name])
         except InputError as error:
             raise InputError(f"body {name!r}: {error}") from None
 
@@ -104,7 +132,8 @@ def assemble(mechanism: Mechanism) -> System:
 
     couples = [
         *mass,
-        *(p for e in element_first for p in combinations_with_replacement(range(e, e + 12), 2)),
+        *beams.couples(),
+        *cables.couples(),
         *(p for c in coordinates for p in combinations_with_replacement(c, 2)),
         *(p for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))),
     ]
@@ -130,12 +159,8 @@ def assemble(mechanism: Mechanism) -> System:
             j=_indices(j for _, j in mass),
             slot=_indices(slot(i, j) for i, j in mass),
         ),
-        beams=Beams(
-            first=_indices(element_first),
-            slot=_indices(
-                slot(e + i, e + j) for e in element_first for i in range(12) for j in range(12)
-            ).reshape(-1, 12, 12),
-        ),
+        beams=Beams(_indices(beams.first), beams.slots(slot)),
+        cables=Cables(_indices(cables.first), cables.slots(slot)),
         springs=Springs(
             start=np.cumsum([0] + [len(c) for c in coordinates]),
             coordinate=_indices(i for c in coordinates for i in c),
@@ -163,9 +188,11 @@ def assemble(mechanism: Mechanism) -> System:
         "inverse_scale": _inverse_scale(start, mass, nodes),
         "mass": list(mass.values()),
         "force": _constant_forces(mechanism, mass, nodes),
-        "beams.inverse_length": inverse_length,
-        "beams.stiffness": stiffness,
-        "rigidity": [_rigidity(element_first, stiffness, mass)],
+        "beams.inverse_length": beams.inverse_length,
+        "beams.stiffness": beams.stiffness,
+        "cables.inverse_length": cables.inverse_length,
+        "cables.stiffness": cables.stiffness,
+        "rigidity": [_rigidity(beams, cables, mass)],
         "coefficient": terms[1],
         "springs.x": spring_x,
         "springs.y": spring_y,
@@ -268,16 +295,23 @@ def _constant_forces(
     return forces
 
 
-def _rigidity(element_first: list[int], stiffness: list, mass: dict) -> ArrayLike:
+def _rigidity(beams: _Elements, cables: _Elements, mass: dict) -> ArrayLike:
     """Return a weight [s²] that makes beams all but rigid, `RIGIDITY` over the highest ω².
 
-    That is about the frequency of the section's breathing, ∫ c_bb dx over the inertia of r_y.
+    For a beam that is about the frequency of the section's breathing, ∫ c_bb dx over the inertia of
+    r_y, for a cable that of a node on the axial stiffness, ∫ EA dx / l² over the node's inertia.
     """
-    if not element_first:
-        return 1.0
-    breathing = _stack(stiffness)[6::9].reshape(len(element_first), GAUSS_POINTS, -1).sum(axis=1)
-    inertia = _stack([mass[e + 4, e + 4] for e in element_first])
-    return RIGIDITY / (breathing / inertia).max(axis=0)
+    squares = []
+    if beams.first:
+        breathing = _stack(beams.stiffness)[6::9].reshape(len(beams.first), GAUSS_POINTS, -1)
+        inertia = _stack([mass[e + 4, e + 4] for e in beams.first])
+        squares.append((breathing.sum(axis=1) / inertia).max(axis=0))
+    if cables.first:
+        axial = _stack(cables.stiffness)[0::4].reshape(len(cables.first), GAUSS_POINTS, -1)
+        inertia = _stack([mass[e, e] for e in cables.first])
+        inverse_length = _stack(cables.inverse_length)
+        squares.append((axial.sum(axis=1) * inverse_length**2 / inertia).max(axis=0))
+    return RIGIDITY / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else 1.0
 
 
 def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray], nodes: list[int]) -> list:

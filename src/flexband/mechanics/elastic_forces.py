@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.lanes import add_to, compiled, load, store
-from flexband.mechanics.beam import GAUSS_POINTS, POSITIONS, hermite_slope
+from flexband.mechanics.centre_line import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.element import gradient, hessian
 
 # Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.

@@ -27,7 +27,8 @@ from flexband.lanes import (
     where,
     zeros,
 )
-from flexband.mechanics.beam import GAUSS_POINTS
+from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent
+from flexband.mechanics.centre_line import GAUSS_POINTS
 from flexband.mechanics.elastic_forces import HESSIAN_ROWS, add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.factorization import Pattern
 from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent
@@ -49,6 +50,13 @@ class Beams(NamedTuple):
 
     first: np.ndarray  # of the element's twelve coordinates
     slot: np.ndarray  # (elements, 12, 12)
+
+
+class Cables(NamedTuple):
+    """Elements of all cables."""
+
+    first: np.ndarray  # of the element's eight coordinates
+    slot: np.ndarray  # (elements, 8, 8)
 
 
 class Springs(NamedTuple):
@@ -90,6 +98,7 @@ class Structure(NamedTuple):
     functions: int  # of time, the constant one included
     mass: Mass
     beams: Beams
+    cables: Cables
     springs: Springs
     terms: Terms
     forces: Products  # rows as [1, q]
@@ -102,6 +111,13 @@ class BeamValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # nine rows a Gauss point
+
+
+class CableValues(NamedTuple):
+    """Numbers of the cables' elements."""
+
+    inverse_length: np.ndarray
+    stiffness: np.ndarray  # four rows a Gauss point
 
 
 class SpringValues(NamedTuple):
@@ -131,6 +147,7 @@ class Values(NamedTuple):
     functions: np.ndarray  # `Structure.functions` rows a time
     rates: np.ndarray  # values, first and second derivatives of the functions at the start
     beams: BeamValues
+    cables: CableValues
     springs: SpringValues
 
 
@@ -247,6 +264,7 @@ def residual(structure, values, now, z, r):
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
     add_elastic_forces(structure.beams, values.beams, z, r)
+    add_cable_forces(structure.cables, values.cables, z, r)
     add_spring_forces(
         structure.springs, values.springs, values.functions, now, z, structure.velocity, r
     )
@@ -272,6 +290,7 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
     add_elastic_tangent(structure.beams, values.beams, z, weight, matrix, blocks)
+    add_cable_tangent(structure.cables, values.cables, z, weight, matrix, blocks)
     add_spring_tangent(
         structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,
         rate, matrix,

@@ -22,6 +22,7 @@ from flexband.lanes import (
     store,
     where,
 )
+from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent
 from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.equations import (
     add_constraint_tangent,
@@ -52,6 +53,7 @@ def elastic_matrix(structure, values, s, work):
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
     add_elastic_tangent(structure.beams, values.beams, z, s, matrix, blocks)
+    add_cable_tangent(structure.cables, values.cables, z, s, matrix, blocks)
     add_constraint_tangent(
         structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
     )
@@ -73,6 +75,7 @@ def assemble(structure, values, s, work):
             redundant = left_out
         clear(r)
         add_elastic_forces(structure.beams, values.beams, z, r)
+        add_cable_forces(structure.cables, values.cables, z, r)
         add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite, non_negative
-from flexband.mechanics.beam import Property
+from flexband.mechanics.centre_line import Property
 from flexband.mechanics.forms import (
     Form,
     Frame,

@@ -9,15 +9,17 @@ from functools import cached_property, partial
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.mechanics.beam import Beam, Property
+from flexband.mechanics.beam import Beam
 from flexband.mechanics.bodies import PointMass, RigidBody
 from flexband.mechanics.bodies import point as ground_point
+from flexband.mechanics.cable import Cable
+from flexband.mechanics.centre_line import CentreLine, Property
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce
 from flexband.mechanics.joints import Joint, PointName
 from flexband.mechanics.loads import Gravity, Load, Spring
 from flexband.mechanics.sensors import Sensor
 
-Body = RigidBody | PointMass | Beam
+Body = RigidBody | PointMass | Beam | Cable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,14 +173,14 @@ class Mechanism:
         )
 
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
-        """Return the generalized force of a load [N/m] along a beam.
+        """Return the generalized force of a load [N/m] along a beam or cable.
 
         Raises
         ------
         InputError
-            Where the mechanism has no such beam.
+            Where the mechanism has no such beam or cable.
         """
-        beams = {name: beam for name, beam in self.bodies.items() if isinstance(beam, Beam)}
+        beams = {k: body for k, body in self.bodies.items() if isinstance(body, CentreLine)}
         _within("beam", body, beams)
         first = self.first_coordinates()[body]
         return {first + j: Form.constant(force) for j, force in beams[body].line_load(x, y).items()}

@@ -9,7 +9,7 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.lanes import to_lanes
 from flexband.mechanics.assembly import System
-from flexband.mechanics.equations import BeamValues, SpringValues, Values
+from flexband.mechanics.equations import BeamValues, CableValues, SpringValues, Values
 
 WRITTEN = "springs.rest_length"
 """What is known after assembly only: each block needs rows of its own."""
@@ -56,6 +56,7 @@ def _values(rows: dict[str, np.ndarray]) -> Values:
     return Values(
         **{name: v for name, v in rows.items() if "." not in name},
         beams=BeamValues(**part("beams.")),
+        cables=CableValues(**part("cables.")),
         springs=SpringValues(**part("springs.")),
     )
 

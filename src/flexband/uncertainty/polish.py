@@ -49,7 +49,10 @@ def polish(order, coefficients, series, c, sign, places, values):
             )
             if value < best:
                 best, reach = value, 1.0
-                eta[:], gradient[:], hessian[:] = trial, new_gradient, new_hessian
+                for a in range(m):
+                    eta[a], gradient[a] = trial[a], new_gradient[a]
+                    for b in range(m):
+                        hessian[a, b] = new_hessian[a, b]
             else:
                 reach *= 0.25
         values[row] = sign[row] * best
@@ -132,10 +135,12 @@ def _newton_step(eta, gradient, hessian, step):
     τ is zero where the Hessian of the free variables is positive definite, and grows until it is.
     """
     m = len(eta)
-    held = ((eta <= -1) & (gradient > 0)) | ((eta >= 1) & (gradient < 0))
-    size = np.abs(hessian).max() + 1e-300
-    shift = 0.0
-    factor = np.empty((m, m))
+    held, factor = np.empty(m, np.bool_), np.empty((m, m))
+    size, shift = 1e-300, 0.0
+    for a in range(m):
+        held[a] = (eta[a] <= -1 and gradient[a] > 0) or (eta[a] >= 1 and gradient[a] < 0)
+        for b in range(m):
+            size = max(size, abs(hessian[a, b]))
     while not _cholesky(hessian, held, shift, 1e-10 * size, factor):
         shift = max(4 * shift, 1e-3 * size)
     for a in range(m):

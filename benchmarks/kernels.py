@@ -8,10 +8,9 @@ from functools import partial
 
 import numpy as np
 from harness import ROOT, alternate, medians, options, report
-from numba import njit
 
 import flexband as fb
-from flexband.lanes import WIDTH, filled
+from flexband.lanes import WIDTH, compiled, filled
 from flexband.mechanics.assembly import assemble
 from flexband.mechanics.equations import Work, residual, tangent
 from flexband.mechanics.factorization import factorize, solve
@@ -22,26 +21,26 @@ from flexband.mechanics.packing import pack
 DURATION, STEP = 0.6, 1e-3
 
 
-@njit(nogil=True)
+@compiled
 def residuals(count, structure, values, work):
     for _ in range(count):
         residual(structure, values, 0, work.z, work.r)
 
 
-@njit(nogil=True)
+@compiled
 def tangents(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
 
 
-@njit(nogil=True)
+@compiled
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
         factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row)
 
 
-@njit(nogil=True)
+@compiled
 def solutions(count, structure, values, work):
     for _ in range(count):
         solve(structure.pattern, work.matrix, work.inverse_pivots, work.r)

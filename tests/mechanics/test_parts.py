@@ -346,3 +346,47 @@ def test_bad_parts_are_refused(build, text):
 def slider_crank_with(**sensors):
     model = slider_crank()
     return fb.Mechanism(bodies=model.bodies, joints=model.joints, sensors=sensors)
+
+
+def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
+    """A heavy mass on the axial stiffness of a light bar: logarithmic decrement."""
+    length, area, modulus, mass, tau = 1.0, 1e-4, 1e9, 50.0, 2e-4
+    rod = fb.Beam(
+        length=length, height=0.01, width=0.01, density=10.0, youngs_modulus=modulus,
+        poissons_ratio=0.0, elements=2, retardation=np.array([0.0, tau]),
+    )  # fmt: skip
+    motion = run(
+        duration=0.6,
+        step=2e-4,
+        bodies={"rod": rod, "m": fb.PointMass(mass=mass, position=(length, 0.0))},
+        joints={
+            "clamp": fb.Weld("rod.start", (0.0, 0.0)),
+            "pin": fb.Revolute("rod.end", "m"),
+            "line": fb.Slot("m", (0.0, 0.0)),
+        },
+        loads={"kick": fb.Force("m", x=lambda t: 200.0 if t < 5e-3 else 0.0)},
+        sensors={"m": fb.Position("m")},
+    )
+    x = motion.sel(output="m_X").values - length
+    omega = np.sqrt(modulus * area / length / mass)
+    zeta = tau * omega / 2
+    t = motion.time.values
+    late = t > 0.01
+    for k, ratio in enumerate((0.0, zeta)):
+        decay = np.exp(-ratio * omega * t[late])
+        w = omega * np.sqrt(1 - ratio**2)
+        basis = np.stack([decay * np.cos(w * t[late]), decay * np.sin(w * t[late])], axis=1)
+        weights, *_ = np.linalg.lstsq(basis, x[k, late], rcond=None)
+        size = np.hypot(*weights)
+        np.testing.assert_allclose(x[k, late], basis @ weights, atol=0.003 * size)
+    assert size > 1e-4
+
+
+def test_damping_leaves_a_turning_beam_alone():
+    """A free beam that turns as a rigid body has no strain rates: it keeps its energy."""
+    spinning = {"height": 0.05, "rate": 20.0, "velocity": (1.0, -1.0), "elements": 3}
+    stiff = beam(retardation=np.array([0.0, 1e-3]), **spinning)
+    motion = run(bodies={"b": stiff}, sensors={"T": fb.KineticEnergy()}, duration=0.2)
+    energy = motion.sel(output="T").values
+    np.testing.assert_allclose(energy[1, 20:], energy[1, -1], rtol=1e-4)
+    np.testing.assert_allclose(energy[1, -1], energy[0].mean(), rtol=1e-3)

@@ -68,6 +68,7 @@ class _Elements:
         self.first: list[int] = []
         self.inverse_length: list[np.ndarray] = []
         self.stiffness: list[np.ndarray] = []
+        self.retardation: list[ArrayLike] = []
 
     def take(self, body: Beam | Cable, first: int) -> None:
         """Append the elements of a body whose coordinates start at z_first."""
@@ -75,6 +76,8 @@ class _Elements:
         self.inverse_length += [1 / body.element_length] * body.elements
         numbers = body.section_stiffness()
         self.stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
+        if isinstance(body, Beam):
+            self.retardation += [body.retardation] * body.elements
 
     def couples(self) -> Iterator[tuple[int, int]]:
         """Return the pairs of coordinates that share an element."""
@@ -159,7 +162,11 @@ def assemble(mechanism: Mechanism) -> System:
             j=_indices(j for _, j in mass),
             slot=_indices(slot(i, j) for i, j in mass),
         ),
-        beams=Beams(_indices(beams.first), beams.slots(slot)),
+        beams=Beams(
+            first=_indices(beams.first),
+            damped=np.array([np.any(np.asarray(t) > 0) for t in beams.retardation], dtype=bool),
+            slot=beams.slots(slot),
+        ),
         cables=Cables(_indices(cables.first), cables.slots(slot)),
         springs=Springs(
             start=np.cumsum([0] + [len(c) for c in coordinates]),
@@ -190,6 +197,7 @@ def assemble(mechanism: Mechanism) -> System:
         "force": _constant_forces(mechanism, mass, nodes),
         "beams.inverse_length": beams.inverse_length,
         "beams.stiffness": beams.stiffness,
+        "beams.retardation": beams.retardation,
         "cables.inverse_length": cables.inverse_length,
         "cables.stiffness": cables.stiffness,
         "rigidity": [_rigidity(beams, cables, mass)],

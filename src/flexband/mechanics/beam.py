@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import poissons_ratio, positive
+from flexband.errors import non_negative, poissons_ratio, positive
 from flexband.mechanics.bodies import MassEntries
 from flexband.mechanics.centre_line import (
     POSITIONS,
@@ -41,6 +41,8 @@ class Beam(CentreLine):
     youngs_modulus : E [Pa].
     poissons_ratio : ν, in (−1, 0.5). The law is plane stress.
     elements : number of elements.
+    retardation : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains
+        E + τ Ė; a vibration of angular frequency ω is damped by the ratio τω/2.
     start : where the beam starts [m]. A guess will do: assembly corrects it.
     angle : from the X axis to the beam's axis at the start [rad], a guess as well.
     velocity, rate : of the start [m/s] and of the angle [rad/s], as for a rigid bar. What the
@@ -61,6 +63,7 @@ class Beam(CentreLine):
     density: Property
     youngs_modulus: Property
     poissons_ratio: Property
+    retardation: ArrayLike = 0.0
     integration: SectionIntegration = field(default_factory=SelectiveIntegration)
 
     per_node: ClassVar[int] = 6
@@ -69,6 +72,7 @@ class Beam(CentreLine):
         super().__post_init__()
         positive("Beam height [m]", self.height)
         positive("Beam width [m]", self.width)
+        non_negative("Beam retardation [s]", self.retardation)
         for name, value, check in self._material():
             if not callable(value):
                 check(name, value)

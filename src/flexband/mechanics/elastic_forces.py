@@ -6,7 +6,14 @@ import numpy as np
 
 from flexband.lanes import add_to, compiled, load, store
 from flexband.mechanics.centre_line import GAUSS_POINTS, POSITIONS, hermite_slope
-from flexband.mechanics.element import gradient, hessian
+from flexband.mechanics.element import (
+    gradient,
+    hessian,
+    resultants,
+    retarded,
+    strain_rates,
+    strains,
+)
 
 # Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.
 _SLOPE = hermite_slope(POSITIONS)
@@ -61,8 +68,25 @@ def _stiffness(c, e, g):
 
 
 @compiled
-def add_elastic_forces(beams, values, z, r):
-    """Add F(q) of the beams."""
+def _scaled(c, factor):
+    """Return the nine stiffness numbers times a factor."""
+    c0, c1, c2, c3, c4, c5, c6, c7, c8 = c
+    return (
+        factor * c0,
+        factor * c1,
+        factor * c2,
+        factor * c3,
+        factor * c4,
+        factor * c5,
+        factor * c6,
+        factor * c7,
+        factor * c8,
+    )
+
+
+@compiled
+def add_elastic_forces(beams, values, z, velocity, r):
+    """Add F(q, q̇) of the beams; [0, v] starts in row `velocity`."""
     for e in range(len(beams.first)):
         first = beams.first[e]
         il = load(values.inverse_length, e)
@@ -75,9 +99,15 @@ def add_elastic_forces(beams, values, z, r):
             (0.0 * il, 0.0 * il),
             (0.0 * il, 0.0 * il),
         )
+        time, damped = load(values.retardation, e), beams.damped[e]
+        u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            fp, fwg, fd = gradient(_stiffness(values.stiffness, e, g), p, w, d)
+            strain = strains(p, w, d)
+            if damped:
+                p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
+                strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
+            fp, fwg, fd = gradient(resultants(_stiffness(values.stiffness, e, g), strain), p, w, d)
             h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
             fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
             fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
@@ -131,14 +161,26 @@ def _add_block(matrix, slot, a, b, factor, block):
 
 
 @compiled
-def add_elastic_tangent(beams, values, z, weight, matrix, blocks):
-    """Add `weight` times K = ∂F/∂q of the beams; `blocks` is work space."""
+def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
+    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the beams; `blocks` is work space.
+
+    How damping changes with the configuration is left out.
+    """
     for e in range(len(beams.first)):
-        il = load(values.inverse_length, e)
-        u, gi, gj, di, dj, w = _element_vectors(z, beams.first[e], il)
+        il, first = load(values.inverse_length, e), beams.first[e]
+        u, gi, gj, di, dj, w = _element_vectors(z, first, il)
+        time, damped = load(values.retardation, e), beams.damped[e]
+        u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            pp, pw, pd, ww, wd, dd = hessian(_stiffness(values.stiffness, e, g), p, w, d)
+            c, strain = _stiffness(values.stiffness, e, g), strains(p, w, d)
+            if damped:
+                p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
+                strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
+            forces = resultants(c, strain)
+            if damped:
+                c = _scaled(c, 1.0 + rate * time)
+            pp, pw, pd, ww, wd, dd = hessian(c, forces, p, w, d)
             row = g * HESSIAN_ROWS
             for k in range(3):
                 store(blocks, row + PP + k, pp[k])

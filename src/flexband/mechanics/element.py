@@ -29,6 +29,36 @@ def strains(p, w, d):
 
 
 @compiled
+def strain_rates(p, w, d, p_rate, w_rate, d_rate):
+    """Return the rates of the six strains."""
+    (px, py), (wx, wy), (dx, dy) = p, w, d
+    (pu, pv), (wu, wv), (du, dv) = p_rate, w_rate, d_rate
+    return (
+        px * pu + py * pv,
+        pu * wx + pv * wy + px * wu + py * wv,
+        wx * wu + wy * wv,
+        dx * du + dy * dv,
+        pu * dx + pv * dy + px * du + py * dv,
+        wu * dx + wv * dy + wx * du + wy * dv,
+    )
+
+
+@compiled
+def retarded(strain, rate, time):
+    """Return strain + time × rate: Kelvin and Voigt's solid has stresses of this strain."""
+    a0, a1, a2, b, g0, g1 = strain
+    ra0, ra1, ra2, rb, rg0, rg1 = rate
+    return (
+        a0 + time * ra0,
+        a1 + time * ra1,
+        a2 + time * ra2,
+        b + time * rb,
+        g0 + time * rg0,
+        g1 + time * rg1,
+    )
+
+
+@compiled
 def resultants(c, strain):
     """Return N₀, N₁, N₂, N_b, Q₀, Q₁: the energy's derivatives by the six strains."""
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
@@ -44,10 +74,10 @@ def resultants(c, strain):
 
 
 @compiled
-def gradient(c, p, w, d):
-    """Return the energy's derivatives by p, w and d, components x and y of each."""
+def gradient(forces, p, w, d):
+    """Return the forces on p, w and d of resultants; without damping, the energy's derivatives."""
     (px, py), (wx, wy), (dx, dy) = p, w, d
-    N0, N1, N2, Nb, Q0, Q1 = resultants(c, strains(p, w, d))
+    N0, N1, N2, Nb, Q0, Q1 = forces
     return (
         (N0 * px + N1 * wx + Q0 * dx, N0 * py + N1 * wy + Q0 * dy),
         (N1 * px + N2 * wx + Q1 * dx, N1 * py + N2 * wy + Q1 * dy),
@@ -56,14 +86,14 @@ def gradient(c, p, w, d):
 
 
 @compiled
-def hessian(c, p, w, d):
-    """Return the energy's second derivatives pp, pw, pd, ww, wd, dd.
+def hessian(c, forces, p, w, d):
+    """Return the energy's second derivatives pp, pw, pd, ww, wd, dd, `forces` being `resultants`.
 
     The symmetric blocks pp, ww, dd are (xx, xy, yy), the others (xx, xy, yx, yy), rows first.
     """
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
     (px, py), (wx, wy), (dx, dy) = p, w, d
-    N0, N1, N2, Nb, Q0, Q1 = resultants(c, strains(p, w, d))
+    N0, N1, N2, Nb, Q0, Q1 = forces
     return (
         (
             N0 + c00 * px * px + c11 * wx * wx + s0 * dx * dx,

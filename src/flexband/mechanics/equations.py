@@ -49,6 +49,7 @@ class Beams(NamedTuple):
     """Elements of all beams."""
 
     first: np.ndarray  # of the element's twelve coordinates
+    damped: np.ndarray  # whether its material is
     slot: np.ndarray  # (elements, 12, 12)
 
 
@@ -111,6 +112,7 @@ class BeamValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # nine rows a Gauss point
+    retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
 
 
 class CableValues(NamedTuple):
@@ -263,7 +265,7 @@ def residual(structure, values, now, z, r):
     add_mass_product(structure.mass, values.mass, z, structure.acceleration, r)
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
-    add_elastic_forces(structure.beams, values.beams, z, r)
+    add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
     add_cable_forces(structure.cables, values.cables, z, r)
     add_spring_forces(
         structure.springs, values.springs, values.functions, now, z, structure.velocity, r
@@ -284,12 +286,14 @@ def to_right_side(structure, r, weight):
 def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
 
-    C is the damping of the springs. Forces that are products are left out: they are small changes,
-    and not symmetric.
+    C is the damping of springs and beams. Forces that are products are left out: they are small
+    changes, and not symmetric.
     """
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
-    add_elastic_tangent(structure.beams, values.beams, z, weight, matrix, blocks)
+    add_elastic_tangent(
+        structure.beams, values.beams, z, structure.velocity, weight, rate, matrix, blocks
+    )
     add_cable_tangent(structure.cables, values.cables, z, weight, matrix, blocks)
     add_spring_tangent(
         structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,

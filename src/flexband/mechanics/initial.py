@@ -52,7 +52,9 @@ def elastic_matrix(structure, values, s, work):
     z, matrix, blocks = work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
-    add_elastic_tangent(structure.beams, values.beams, z, s, matrix, blocks)
+    add_elastic_tangent(
+        structure.beams, values.beams, z, structure.velocity, s, 0.0, matrix, blocks
+    )
     add_cable_tangent(structure.cables, values.cables, z, s, matrix, blocks)
     add_constraint_tangent(
         structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
@@ -74,7 +76,7 @@ def assemble(structure, values, s, work):
         if iteration == 0:
             redundant = left_out
         clear(r)
-        add_elastic_forces(structure.beams, values.beams, z, r)
+        add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
         add_cable_forces(structure.cables, values.cables, z, r)
         add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
         to_right_side(structure, r, s)

@@ -44,7 +44,12 @@ def test_damped_driven_oscillator():
         bodies={"m": fb.PointMass(mass=mass, position=(1.0, 0.0))},
         joints={"line": fb.Slot("m", (0.0, 0.0))},
         loads={"s": fb.Spring("m", (0.0, 0.0), k, 1.0, damping=d, pull=lambda t: pull)},
-        sensors={"r": fb.Position("m"), "v": fb.Velocity("m"), "a": fb.Acceleration("m")},
+        sensors={
+            "r": fb.Position("m"),
+            "v": fb.Velocity("m"),
+            "a": fb.Acceleration("m"),
+            "s": fb.SpringForce("s"),
+        },
     )
     t, zeta = motion.time.values, d / (2 * mass)
     w = np.sqrt(k / mass - zeta**2)
@@ -55,6 +60,9 @@ def test_damped_driven_oscillator():
     balance = mass * motion.sel(output="a_X") + d * motion.sel(output="v_X")
     balance = balance + k * (motion.sel(output="r_X") - 1) + pull
     np.testing.assert_allclose(balance, 0.0, atol=1e-8)
+    force = -mass * motion.sel(output="a_X")
+    np.testing.assert_allclose(motion.sel(output="s_F"), force, atol=1e-8)
+    np.testing.assert_allclose(motion.sel(output="s_l"), motion.sel(output="r_X"), atol=1e-12)
 
 
 def test_cubic_spring_keeps_energy():
@@ -390,3 +398,30 @@ def test_damping_leaves_a_turning_beam_alone():
     energy = motion.sel(output="T").values
     np.testing.assert_allclose(energy[1, 20:], energy[1, -1], rtol=1e-4)
     np.testing.assert_allclose(energy[1, -1], energy[0].mean(), rtol=1e-3)
+
+
+def test_force_of_a_spring_that_is_relaxed_at_the_start():
+    k = np.array([50.0, 80.0])
+    motion = run(
+        bodies={"m": fb.PointMass(mass=1.0, position=(1.1, 0.0))},
+        joints={"drive": fb.PrescribedPath("m", lambda t: 1.1 + t, lambda t: 0.0)},
+        loads={"s": fb.Spring("m", (0.0, 0.0), k, cubic=30.0)},
+        sensors={"s": fb.SpringForce("s"), "F": fb.Reaction("drive")},
+    )
+    t = motion.time.values
+    exact = k[:, None] * t + 30.0 * t**3
+    np.testing.assert_allclose(motion.sel(output="s_F"), exact, atol=1e-6)
+    np.testing.assert_allclose(motion.sel(output="F_X")[:, 50:], exact[:, 50:], atol=1e-3)
+
+
+def test_deflection_is_seen_from_the_chord():
+    body = fb.Cable(
+        length=2.0, elements=4, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=10.0,
+        curvature=0.5, angle=0.7,
+    )  # fmt: skip
+    model = fb.Mechanism(bodies={"c": body}, sensors={"d": fb.Deflection("c")})
+    sag = -(1 - np.cos(0.5)) / 0.5  # an arc to the left has its middle to the right of the chord
+    start = fb.simulate(model, duration=1e-3, step=1e-3).isel(time=0)
+    assert float(start.squeeze()) == pytest.approx(sag, rel=1e-9)
+    with pytest.raises(fb.InputError, match="spring 'x' is not in the mechanism"):
+        fb.Mechanism(bodies={"c": body}, sensors={"s": fb.SpringForce("x")})

@@ -141,6 +141,18 @@ class Mechanism:
         count = owners.count(f"joint {name!r}")
         return self.joints[name], [Form.variable(first + k) for k in range(count)]
 
+    def spring(self, name: str) -> Spring:
+        """Return a spring.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such spring.
+        """
+        springs = {k: load for k, load in self.loads.items() if isinstance(load, Spring)}
+        _within("spring", name, springs)
+        return springs[name]
+
     def mass_entries(self) -> dict[tuple[int, int], np.ndarray]:
         """Return the entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
         first = self.first_coordinates()

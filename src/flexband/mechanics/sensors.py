@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, known
-from flexband.mechanics.forms import Form, Frame
+from flexband.mechanics.forms import Form, Frame, subtract
 from flexband.mechanics.joints import Joint, PointName
+from flexband.mechanics.loads import Spring
 
 Pick = Callable[[ArrayLike], np.ndarray]
 """Takes a parameter, a number or one a sample, to its values for the lanes of a block."""
@@ -38,6 +39,10 @@ class Model(Protocol):
 
     def joint(self, name: str) -> tuple[Joint, Sequence[Form]]:
         """Return a joint and its multipliers."""
+        ...
+
+    def spring(self, name: str) -> Spring:
+        """Return a spring."""
         ...
 
     def kinetic_energy(self) -> Form:
@@ -240,3 +245,70 @@ class KineticEnergy(_Plain):
     def rows(self, model: Model) -> Sequence[Form]:
         """Return ½ vᵀ M v."""
         return [model.kinetic_energy()]
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """How far a point of a beam or cable is to the left of the chord from start to end [m].
+
+    Parameters
+    ----------
+    body : name of the beam or cable.
+    place : the point of it, "middle" or the part of the length from the start.
+    """
+
+    body: str
+    place: str = "middle"
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return one output in metres."""
+        return [("", "m")]
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return the positions of start, point and end."""
+        names = ("start", self.place, "end")
+        return [form for name in names for form in model.frame(f"{self.body}.{name}").position]
+
+    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+        """Return the distance from the chord, positive to the left of its direction."""
+        ax, ay, x, y, bx, by = rows
+        chord_x, chord_y = bx - ax, by - ay
+        return ((chord_x * (y - ay) - chord_y * (x - ax)) / np.hypot(chord_x, chord_y))[None]
+
+
+@dataclass(frozen=True)
+class SpringForce:
+    """What a spring, damper and actuator pulls with [N], and its length [m]: outputs "_F" and "_l".
+
+    The length at rest of a spring that is relaxed at the start is its length there.
+    """
+
+    spring: str
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return the force in newtons and the length in metres."""
+        return [("_F", "N"), ("_l", "m")]
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return the spring's vector, its rate, its numbers and its pull."""
+        spring = model.spring(self.spring)
+        first, second = spring.first, spring.second
+        apart = subtract(model.frame(first).position, model.frame(second).position)
+        rate = subtract(model.velocity(first).position, model.velocity(second).position)
+        number, function = spring.actuator
+        pull = Form.constant(number) * (Form.function(function) if function else 1.0)
+        rest = 0.0 if spring.rest_length is None else spring.rest_length
+        relaxed = 1.0 if spring.rest_length is None else 0.0
+        numbers = (spring.stiffness, rest, relaxed, spring.cubic, spring.damping)
+        return [*apart, *rate, *map(Form.constant, numbers), pull]
+
+    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+        """Return k x + k₃ x³ + d ℓ̇ + f and ℓ."""
+        x, y, vx, vy, stiffness, rest, relaxed, cubic, damping, pull = rows
+        length = np.hypot(x, y)
+        stretch = length - rest - relaxed * length[:1]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            rate = np.where(length > 0, (x * vx + y * vy) / length, 0.0)
+        return np.stack(
+            [stretch * (stiffness + cubic * stretch**2) + damping * rate + pull, length]
+        )

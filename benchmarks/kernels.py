@@ -12,11 +12,12 @@ from harness import ROOT, alternate, medians, options, report
 import flexband as fb
 from flexband.lanes import WIDTH, compiled, filled
 from flexband.mechanics.assembly import assemble
-from flexband.mechanics.equations import Work, residual, tangent
+from flexband.mechanics.equations import residual, tangent
 from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.generalized_alpha import march
 from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
+from flexband.mechanics.structure import Work
 
 DURATION, STEP = 0.6, 1e-3
 

@@ -26,9 +26,9 @@ from flexband.mechanics import (
     spring_forces,
 )
 from flexband.mechanics.assembly import assemble
-from flexband.mechanics.equations import Work
 from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
+from flexband.mechanics.structure import Work
 
 CHAINS = 12
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.cable import Cable
     from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
     from flexband.mechanics.equilibrium import equilibrium
+    from flexband.mechanics.force_sensors import Reaction, ReactionMoment, SpringForce
     from flexband.mechanics.generalized_alpha import GeneralizedAlpha
     from flexband.mechanics.integration import FullIntegration, SelectiveIntegration
     from flexband.mechanics.joints import Distance, Prismatic, Revolute, Slot, Weld
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
         Deflection,
         KineticEnergy,
         Position,
-        Reaction,
-        ReactionMoment,
-        SpringForce,
         Velocity,
     )
     from flexband.mechanics.simulate import simulate
@@ -57,6 +55,7 @@ _MODULES = {
     "mechanics.mechanism": ["Mechanism"],
     "mechanics.modes": ["modes"],
     "mechanics.response": ["dynamic_response"],
+    "mechanics.force_sensors": ["Reaction", "ReactionMoment", "SpringForce"],
     "mechanics.sensors": [
         "Acceleration",
         "Angle",
@@ -64,9 +63,6 @@ _MODULES = {
         "Deflection",
         "KineticEnergy",
         "Position",
-        "Reaction",
-        "ReactionMoment",
-        "SpringForce",
         "Velocity",
     ],
     "mechanics.simulate": ["simulate"],

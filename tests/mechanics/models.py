@@ -8,11 +8,12 @@ from numba import njit
 import flexband as fb
 from flexband.lanes import WIDTH, filled
 from flexband.mechanics.assembly import assemble
-from flexband.mechanics.equations import Work, residual, tangent
+from flexband.mechanics.equations import residual, tangent
 from flexband.mechanics.factorization import factorize, solve, to_dense
 from flexband.mechanics.generalized_alpha import march
 from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
+from flexband.mechanics.structure import Work
 
 
 def slider_crank(

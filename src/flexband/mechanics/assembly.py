@@ -13,12 +13,12 @@ from flexband.errors import InputError
 from flexband.mechanics.beam import Beam
 from flexband.mechanics.cable import Cable
 from flexband.mechanics.centre_line import GAUSS_POINTS, CentreLine
-from flexband.mechanics.equations import Beams, Cables, Mass, Products, Springs, Structure, Terms
 from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.sensors import Sensor
+from flexband.mechanics.structure import Beams, Cables, Mass, Products, Springs, Structure, Terms
 
 RELAXED = -1.0
 """Rest length of a spring that is relaxed at the start."""

@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 from flexband.errors import whole
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System
-from flexband.mechanics.equations import Values, Work
 from flexband.mechanics.failures import WRONG_BRANCH
 from flexband.mechanics.generalized_alpha import GeneralizedAlpha, march
 from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
+from flexband.mechanics.structure import Values, Work
 
 Progress = Callable[[int, int], object]
 """Told now and then how many runs are done, and of how many."""

@@ -10,12 +10,12 @@ import numpy as np
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import assemble
 from flexband.mechanics.batch import compiling
-from flexband.mechanics.equations import Work
 from flexband.mechanics.failures import raise_failures
 from flexband.mechanics.initial import start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 from flexband.mechanics.redundancy import dependent
+from flexband.mechanics.structure import Work
 
 
 def describe(mechanism: Mechanism) -> str:

@@ -10,10 +10,6 @@ State `z` also holds velocities and accelerations: z = [1, q, λ | 0, v | 0, a],
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
 from flexband.lanes import (
     add_to,
     compiled,
@@ -25,153 +21,10 @@ from flexband.lanes import (
     maximum,
     store,
     where,
-    zeros,
 )
 from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent
-from flexband.mechanics.centre_line import GAUSS_POINTS
-from flexband.mechanics.elastic_forces import HESSIAN_ROWS, add_elastic_forces, add_elastic_tangent
-from flexband.mechanics.factorization import Pattern
+from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent
-
-CONSTRAINT_TOLERANCE = 1e-9
-"""What constraints may be off, relative to the size of the mechanism."""
-
-
-class Mass(NamedTuple):
-    """Entries (i, j), i ≤ j, of the mass matrix."""
-
-    i: np.ndarray
-    j: np.ndarray
-    slot: np.ndarray
-
-
-class Beams(NamedTuple):
-    """Elements of all beams."""
-
-    first: np.ndarray  # of the element's twelve coordinates
-    damped: np.ndarray  # whether its material is
-    slot: np.ndarray  # (elements, 12, 12)
-
-
-class Cables(NamedTuple):
-    """Elements of all cables."""
-
-    first: np.ndarray  # of the element's eight coordinates
-    slot: np.ndarray  # (elements, 8, 8)
-
-
-class Springs(NamedTuple):
-    """Springs and the coordinates that each depends on."""
-
-    start: np.ndarray  # spring -> first of its coordinates
-    coordinate: np.ndarray
-    f: np.ndarray  # function of time that multiplies the pull
-    slot: np.ndarray  # (springs, most coordinates, most coordinates)
-
-
-class Terms(NamedTuple):
-    """Products of the constraints, those with two variables first."""
-
-    k: np.ndarray  # multiplier
-    i: np.ndarray
-    j: np.ndarray
-    f: np.ndarray  # function of time
-    slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
-    products: int  # how many have i > 0
-
-
-class Products(NamedTuple):
-    """Products c f(t) z_i z_j, each for a row of forces or of sensors."""
-
-    row: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    f: np.ndarray
-
-
-class Structure(NamedTuple):
-    """What is the same for all samples: sizes, and which number goes where."""
-
-    coordinates: int
-    multipliers: int
-    velocity: int  # row of z where [0, v] starts
-    acceleration: int  # row of z where [0, a] starts
-    functions: int  # of time, the constant one included
-    mass: Mass
-    beams: Beams
-    cables: Cables
-    springs: Springs
-    terms: Terms
-    forces: Products  # rows as [1, q]
-    sensors: Products
-    pattern: Pattern
-
-
-class BeamValues(NamedTuple):
-    """Numbers of the elements."""
-
-    inverse_length: np.ndarray
-    stiffness: np.ndarray  # nine rows a Gauss point
-    retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
-
-
-class CableValues(NamedTuple):
-    """Numbers of the cables' elements."""
-
-    inverse_length: np.ndarray
-    stiffness: np.ndarray  # four rows a Gauss point
-
-
-class SpringValues(NamedTuple):
-    """Numbers of the springs; x and y are coefficients of their coordinates."""
-
-    x: np.ndarray
-    y: np.ndarray
-    stiffness: np.ndarray
-    rest_length: np.ndarray  # negative: relaxed at the start
-    cubic: np.ndarray
-    damping: np.ndarray
-    pull: np.ndarray
-
-
-class Values(NamedTuple):
-    """The numbers of one block of samples, each of shape (rows, WIDTH)."""
-
-    start: np.ndarray  # guess of [1, q]
-    velocity: np.ndarray  # wish for [0, v]
-    inverse_scale: np.ndarray  # of [1, q]: one over the size of the mechanism, or one
-    mass: np.ndarray
-    force: np.ndarray  # constant forces on [1, q]
-    rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
-    coefficient: np.ndarray  # of terms
-    load: np.ndarray  # coefficients of forces
-    sensor: np.ndarray
-    functions: np.ndarray  # `Structure.functions` rows a time
-    rates: np.ndarray  # values, first and second derivatives of the functions at the start
-    beams: BeamValues
-    cables: CableValues
-    springs: SpringValues
-
-
-class Work(NamedTuple):
-    """Work space of one block, each array of shape (rows, WIDTH)."""
-
-    z: np.ndarray
-    a: np.ndarray  # the integrator's acceleration-like variable, rows as [1, q]
-    r: np.ndarray  # residual, then solution, rows as [1, q, λ]
-    matrix: np.ndarray
-    inverse_pivots: np.ndarray
-    row: np.ndarray  # of the factor, while it is made
-    blocks: np.ndarray  # second derivatives at the Gauss points of an element
-    rate: np.ndarray  # of Newton's convergence, one row
-
-    @staticmethod
-    def of(structure: Structure) -> Work:
-        """Return work space for a mechanism, zeros."""
-        pattern, q = structure.pattern, structure.coordinates + 1
-        rows = (pattern.unknowns + 1 + 2 * q, q, pattern.unknowns + 1, pattern.rows)
-        rows += (4 * pattern.tiles, 4 * pattern.longest_row, GAUSS_POINTS * HESSIAN_ROWS, 1)
-        return Work(*(zeros(count) for count in rows))
 
 
 @compiled
@@ -209,10 +62,10 @@ def add_products(products, coefficient, functions, now, z, rows, sign):
 
 
 @inlined
-def violated_constraint(structure, values, now, z, r):
+def violated_constraint(structure, values, now, z, r, tolerance):
     """Return the multiplier of the constraint that is furthest off, 0 where all are met.
 
-    `r` is work space.
+    `tolerance` is relative to the size of the mechanism, `r` work space.
     """
     clear(r)
     add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
@@ -221,7 +74,7 @@ def violated_constraint(structure, values, now, z, r):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
         worst = where(less(off, largest), worst, filled(float(k)))
         largest = maximum(off, largest)
-    return where(less(largest, filled(CONSTRAINT_TOLERANCE)), filled(0.0), worst)
+    return where(less(largest, filled(tolerance)), filled(0.0), worst)
 
 
 @compiled

@@ -9,12 +9,12 @@ from flexband.errors import numbers, whole
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble
 from flexband.mechanics.batch import compiling, derive, in_parallel
-from flexband.mechanics.equations import Values, Work
 from flexband.mechanics.failures import raise_failures
 from flexband.mechanics.initial import start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 from flexband.mechanics.settle import settle
+from flexband.mechanics.structure import Values, Work
 
 
 def equilibrium(

@@ -41,6 +41,7 @@ from flexband.mechanics.factorization import factorize, solve
 ITERATIONS = 30
 REFRESH = 5  # iterations on one factorization before a new one
 FIRST_RATE = 0.1  # of Newton's convergence, before it has been seen
+IMPLIED = 1e-6  # what a redundant constraint may be off on the way, relative to the size
 DIVERGED, CONTRADICTED = 3.0, 4.0
 
 
@@ -181,7 +182,7 @@ def march(structure, method, tolerance, values, work, outputs, failure):
         diverged, redundant = newton(structure, method, tolerance, values, now, work, alive)
         code, worst = diverged * DIVERGED, filled(0.0)
         if any_true(redundant):
-            violated = violated_constraint(structure, values, now, z, work.r)
+            violated = violated_constraint(structure, values, now, z, work.r, IMPLIED)
             worst = where(redundant, violated, filled(0.0))
             code = where(diverged, code, where(worst, filled(CONTRADICTED), filled(0.0)))
         new = where(alive, code, filled(0.0))

@@ -40,6 +40,7 @@ from flexband.mechanics.factorization import factorize, solve
 from flexband.mechanics.spring_forces import spring_vector
 
 ITERATIONS = 50
+CONSTRAINTS_MET = 1e-9  # what constraints may be off, relative to the size
 POSITION_TOLERANCE = 1e-12  # of the last correction, relative to the size
 VELOCITY_SWEEPS = 4
 
@@ -89,7 +90,7 @@ def assemble(structure, values, s, work):
         moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
         if not any_true(moving):
             break
-    return violated_constraint(structure, values, np.int64(0), z, r), redundant
+    return violated_constraint(structure, values, np.int64(0), z, r, CONSTRAINTS_MET), redundant
 
 
 @inlined

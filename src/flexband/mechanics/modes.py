@@ -17,7 +17,7 @@ from flexband.errors import known, whole
 from flexband.lanes import WIDTH, cached, filled
 from flexband.mechanics.assembly import System, assemble
 from flexband.mechanics.batch import compiling, derive
-from flexband.mechanics.equations import Work, sense, tangent
+from flexband.mechanics.equations import sense, tangent
 from flexband.mechanics.equilibrium import rest
 from flexband.mechanics.factorization import to_dense
 from flexband.mechanics.failures import raise_failures
@@ -25,6 +25,7 @@ from flexband.mechanics.initial import start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 from flexband.mechanics.redundancy import RANK
+from flexband.mechanics.structure import Work
 
 NUDGE = 1e-6
 """Size of the displacement by which sensors are differentiated."""

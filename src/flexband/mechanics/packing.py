@@ -9,7 +9,7 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.lanes import to_lanes
 from flexband.mechanics.assembly import System
-from flexband.mechanics.equations import BeamValues, CableValues, SpringValues, Values
+from flexband.mechanics.structure import BeamValues, CableValues, SpringValues, Values
 
 WRITTEN = "springs.rest_length"
 """What is known after assembly only: each block needs rows of its own."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, groupby
 
@@ -11,20 +11,18 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
 from flexband.mechanics.beam import Beam
-from flexband.mechanics.cable import Cable
-from flexband.mechanics.centre_line import GAUSS_POINTS, CentreLine
+from flexband.mechanics.centre_line import CentreLine
+from flexband.mechanics.elements import Elements, rigidity
 from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.sensors import Sensor
+from flexband.mechanics.stacking import count_samples, indices, stack
 from flexband.mechanics.structure import Beams, Cables, Mass, Products, Springs, Structure, Terms
 
 RELAXED = -1.0
 """Rest length of a spring that is relaxed at the start."""
-
-RIGIDITY = 1e10
-"""Weight of the beams' stiffness against their inertia in the projections at the start."""
 
 
 @dataclass(frozen=True)
@@ -60,37 +58,6 @@ class System:
         return (self.sensors[-1][1].stop if self.sensors else 0) + len(self.conditions)
 
 
-class _Elements:
-    """Elements of one kind, of all bodies."""
-
-    def __init__(self, coordinates: int):
-        self.coordinates = coordinates
-        self.first: list[int] = []
-        self.inverse_length: list[np.ndarray] = []
-        self.stiffness: list[np.ndarray] = []
-        self.retardation: list[ArrayLike] = []
-
-    def take(self, body: Beam | Cable, first: int) -> None:
-        """Append the elements of a body whose coordinates start at z_first."""
-        self.first += [first + body.per_node * e for e in range(body.elements)]
-        self.inverse_length += [1 / body.element_length] * body.elements
-        numbers = body.section_stiffness()
-        self.stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
-        if isinstance(body, Beam):
-            self.retardation += [body.retardation] * body.elements
-
-    def couples(self) -> Iterator[tuple[int, int]]:
-        """Return the pairs of coordinates that share an element."""
-        for e in self.first:
-            yield from combinations_with_replacement(range(e, e + self.coordinates), 2)
-
-    def slots(self, slot: Callable[[int, int], int]) -> np.ndarray:
-        """Return the matrix rows of all pairs, (elements, coordinates, coordinates)."""
-        own = range(self.coordinates)
-        rows = _indices(slot(e + i, e + j) for e in self.first for i in own for j in own)
-        return rows.reshape(-1, self.coordinates, self.coordinates)
-
-
 def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism.
 
@@ -105,7 +72,7 @@ def assemble(mechanism: Mechanism) -> System:
     velocity: list[ArrayLike] = [0.0]
     mass: dict[tuple[int, int], np.ndarray] = {}
     nodes: list[int] = []
-    beams, cables = _Elements(12), _Elements(8)
+    beams, cables = Elements(12), Elements(8)
     for name, body in mechanism.bodies.items():
         try:
             start += body.coordinates()
@@ -158,31 +125,31 @@ def assemble(mechanism: Mechanism) -> System:
         acceleration=2 + 2 * count + len(owners),
         functions=len(functions) + 1,
         mass=Mass(
-            i=_indices(i for i, _ in mass),
-            j=_indices(j for _, j in mass),
-            slot=_indices(slot(i, j) for i, j in mass),
+            i=indices(i for i, _ in mass),
+            j=indices(j for _, j in mass),
+            slot=indices(slot(i, j) for i, j in mass),
         ),
         beams=Beams(
-            first=_indices(beams.first),
+            first=indices(beams.first),
             damped=np.array([np.any(np.asarray(t) > 0) for t in beams.retardation], dtype=bool),
             slot=beams.slots(slot),
         ),
-        cables=Cables(_indices(cables.first), cables.slots(slot)),
+        cables=Cables(indices(cables.first), cables.slots(slot)),
         springs=Springs(
             start=np.cumsum([0] + [len(c) for c in coordinates]),
-            coordinate=_indices(i for c in coordinates for i in c),
-            f=_indices(numbers_of[spring.actuator[1]] for spring in springs),
+            coordinate=indices(i for c in coordinates for i in c),
+            f=indices(numbers_of[spring.actuator[1]] for spring in springs),
             slot=spring_slot,
         ),
         terms=Terms(
-            *(_indices(t[k] for t in terms[0]) for k in range(4)),
-            slot=_indices(
+            *(indices(t[k] for t in terms[0]) for k in range(4)),
+            slot=indices(
                 slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
             ).reshape(-1, 3),
             products=sum(i > 0 for _, i, _, _ in terms[0]),
         ),
-        forces=Products(*(_indices(t[k] for t in force_terms[0]) for k in range(4))),
-        sensors=Products(*(_indices(t[k] for t in sensor_terms[0]) for k in range(4))),
+        forces=Products(*(indices(t[k] for t in force_terms[0]) for k in range(4))),
+        sensors=Products(*(indices(t[k] for t in sensor_terms[0]) for k in range(4))),
         pattern=pattern,
     )
     spring_x, spring_y = (
@@ -200,7 +167,7 @@ def assemble(mechanism: Mechanism) -> System:
         "beams.retardation": beams.retardation,
         "cables.inverse_length": cables.inverse_length,
         "cables.stiffness": cables.stiffness,
-        "rigidity": [_rigidity(beams, cables, mass)],
+        "rigidity": [rigidity(beams, cables, mass)],
         "coefficient": terms[1],
         "springs.x": spring_x,
         "springs.y": spring_y,
@@ -214,9 +181,9 @@ def assemble(mechanism: Mechanism) -> System:
         "load": force_terms[1],
         "sensor": sensor_terms[1],
     }
-    stacked = {name: _stack(values) for name, values in rows.items()}
+    stacked = {name: stack(values) for name, values in rows.items()}
     driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
-    samples = _samples([*stacked.values(), *driven])
+    samples = count_samples([*stacked.values(), *driven])
     return System(
         structure, samples, stacked, functions, owners, outputs, units, sensors, conditions
     )
@@ -303,63 +270,17 @@ def _constant_forces(
     return forces
 
 
-def _rigidity(beams: _Elements, cables: _Elements, mass: dict) -> ArrayLike:
-    """Return a weight [s²] that makes beams all but rigid, `RIGIDITY` over the highest ω².
-
-    For a beam that is about the frequency of the section's breathing, ∫ c_bb dx over the inertia of
-    r_y, for a cable that of a node on the axial stiffness, ∫ EA dx / l² over the node's inertia.
-    """
-    squares = []
-    if beams.first:
-        breathing = _stack(beams.stiffness)[6::9].reshape(len(beams.first), GAUSS_POINTS, -1)
-        inertia = _stack([mass[e + 4, e + 4] for e in beams.first])
-        squares.append((breathing.sum(axis=1) / inertia).max(axis=0))
-    if cables.first:
-        axial = _stack(cables.stiffness)[0::4].reshape(len(cables.first), GAUSS_POINTS, -1)
-        inertia = _stack([mass[e, e] for e in cables.first])
-        inverse_length = _stack(cables.inverse_length)
-        squares.append((axial.sum(axis=1) * inverse_length**2 / inertia).max(axis=0))
-    return RIGIDITY / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else 1.0
-
-
 def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray], nodes: list[int]) -> list:
     """Return 1/size for positions and 1 for directions; the size is that of the whole mechanism.
 
     It is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
-    x, y = (_stack([start[node + axis] for node in nodes]) for axis in range(2))
+    x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
     none = np.zeros(())
     gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]
-    size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + _stack(gyration).max(axis=0)
+    size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + stack(gyration).max(axis=0)
     size = np.where(size > 0, size, 1.0)  # a single point mass has none
     scale: list = [1.0] * len(start)
     for node in nodes:
         scale[node] = scale[node + 1] = 1 / size
     return scale
-
-
-def _stack(values: Sequence[ArrayLike]) -> np.ndarray:
-    """Stack numbers and arrays of shape (n,) to shape (rows, n or 1)."""
-    arrays = [np.atleast_1d(np.asarray(v, dtype=float)) for v in values]
-    stacked = np.empty((len(arrays), _samples(arrays)))
-    for row, array in zip(stacked, arrays, strict=True):
-        row[:] = array
-    return stacked
-
-
-def _samples(arrays) -> int:
-    """Return the number of samples, the last axis of all arrays that are longer than one.
-
-    Raises
-    ------
-    InputError
-        Where they differ.
-    """
-    sizes = sorted({a.shape[-1] for a in arrays} - {1})
-    if len(sizes) > 1:
-        raise InputError(f"parameters have different numbers of samples: {sizes}")
-    return sizes[0] if sizes else 1
-
-
-def _indices(values) -> np.ndarray:
-    return np.fromiter(values, dtype=np.int64)

@@ -1,0 +1,67 @@
+"""The elements of all beams or of all cables, gathered from their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import combinations_with_replacement
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.mechanics.beam import Beam
+from flexband.mechanics.cable import Cable
+from flexband.mechanics.centre_line import GAUSS_POINTS
+from flexband.mechanics.stacking import indices, stack
+
+RIGIDITY = 1e10
+"""Weight of the beams' stiffness against their inertia in the projections at the start."""
+
+
+class Elements:
+    """Elements of one kind, of all bodies."""
+
+    def __init__(self, coordinates: int):
+        self.coordinates = coordinates
+        self.first: list[int] = []
+        self.inverse_length: list[np.ndarray] = []
+        self.stiffness: list[np.ndarray] = []
+        self.retardation: list[ArrayLike] = []
+
+    def take(self, body: Beam | Cable, first: int) -> None:
+        """Append the elements of a body whose coordinates start at z_first."""
+        self.first += [first + body.per_node * e for e in range(body.elements)]
+        self.inverse_length += [1 / body.element_length] * body.elements
+        numbers = body.section_stiffness()
+        self.stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
+        if isinstance(body, Beam):
+            self.retardation += [body.retardation] * body.elements
+
+    def couples(self) -> Iterator[tuple[int, int]]:
+        """Return the pairs of coordinates that share an element."""
+        for e in self.first:
+            yield from combinations_with_replacement(range(e, e + self.coordinates), 2)
+
+    def slots(self, slot: Callable[[int, int], int]) -> np.ndarray:
+        """Return the matrix rows of all pairs, (elements, coordinates, coordinates)."""
+        own = range(self.coordinates)
+        rows = indices(slot(e + i, e + j) for e in self.first for i in own for j in own)
+        return rows.reshape(-1, self.coordinates, self.coordinates)
+
+
+def rigidity(beams: Elements, cables: Elements, mass: dict) -> ArrayLike:
+    """Return a weight [s²] that makes beams all but rigid, `RIGIDITY` over the highest ω².
+
+    For a beam that is about the frequency of the section's breathing, ∫ c_bb dx over the inertia of
+    r_y, for a cable that of a node on the axial stiffness, ∫ EA dx / l² over the node's inertia.
+    """
+    squares = []
+    if beams.first:
+        breathing = stack(beams.stiffness)[6::9].reshape(len(beams.first), GAUSS_POINTS, -1)
+        inertia = stack([mass[e + 4, e + 4] for e in beams.first])
+        squares.append((breathing.sum(axis=1) / inertia).max(axis=0))
+    if cables.first:
+        axial = stack(cables.stiffness)[0::4].reshape(len(cables.first), GAUSS_POINTS, -1)
+        inertia = stack([mass[e, e] for e in cables.first])
+        inverse_length = stack(cables.inverse_length)
+        squares.append((axial.sum(axis=1) * inverse_length**2 / inertia).max(axis=0))
+    return RIGIDITY / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import time
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -54,6 +55,19 @@ def kernel_time(kernel, count: int, *arguments) -> float:
     return 1e6 * (time.perf_counter() - begin) / count
 
 
+def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
+    """Return what times each kernel, compiled."""
+    kernels = {
+        "residual": residuals,
+        "tangent": tangents,
+        "tangent and factorization": tangents_and_factors,
+        "solution": solutions,
+    }
+    for kernel in kernels.values():
+        kernel_time(kernel, 1, *arguments)  # compile
+    return {name: partial(kernel_time, k, count, *arguments) for name, k in kernels.items()}
+
+
 def main() -> None:
     chosen = options(__doc__, 10_000)
     mechanism = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["slider_crank"]
@@ -73,14 +87,7 @@ def main() -> None:
 
     step_time()  # compile
     cases = {"one step, all of it": step_time}
-    for name, kernel in {
-        "residual": residuals,
-        "tangent": tangents,
-        "tangent and factorization": tangents_and_factors,
-        "solution": solutions,
-    }.items():
-        kernel_time(kernel, 1, structure, values, work)  # compile
-        cases[name] = partial(kernel_time, kernel, chosen.samples, structure, values, work)
+    cases |= kernel_cases(chosen.samples, structure, values, work)
     measured = alternate(cases, chosen.repeats)
     middle = medians(measured)
     pattern = structure.pattern

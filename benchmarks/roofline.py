@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import runpy
 from contextlib import contextmanager
-from functools import partial
 from types import ModuleType
 
 import numpy as np
 from harness import ROOT, alternate, medians, options, report
-from kernels import kernel_time, residuals, solutions, tangents, tangents_and_factors
+from kernels import kernel_cases, kernel_time
 
 from flexband import lanes
 from flexband.lanes import WIDTH, compiled, load, store
@@ -128,14 +127,7 @@ def main() -> None:
     array = lanes.zeros(3) + 0.5
     repeats = np.int64(chosen.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
-    for name, kernel in {
-        "residual": residuals,
-        "tangent": tangents,
-        "tangent and factorization": tangents_and_factors,
-        "solution": solutions,
-    }.items():
-        kernel_time(kernel, 1, structure, values, work)  # compile
-        cases[name] = partial(kernel_time, kernel, chosen.samples, structure, values, work)
+    cases |= kernel_cases(chosen.samples, structure, values, work)
     cases["multiply-adds"]()
     measured = alternate(cases, chosen.repeats)
     us = medians(measured)

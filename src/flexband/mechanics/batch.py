@@ -76,12 +76,17 @@ def march_block(system: System, method, tolerance: float, values: Values, times:
     The conditions of the joints follow the rows of the sensors.
     """
     series = np.zeros((times, system.sensed, WIDTH))
-    failure = np.zeros((4, WIDTH))
-    work = Work.of(system.structure)
-    start(system.structure, values, work, failure)
+    work, failure = begin(system, values)
     first = work.z[:, 0].copy()
     march(system.structure, method, tolerance, values, work, series, failure)
     return series, failure, first
+
+
+def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
+    """Return the state of a block at time zero, and its failures (4, WIDTH)."""
+    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    start(system.structure, values, work, failure)
+    return work, failure
 
 
 def derive(system: System, rows: np.ndarray, samples: np.ndarray) -> np.ndarray:

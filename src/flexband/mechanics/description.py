@@ -9,13 +9,11 @@ import numpy as np
 
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import compiling
+from flexband.mechanics.batch import begin, compiling
 from flexband.mechanics.failures import raise_failures
-from flexband.mechanics.initial import start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 from flexband.mechanics.redundancy import dependent
-from flexband.mechanics.structure import Work
 
 
 def describe(mechanism: Mechanism) -> str:
@@ -29,9 +27,8 @@ def describe(mechanism: Mechanism) -> str:
         As `simulate` does.
     """
     system = assemble(mechanism)
-    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
     with compiling():
-        start(system.structure, pack(system, np.array([0.0, 1.0]))(0), work, failure)
+        work, failure = begin(system, pack(system, np.array([0.0, 1.0]))(0))
     raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
     redundant, names = dependent(system, work.z[:, 0])
 

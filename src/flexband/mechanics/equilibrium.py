@@ -8,9 +8,8 @@ import xarray as xr
 from flexband.errors import numbers, whole
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble
-from flexband.mechanics.batch import compiling, derive, in_parallel
+from flexband.mechanics.batch import begin, compiling, derive, in_parallel
 from flexband.mechanics.failures import raise_failures
-from flexband.mechanics.initial import start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 from flexband.mechanics.settle import settle
@@ -74,9 +73,8 @@ def equilibrium(
 
 def rest(system: System, values: Values, steps: int) -> tuple[np.ndarray, np.ndarray, Work]:
     """Bring one block to rest; return the sensors' rows (rows, WIDTH), failures and the state."""
-    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work, failure = begin(system, values)
     rows = np.zeros((system.sensed, WIDTH))
-    start(system.structure, values, work, failure)
     work.z[1 + system.structure.coordinates : 1 + system.structure.pattern.unknowns] = 0.0
     for k in range(1, steps + 1):
         part = k / steps

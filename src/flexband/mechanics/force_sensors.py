@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.errors import InputError, known
-from flexband.mechanics.forms import Form, subtract
+from flexband.mechanics.forms import Form
 from flexband.mechanics.sensors import Model, Pick, Plain
 
 
@@ -101,9 +101,7 @@ class SpringForce:
     def rows(self, model: Model) -> Sequence[Form]:
         """Return the spring's vector, its rate, its numbers and its pull."""
         spring = model.spring(self.spring)
-        first, second = spring.first, spring.second
-        apart = subtract(model.frame(first).position, model.frame(second).position)
-        rate = subtract(model.velocity(first).position, model.velocity(second).position)
+        apart, rate = spring.separation(model.frame), spring.separation(model.velocity)
         number, function = spring.actuator
         pull = Form.constant(number) * (Form.function(function) if function else 1.0)
         rest = 0.0 if spring.rest_length is None else spring.rest_length

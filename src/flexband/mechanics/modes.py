@@ -16,12 +16,11 @@ from scipy.linalg import eigh, null_space
 from flexband.errors import known, whole
 from flexband.lanes import WIDTH, cached, filled
 from flexband.mechanics.assembly import System, assemble
-from flexband.mechanics.batch import compiling, derive
+from flexband.mechanics.batch import begin, compiling, derive
 from flexband.mechanics.equations import sense, tangent
 from flexband.mechanics.equilibrium import rest
 from flexband.mechanics.factorization import to_dense
 from flexband.mechanics.failures import raise_failures
-from flexband.mechanics.initial import start
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
 from flexband.mechanics.redundancy import RANK
@@ -72,8 +71,7 @@ def modes(
             if about == "equilibrium":
                 _, failure, work = rest(system, values, steps)
             else:
-                work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
-                start(system.structure, values, work, failure)
+                work, failure = begin(system, values)
             failures[own] = failure.T[: len(own)]
             M, K, Phi = _linear(system, values, work)
         for lane in range(len(own)):

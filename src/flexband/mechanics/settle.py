@@ -20,7 +20,7 @@ from flexband.lanes import (
     store,
     where,
 )
-from flexband.mechanics.equations import residual, sense, tangent
+from flexband.mechanics.equations import residual, sense, tangent, to_right_side
 from flexband.mechanics.factorization import factorize, solve
 
 ITERATIONS = 200
@@ -51,9 +51,7 @@ def settle(structure, values, work, outputs, failure):
         residual(structure, values, now, z, r)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
         factorize(structure.pattern, matrix, pivots, work.row)
-        for i in range(1, structure.pattern.unknowns + 1):
-            part = load(r, i)
-            store(r, i, -part if i <= structure.coordinates else -part / w)
+        to_right_side(structure, r, w)
         solve(structure.pattern, matrix, pivots, r)
         largest = filled(0.0)
         for i in range(1, structure.coordinates + 1):

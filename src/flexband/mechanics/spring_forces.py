@@ -12,7 +12,8 @@ def add_spring_forces(springs, values, functions, now, z, velocity, r):
     """Add the forces k x + k₃ x³ + d ℓ̇ + f with x = ℓ − ℓ₀; [0, v] starts in row `velocity`."""
     for s in range(len(springs.start) - 1):
         x, y, length = spring_vector(springs, values, z, s)
-        tension = _tension(springs, values, functions, now, z, velocity, s) / length
+        vector = x, y, length
+        tension = _tension(springs, values, functions, now, z, velocity, s, vector) / length
         for p in range(springs.start[s], springs.start[s + 1]):
             force = x * load(values.x, p) + y * load(values.y, p)
             add_to(r, springs.coordinate[p], tension * force)
@@ -30,7 +31,9 @@ def add_spring_tangent(springs, values, functions, now, z, velocity, weight, rat
         stretch = length - load(values.rest_length, s)
         slope = load(values.stiffness, s) + 3.0 * load(values.cubic, s) * stretch * stretch
         slope = weight * (slope + rate * load(values.damping, s))
-        across = weight * _tension(springs, values, functions, now, z, velocity, s) / length
+        vector = x, y, length
+        tension = _tension(springs, values, functions, now, z, velocity, s, vector)
+        across = weight * tension / length
         nx, ny = x / length, y / length
         for p in range(begin, end):
             px, py = load(values.x, p), load(values.y, p)
@@ -42,9 +45,9 @@ def add_spring_tangent(springs, values, functions, now, z, velocity, weight, rat
 
 
 @compiled
-def _tension(springs, values, functions, now, z, velocity, s):
-    """Return k x + k₃ x³ + d ℓ̇ + f."""
-    x, y, length = spring_vector(springs, values, z, s)
+def _tension(springs, values, functions, now, z, velocity, s, vector):
+    """Return k x + k₃ x³ + d ℓ̇ + f, with the `spring_vector`."""
+    x, y, length = vector
     vx, vy = 0.0 * x, 0.0 * x
     for p in range(springs.start[s], springs.start[s + 1]):
         rate = load(z, velocity + springs.coordinate[p])

@@ -48,7 +48,7 @@ def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extr
         values[:, here], places[:, here], settled[:, here] = _scan(part, targets, grid)
     if terms > 1 and not settled.all():
         target, row = np.nonzero(~settled)
-        weighted = np.ascontiguousarray(np.moveaxis(_weighted(expansion), 2, 0))
+        weighted = np.ascontiguousarray(np.moveaxis(expansion.weighted, 2, 0))
         found, at = values[target, row], places[target, row]
 
         def improve(part: slice) -> None:
@@ -62,11 +62,6 @@ def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extr
             list(pool.map(improve, map(slice, ends, ends[1:])))
         values[target, row], places[target, row] = found, at
     return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
-
-
-def _weighted(expansion: HybridExpansion) -> np.ndarray:
-    """Return the coefficients times √γ_j, so that σ² is a sum of squares."""
-    return expansion.coefficients * np.sqrt(expansion.norms)[:, None]
 
 
 def _scan(
@@ -95,7 +90,7 @@ def _scan(
 
 def _slopes(expansion: HybridExpansion, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the gradients of μ and σ at η of shape (points, m), each (points, m, series)."""
-    weighted, (count, m) = _weighted(expansion), points.shape
+    weighted, (count, m) = expansion.weighted, points.shape
     M, N, series = weighted.shape
     basis = expansion.chebyshev_gradient(points).reshape(count * (m + 1), M)
     terms = (basis @ weighted.reshape(M, -1)).reshape(count, m + 1, N, series)

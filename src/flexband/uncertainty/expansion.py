@@ -83,6 +83,11 @@ class HybridExpansion:
         one = hermite_norms(self.random_order)[None]
         return tensor_values([np.ones((1, 1)), *[one] * self.random_dimension])[0]
 
+    @property
+    def weighted(self) -> np.ndarray:
+        """The coefficients times √γ_j: of these σ² is a sum of squares."""
+        return self.coefficients * np.sqrt(self.norms)[:, None]
+
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i at η of shape (points, m), shape (points, M)."""
         one = np.ones((len(eta), 1))
@@ -107,8 +112,7 @@ class HybridExpansion:
         """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""
         phi = self.chebyshev(eta)
         M, N, series = self.coefficients.shape
-        weighted = self.coefficients * np.sqrt(self.norms)[:, None]
-        terms = (phi @ weighted.reshape(M, -1)).reshape(-1, N, series)
+        terms = (phi @ self.weighted.reshape(M, -1)).reshape(-1, N, series)
         random = terms[:, 1:]
         return terms[:, 0], np.sqrt(np.einsum("pjs,pjs->ps", random, random))
 
@@ -123,5 +127,5 @@ class HybridExpansion:
         index = np.indices(shape).reshape(len(shape), -1)
         orders = np.array(shape)[:, None] - 1
         highest = np.any((index == orders) & (orders > 0), axis=0)
-        size = np.abs(self.coefficients) * np.sqrt(self.norms)[:, None]
+        size = np.abs(self.weighted)
         return size.reshape(highest.size, -1)[highest].sum(axis=0)

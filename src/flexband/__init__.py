@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.mechanism import Mechanism
     from flexband.mechanics.modes import modes
     from flexband.mechanics.response import dynamic_response
+    from flexband.mechanics.sections import Circle, GeneralSection, Rectangle
     from flexband.mechanics.sensors import (
         Acceleration,
         Angle,
@@ -71,6 +72,7 @@ _MODULES = {
     "uncertainty.inputs": ["Interval", "Normal", "RandomField", "Uniform"],
     "uncertainty.methods": ["PCCI", "ImprovedPCCI", "LHSScanning", "MonteCarlo"],
     "uncertainty.propagate": ["propagate"],
+    "mechanics.sections": ["Circle", "GeneralSection", "Rectangle"],
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -83,11 +85,13 @@ __all__ = [
     "AssemblyError",
     "Beam",
     "Cable",
+    "Circle",
     "Deflection",
     "Distance",
     "DistributedLoad",
     "Force",
     "FullIntegration",
+    "GeneralSection",
     "GeneralizedAlpha",
     "Gravity",
     "ImprovedPCCI",
@@ -108,6 +112,7 @@ __all__ = [
     "RandomField",
     "Reaction",
     "ReactionMoment",
+    "Rectangle",
     "Revolute",
     "RigidBody",
     "SelectiveIntegration",

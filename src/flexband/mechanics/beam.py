@@ -8,13 +8,14 @@ and ∫y⁴dA; integrals along the axis use `GAUSS_POINTS` points, exact for uni
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import non_negative, poissons_ratio, positive
+from flexband.errors import InputError, non_negative, poissons_ratio, positive
 from flexband.mechanics.bodies import MassEntries
 from flexband.mechanics.centre_line import (
     POSITIONS,
@@ -22,21 +23,31 @@ from flexband.mechanics.centre_line import (
     CentreLine,
     Property,
     add_pairs,
+    hermite_slope,
 )
+from flexband.mechanics.element import resultants, strains
 from flexband.mechanics.forms import Frame, Vector, add, scale
-from flexband.mechanics.integration import SectionIntegration, SelectiveIntegration
+from flexband.mechanics.integration import (
+    SectionIntegration,
+    SectionStiffness,
+    SelectiveIntegration,
+)
+from flexband.mechanics.sections import Along, Rectangle, Section
 
 
 @dataclass(frozen=True, kw_only=True)
 class Beam(CentreLine):
-    """A flexible beam, straight and free of stress at the start.
+    """A flexible beam, straight or curved, free of stress at the start.
 
-    Every number may be an array of shape (n,), one value a sample; the material may also be a
-    function of the position along the axis, from 0 to `length`.
+    Every number may be an array of shape (n,), one value a sample; material, section and curvature
+    may also be functions of the position along the axis, from 0 to `length`. `Beam.along` makes one
+    along a given path.
 
     Parameters
     ----------
-    length, height, width : size along the axis, across it in the plane, and out of the plane [m].
+    length : along the axis [m].
+    height, width : of a rectangular section, across the axis in the plane and out of the plane [m].
+    section : any other, in place of height and width: `Circle`, `GeneralSection`.
     density : kg/m³.
     youngs_modulus : E [Pa].
     poissons_ratio : ν, in (−1, 0.5). The law is plane stress.
@@ -45,6 +56,8 @@ class Beam(CentreLine):
         E + τ Ė; a vibration of angular frequency ω is damped by the ratio τω/2.
     start : where the beam starts [m]. A guess will do: assembly corrects it.
     angle : from the X axis to the beam's axis at the start [rad], a guess as well.
+    curvature : κ₀ of the axis at the start [1/m], positive to the left. The beam is thin against
+        its radius: terms of the size of height times κ₀ are left out.
     velocity, rate : of the start [m/s] and of the angle [rad/s], as for a rigid bar. What the
         joints do not allow is left out.
     integration : `SelectiveIntegration` (does not lock) or `FullIntegration` (the plain element).
@@ -58,8 +71,9 @@ class Beam(CentreLine):
         Where a number is out of its range; for functions, when the mechanism is assembled.
     """
 
-    height: ArrayLike
-    width: ArrayLike
+    height: Property | None = None
+    width: Property | None = None
+    section: Section | None = None
     density: Property
     youngs_modulus: Property
     poissons_ratio: Property
@@ -70,12 +84,20 @@ class Beam(CentreLine):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        positive("Beam height [m]", self.height)
-        positive("Beam width [m]", self.width)
+        _ = self.profile
         non_negative("Beam retardation [s]", self.retardation)
         for name, value, check in self._material():
             if not callable(value):
                 check(name, value)
+
+    @property
+    def profile(self) -> Section:
+        """The section, a `Rectangle` where the beam has height and width."""
+        if self.section is None and self.height is not None and self.width is not None:
+            return Rectangle(self.height, self.width)
+        if self.section is None or self.height is not None or self.width is not None:
+            raise InputError("a Beam must have either height and width or a section")
+        return self.section
 
     def _material(self):
         return (
@@ -85,44 +107,68 @@ class Beam(CentreLine):
         )
 
     def coordinates(self) -> list[np.ndarray]:
-        """Return the coordinates of the straight beam, node by node, each of shape () or (n,)."""
-        turn, x0, y0 = (np.asarray(v, dtype=float) for v in (self.angle, *self.start))
-        c, s = np.cos(turn), np.sin(turn)
+        """Return the coordinates at the start, node by node, each of shape (n or 1,)."""
         nodes = []
-        for node in range(self.elements + 1):
-            x = np.asarray(self.length, dtype=float) * (node / self.elements)
-            nodes += [x0 + x * c, y0 + x * s, c, s, -s, c]
+        for x, y, angle in zip(*(column.T for column in self.axis()), strict=True):
+            c, s = np.cos(angle), np.sin(angle)
+            nodes += [x, y, c, s, -s, c]
         return nodes
 
     def node_frame(self, first: int) -> Frame:
         """Return the frame of the node whose six coordinates start at z_first."""
         return Frame.of_node(first)
 
-    def section(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
+    def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
         """Return r_y at ξ, linear between the nodes'."""
         return add(scale(1 - xi, a.y), scale(xi, b.y))
 
-    def _section_moments(self) -> list[np.ndarray]:
-        """Return ∫dA, ∫y²dA and ∫y⁴dA of the rectangle, each of shape () or (n, 1, 1)."""
-        h, w = (np.asarray(a, dtype=float)[..., None, None] for a in (self.height, self.width))
-        return [w * h, w * h**3 / 12, w * h**5 / 80]
+    def section_stiffness(self, along: Along) -> SectionStiffness:
+        """Return the nine stiffness numbers of `integration` where `along` evaluates properties."""
+        _, modulus, ratio = self._material()
+        nu = along(*ratio)
+        moments, k = self.profile.moments(along), self.profile.shear_factor(nu, along)
+        return self.integration.section_stiffness(along(*modulus), nu, moments, k)
 
-    def section_stiffness(self) -> np.ndarray:
+    def stiffness(self) -> list[np.ndarray]:
         """Return the nine stiffness numbers of every Gauss point, times its weight in the integral.
 
-        Shape (elements, GAUSS_POINTS, 9, n or 1); their meaning is in `integration`.
+        Each has shape (elements, GAUSS_POINTS, n or 1).
         """
-        _, modulus, ratio = self._material()
-        stiffness = self.integration.section_stiffness(
-            self._at_gauss_points(*modulus), self._at_gauss_points(*ratio), self._section_moments()
-        )
         weights = self.element_length[..., None, None] * WEIGHTS
-        numbers = np.stack(np.broadcast_arrays(*(weights * c for c in stiffness)), axis=-1)
-        return np.moveaxis(numbers, 0, -1)
+        numbers = self.section_stiffness(self._at_gauss_points)
+        return [np.moveaxis(weights * number, 0, -1) for number in numbers]
+
+    def initial_resultants(self) -> list[np.ndarray] | None:
+        """Return what `stiffness` makes of the strains at the start, None for a straight beam.
+
+        It is to be taken off the resultants. Six arrays (elements, GAUSS_POINTS, n or 1).
+        """
+        if not callable(self.curvature) and np.all(np.asarray(self.curvature) == 0):
+            return None
+        return self.resultants(self.stiffness(), self.initial_strains(POSITIONS))
+
+    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
+        """Return a₀, a₁, a₂, b, g₀, g₁ of `integration` at ξ in elements of this length [m].
+
+        q holds their coordinates, shape (12, …).
+        """
+        return strains.py_func(*self._vectors(q, xi, length))
+
+    @staticmethod
+    def resultants(c: Sequence[np.ndarray], strain: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return the energy's derivatives by the six strains."""
+        return resultants.py_func(c, strain)
+
+    def _vectors(self, q: np.ndarray, xi: float, length: np.ndarray):
+        """Return p = r₀′, w = d′ and d, each of shape (2, …)."""
+        ri, gi, di, rj, gj, dj = q.reshape(6, 2, *q.shape[1:])
+        _, hi, h, hj = hermite_slope(xi)
+        p = h / length * (rj - ri) + hi * gi + hj * gj
+        return p, (dj - di) / length, (1 - xi) * di + xi * dj
 
     def mass_entries(self) -> MassEntries:
         """Return the consistent mass matrix ∫ρ SᵀS dV, constant in time."""
-        area, second, _ = self._section_moments()
+        area, second, _ = self.profile.moments(self._at_gauss_points)
         density = self._at_gauss_points(*self._material()[0])
         entries = self.axis_mass(density * area)
         weights = density * second * self.element_length[..., None, None] * WEIGHTS

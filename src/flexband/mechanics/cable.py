@@ -7,16 +7,16 @@ length is ½ EA (|p| − 1)² + ½ EI (κ − κ₀)², with the curvature κ = 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import finite, positive
+from flexband.errors import non_negative, positive
 from flexband.mechanics.bodies import MassEntries
 from flexband.mechanics.centre_line import (
-    POSITIONS,
     WEIGHTS,
     CentreLine,
     Property,
@@ -28,10 +28,11 @@ from flexband.mechanics.forms import Frame, Vector
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(CentreLine):
-    """A thin flexible member, straight or an arc, free of stress at the start.
+    """A thin flexible member, straight or curved, free of stress at the start.
 
-    Every number may be an array of shape (n,), one value a sample; mass and stiffness may also be
-    functions of the position along the axis, from 0 to `length`.
+    Every number may be an array of shape (n,), one value a sample; mass, stiffness and curvature
+    may also be functions of the position along the axis, from 0 to `length`. `Cable.along` makes
+    one along a given path.
 
     Parameters
     ----------
@@ -42,6 +43,8 @@ class Cable(CentreLine):
     elements : number of elements.
     start : where it starts [m]. A guess will do: assembly corrects it.
     angle : from the X axis to its axis at the start [rad], a guess as well.
+    retardation : τ [s] of a Kelvin–Voigt solid, whose forces are those of the strains ε + τ ε̇ and
+        κ + τ κ̇; a vibration of angular frequency ω is damped by the ratio τω/2.
     curvature : κ₀ of the stress-free axis [1/m], positive to the left.
     velocity, rate : of the start [m/s] and of the angle [rad/s], as for a rigid body. What the
         joints do not allow is left out.
@@ -57,16 +60,16 @@ class Cable(CentreLine):
     mass_per_length: Property
     axial_stiffness: Property
     bending_stiffness: Property
-    curvature: ArrayLike = 0.0
+    retardation: ArrayLike = 0.0
 
     per_node: ClassVar[int] = 4
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        non_negative("Cable retardation [s]", self.retardation)
         for name, value in self._properties():
             if not callable(value):
                 positive(name, value)
-        finite("Cable curvature [1/m]", self.curvature)
 
     def _properties(self):
         return (
@@ -76,24 +79,15 @@ class Cable(CentreLine):
         )
 
     def coordinates(self) -> list[np.ndarray]:
-        """Return the coordinates of the arc, node by node, each of shape () or (n,)."""
-        angle, curvature, x0, y0 = (
-            np.asarray(v, dtype=float) for v in (self.angle, self.curvature, *self.start)
-        )
-        nodes = []
-        for node in range(self.elements + 1):
-            s = np.asarray(self.length, dtype=float) * (node / self.elements)
-            half = curvature * s / 2
-            chord = s * np.sinc(half / np.pi)
-            x, y = x0 + chord * np.cos(angle + half), y0 + chord * np.sin(angle + half)
-            nodes += [x, y, np.cos(angle + 2 * half), np.sin(angle + 2 * half)]
-        return nodes
+        """Return the coordinates at the start, node by node, each of shape (n or 1,)."""
+        nodes = zip(*(column.T for column in self.axis()), strict=True)
+        return [c for x, y, angle in nodes for c in (x, y, np.cos(angle), np.sin(angle))]
 
     def node_frame(self, first: int) -> Frame:
         """Return the frame of the node whose coordinates [r, r_x] start at z_first."""
         return Frame.of_rigid_node(first)
 
-    def section(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
+    def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
         """Return r_x turned by 90°."""
         return -slope[1], slope[0]
 
@@ -101,29 +95,31 @@ class Cable(CentreLine):
         """Return the mass matrix of the axis."""
         return self.axis_mass(self._at_gauss_points(*self._properties()[0], positive))
 
-    def section_stiffness(self) -> np.ndarray:
-        """Return EA, EI, both times the weight, and ε and κ at the start, of every Gauss point.
+    def stiffness(self) -> list[np.ndarray]:
+        """Return EA and EI, both times the weight, of every Gauss point.
 
-        Shape (elements, GAUSS_POINTS, 4, n or 1).
+        Each has shape (elements, GAUSS_POINTS, n or 1).
         """
         weights = self.element_length[..., None, None] * WEIGHTS
-        EA, EI = (weights * self._at_gauss_points(*p, positive) for p in self._properties()[1:])
-        numbers = np.stack(np.broadcast_arrays(EA, EI, *self._initial_strains()), axis=-1)
-        return np.moveaxis(numbers, 0, -1)
+        properties = self._properties()[1:]
+        return [
+            np.moveaxis(weights * self._at_gauss_points(*p, positive), 0, -1) for p in properties
+        ]
 
-    def _initial_strains(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return |p| − 1 and κ of the elements at the start, each (n or 1, elements, points).
+    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
+        """Return |p| − 1 and κ at ξ in elements of this length [m]; q has shape (8, …)."""
+        p, w = self._vectors(q, xi, length)
+        squared = p[0] ** 2 + p[1] ** 2
+        return np.sqrt(squared) - 1, (p[0] * w[1] - p[1] * w[0]) / squared
 
-        The Hermite cubics follow an arc closely but not exactly; what is left is free of stress.
-        """
-        q = np.stack(np.broadcast_arrays(*map(np.atleast_1d, self.coordinates())), axis=-1)
-        places = np.array([self._axis_places(e) for e in range(self.elements)])
-        length = np.atleast_1d(self.element_length)[:, None, None]
-        px, py, wx, wy = (
-            np.einsum("nei,ig->neg", q[:, places + axis] * self._along[:, None], shape(POSITIONS))
-            / length**order
-            for order, shape in ((1, hermite_slope), (2, hermite_curvature))
-            for axis in range(2)
-        )
-        squared = px**2 + py**2
-        return np.sqrt(squared) - 1, (px * wy - py * wx) / squared
+    @staticmethod
+    def resultants(c: Sequence[np.ndarray], strain: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return the axial force and the bending moment."""
+        return [c[0] * strain[0], c[1] * strain[1]]
+
+    def _vectors(self, q: np.ndarray, xi: float, length: np.ndarray):
+        """Return p = r₀′ and w = r₀″, each of shape (2, …)."""
+        ri, gi, rj, gj = q.reshape(4, 2, *q.shape[1:])
+        (_, hi, h, hj), (_, ki, k, kj) = hermite_slope(xi), hermite_curvature(xi)
+        chord = (rj - ri) / length
+        return h * chord + hi * gi + hj * gj, (k * chord + ki * gi + kj * gj) / length

@@ -16,6 +16,26 @@ PP, PW, WW, HESSIAN_ROWS = 0, 3, 7, 10
 
 
 @compiled
+def retarded(c, p, w, p_rate, w_rate, time):
+    """Return EA, EI and the strains at the start, less time × (ε̇, κ̇).
+
+    So Kelvin and Voigt's solid has forces of the strains ε + time ε̇ and κ + time κ̇.
+    """
+    EA, EI, strain, curvature = c
+    (px, py), (wx, wy), (pu, pv), (wu, wv) = p, w, p_rate, w_rate
+    nn = px * px + py * py
+    half = px * pu + py * pv  # of the rate of nn
+    turning = pu * wy + px * wv - pv * wx - py * wu
+    kappa = (px * wy - py * wx) / nn
+    return (
+        EA,
+        EI,
+        strain - time * half / sqrt(nn),
+        curvature - time * (turning - 2.0 * kappa * half) / nn,
+    )
+
+
+@compiled
 def gradient(c, p, w):
     """Return the derivatives of ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)² by p and w."""
     EA, EI, strain, curvature = c
@@ -30,14 +50,18 @@ def gradient(c, p, w):
 
 
 @compiled
-def hessian(c, p, w):
-    """Return the second derivatives pp and ww as (xx, xy, yy), and pw as (xx, xy, yx, yy)."""
+def hessian(c, p, w, stiffening):
+    """Return the second derivatives pp and ww as (xx, xy, yy), and pw as (xx, xy, yx, yy).
+
+    Damping makes EA and EI larger by the factor `stiffening`, in all but the forces.
+    """
     EA, EI, strain, curvature = c
     (px, py), (wx, wy) = p, w
     nn = px * px + py * py
     n = sqrt(nn)
     kappa = (px * wy - py * wx) / nn
     N, M = EA * (n - 1.0 - strain), EI * (kappa - curvature)
+    EA, EI = stiffening * EA, stiffening * EI
     kx, ky = (wy - 2.0 * kappa * px) / nn, (-wx - 2.0 * kappa * py) / nn  # κ by p
     qx, qy = -py / nn, px / nn  # κ by w
     b = M / nn
@@ -84,13 +108,17 @@ def _stiffness(c, e, g):
 
 
 @compiled
-def add_cable_forces(cables, values, z, r):
-    """Add F(q) of the cables."""
+def add_cable_forces(cables, values, z, velocity, r):
+    """Add F(q, q̇) of the cables; [0, v] starts in row `velocity`."""
     for e in range(len(cables.first)):
         first, il = cables.first[e], load(values.inverse_length, e)
         for g in range(GAUSS_POINTS):
             p, w = _at_gauss_point(z, first, il, g)
-            fp, fw = gradient(_stiffness(values.stiffness, e, g), p, w)
+            c = _stiffness(values.stiffness, e, g)
+            if cables.damped[e]:
+                p1, w1 = _at_gauss_point(z, velocity + first, il, g)
+                c = retarded(c, p, w, p1, w1, load(values.retardation, e))
+            fp, fw = gradient(c, p, w)
             for a in range(4):
                 slope, curve = _shapes(a, g, il)
                 row = first + PLACES[a]
@@ -99,13 +127,21 @@ def add_cable_forces(cables, values, z, r):
 
 
 @compiled
-def add_cable_tangent(cables, values, z, weight, matrix, blocks):
-    """Add `weight` times ∂F/∂q of the cables; `blocks` is work space."""
+def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks):
+    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the cables; `blocks` is work space.
+
+    How damping changes with the configuration is left out.
+    """
     for e in range(len(cables.first)):
         first, il, slot = cables.first[e], load(values.inverse_length, e), cables.slot[e]
         for g in range(GAUSS_POINTS):
             p, w = _at_gauss_point(z, first, il, g)
-            pp, pw, ww = hessian(_stiffness(values.stiffness, e, g), p, w)
+            c, stiffening = _stiffness(values.stiffness, e, g), 1.0 + 0.0 * il
+            if cables.damped[e]:
+                time = load(values.retardation, e)
+                p1, w1 = _at_gauss_point(z, velocity + first, il, g)
+                c, stiffening = retarded(c, p, w, p1, w1, time), 1.0 + rate * time
+            pp, pw, ww = hessian(c, p, w, stiffening)
             row = g * HESSIAN_ROWS
             for k in range(3):
                 store(blocks, row + PP + k, pp[k])

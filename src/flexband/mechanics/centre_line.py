@@ -6,15 +6,16 @@ The centre line is the Hermite cubic through the nodes' r and r_x. Integrals alo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite, known, positive, whole
 from flexband.mechanics.bodies import MassEntries, Point, point
+from flexband.mechanics.curves import PANELS, Path, drawn, measured
 from flexband.mechanics.forms import Form, Frame, Vector, add, scale
 
 GAUSS_POINTS = 5
@@ -39,6 +40,7 @@ class CentreLine:
     angle: ArrayLike = 0.0
     velocity: Point = (0.0, 0.0)
     rate: ArrayLike = 0.0
+    curvature: Property = 0.0
 
     per_node: ClassVar[int]
     """Coordinates of a node; the first four are r and r_x."""
@@ -51,6 +53,25 @@ class CentreLine:
         finite(f"{name} angle [rad]", self.angle)
         point(f"{name} velocity", self.velocity)
         finite(f"{name} rate [rad/s]", self.rate)
+        if not callable(self.curvature):
+            finite(f"{name} curvature [1/m]", self.curvature)
+
+    @classmethod
+    def along(cls, path: Path, **properties: Any) -> Self:
+        """Return one that lies along a path, free of stress there.
+
+        Parameters
+        ----------
+        path : a function that takes u, shape (m,), from 0 to 1 to points, shape (m, 2), or points
+            (m, 2) that a cubic spline is laid through [m].
+        properties : all but length, start, angle and curvature, which the path tells.
+
+        Raises
+        ------
+        InputError
+            Where the path has no tangent somewhere, or another number is out of its range.
+        """
+        return cls(**measured(path)._asdict(), **properties)
 
     @property
     def size(self) -> int:
@@ -66,6 +87,24 @@ class CentreLine:
     def element_coordinates(self) -> int:
         """Number of coordinates of an element, those of two nodes."""
         return 2 * self.per_node
+
+    def axis(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return X, Y and angle of the nodes at the start, each of shape (n or 1, nodes)."""
+        angle, x0, y0 = (
+            np.atleast_1d(np.asarray(v, dtype=float))[:, None] for v in (self.angle, *self.start)
+        )
+        length = np.atleast_1d(self.element_length)[:, None]
+        nodes = np.arange(self.elements + 1)
+        if callable(self.curvature):
+            places = np.arange(self.elements * PANELS + 1) / PANELS
+            curvature = self.evaluated(places, "curvature [1/m]", self.curvature, finite)
+            x, y, turned = drawn(curvature, length / PANELS)
+        else:
+            half = np.asarray(self.curvature, dtype=float)[..., None] * length * nodes / 2
+            chord, turned = length * nodes * np.sinc(half / np.pi), 2 * half
+            x, y = chord * np.cos(half), chord * np.sin(half)
+        c, s = np.cos(angle), np.sin(angle)
+        return x0 + c * x - s * y, y0 + s * x + c * y, angle + turned
 
     def coordinates(self) -> list[np.ndarray]:
         """Return the coordinates at the start, node by node, each of shape () or (n,)."""
@@ -86,7 +125,7 @@ class CentreLine:
         """Return the frame of the node whose coordinates start at z_first."""
         raise NotImplementedError
 
-    def section(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
+    def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
         """Return r_y at ξ between two nodes, where the axis has this slope."""
         raise NotImplementedError
 
@@ -117,7 +156,7 @@ class CentreLine:
             return add(ends, add(scale(h[1] * slope, a.x), scale(h[3] * slope, b.x)))
 
         x = combined(hermite_slope(xi), 1 / length, 1.0)
-        return Frame(combined(hermite(xi), 1.0, length), x, self.section(xi, a, b, x))
+        return Frame(combined(hermite(xi), 1.0, length), x, self.section_direction(xi, a, b, x))
 
     def constraints(self, first: int) -> list[Form]:
         """Return none: it is free to deform."""
@@ -132,8 +171,21 @@ class CentreLine:
 
     def _at_gauss_points(self, name: str, value: Property, check: Callable) -> np.ndarray:
         """Return a property at the Gauss points, shape (n or 1, elements, GAUSS_POINTS)."""
-        place = np.arange(self.elements)[:, None] + POSITIONS
-        x = self.element_length[..., None] * np.append(place.ravel(), (0.0, self.elements))
+        places = np.arange(self.elements)[:, None] + POSITIONS
+        values = self.evaluated(np.append(places.ravel(), (0.0, self.elements)), name, value, check)
+        return values[:, :-2].reshape(-1, *places.shape)  # the ends were checked as well
+
+    def evaluated(
+        self, places: np.ndarray, name: str, value: Property, check: Callable
+    ) -> np.ndarray:
+        """Return a property at so many elements from the start, shape (n or 1, places).
+
+        Raises
+        ------
+        InputError
+            Where a value is not allowed, or there is not one for each sample and place.
+        """
+        x = self.element_length[..., None] * places
         values = value(x) if callable(value) else np.asarray(value, dtype=float)[..., None]
         try:
             shape = np.broadcast_shapes(np.shape(values), x.shape)
@@ -147,11 +199,29 @@ class CentreLine:
                 f"{name} as a function of positions of shape {x.shape} must return values of that "
                 f"shape or (n, {x.shape[-1]}); got shape {np.shape(values)}"
             ) from None
-        check(name, values)  # at the Gauss points and at both ends
-        return values[:, :-2].reshape(-1, *place.shape)
+        check(name, values)
+        return values
+
+    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
+        """Return the strains at ξ in elements of this length; q is (element coordinates, …)."""
+        raise NotImplementedError
+
+    def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
+        """Return the strains at these ξ at the start, each of shape (elements, points, n or 1).
+
+        The Hermite cubics follow a curve closely but not exactly; all this is free of stress.
+        """
+        q = self.by_element(np.stack(np.broadcast_arrays(*self.coordinates())))
+        at_points = [self.strains(q, xi, self.element_length) for xi in points]
+        return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
+
+    def by_element(self, q: np.ndarray) -> np.ndarray:
+        """Return coordinates (size, …) as (element coordinates, elements, …)."""
+        own = np.arange(self.element_coordinates)[:, None]
+        return q[own + self.per_node * np.arange(self.elements)]
 
     @property
-    def _along(self) -> np.ndarray:
+    def _factors(self) -> np.ndarray:
         """Factors of the Hermite cubics for r and r_x of both ends, shape (n or 1, 4)."""
         length = np.atleast_1d(self.element_length)
         return np.stack([np.ones_like(length), length, np.ones_like(length), length], axis=1)
@@ -170,14 +240,14 @@ class CentreLine:
             products = np.einsum("neg,ig->nei", at_points * weights, hermite(POSITIONS))
             for e in range(self.elements):
                 for k, place in enumerate(self._axis_places(e)):
-                    part = products[:, e, k] * self._along[:, k]
+                    part = products[:, e, k] * self._factors[:, k]
                     force[place + axis] = force.get(place + axis, 0.0) + part
         return force
 
     def axis_mass(self, mass: np.ndarray) -> MassEntries:
         """Return ∫ μ S₀ᵀS₀ ds of r₀, μ [kg/m] at the Gauss points as of `_at_gauss_points`."""
         weights = mass * self.element_length[..., None, None] * WEIGHTS
-        along = self._along[:, :, None] * hermite(POSITIONS)
+        along = self._factors[:, :, None] * hermite(POSITIONS)
         blocks = np.einsum("neg,nig,njg->nije", weights, along, along)
         entries: MassEntries = {}
         for e in range(self.elements):

@@ -13,6 +13,7 @@ from flexband.mechanics.element import (
     retarded,
     strain_rates,
     strains,
+    without,
 )
 
 # Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.
@@ -68,6 +69,19 @@ def _stiffness(c, e, g):
 
 
 @compiled
+def _initial(initial, first, g):
+    row = first + g * 6
+    return (
+        load(initial, row),
+        load(initial, row + 1),
+        load(initial, row + 2),
+        load(initial, row + 3),
+        load(initial, row + 4),
+        load(initial, row + 5),
+    )
+
+
+@compiled
 def _scaled(c, factor):
     """Return the nine stiffness numbers times a factor."""
     c0, c1, c2, c3, c4, c5, c6, c7, c8 = c
@@ -107,7 +121,10 @@ def add_elastic_forces(beams, values, z, velocity, r):
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
-            fp, fwg, fd = gradient(resultants(_stiffness(values.stiffness, e, g), strain), p, w, d)
+            forces = resultants(_stiffness(values.stiffness, e, g), strain)
+            if beams.initial[e] >= 0:
+                forces = without(forces, _initial(values.initial, beams.initial[e], g))
+            fp, fwg, fd = gradient(forces, p, w, d)
             h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
             fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
             fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
@@ -178,6 +195,8 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
             forces = resultants(c, strain)
+            if beams.initial[e] >= 0:
+                forces = without(forces, _initial(values.initial, beams.initial[e], g))
             if damped:
                 c = _scaled(c, 1.0 + rate * time)
             pp, pw, pd, ww, wd, dd = hessian(c, forces, p, w, d)

@@ -74,6 +74,14 @@ def resultants(c, strain):
 
 
 @compiled
+def without(forces, initial):
+    """Return resultants less those of the strains at the start."""
+    N0, N1, N2, Nb, Q0, Q1 = forces
+    i0, i1, i2, ib, j0, j1 = initial
+    return N0 - i0, N1 - i1, N2 - i2, Nb - ib, Q0 - j0, Q1 - j1
+
+
+@compiled
 def gradient(forces, p, w, d):
     """Return the forces on p, w and d of resultants; without damping, the energy's derivatives."""
     (px, py), (wx, wy), (dx, dy) = p, w, d

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from flexband.mechanics.beam import Beam
 from flexband.mechanics.cable import Cable
-from flexband.mechanics.centre_line import GAUSS_POINTS
+from flexband.mechanics.centre_line import GAUSS_POINTS, POSITIONS
 from flexband.mechanics.stacking import indices, stack
 
 RIGIDITY = 1e10
@@ -25,16 +25,30 @@ class Elements:
         self.first: list[int] = []
         self.inverse_length: list[np.ndarray] = []
         self.stiffness: list[np.ndarray] = []
+        self.initial: list[np.ndarray] = []
+        self.initial_row: list[int] = []
         self.retardation: list[ArrayLike] = []
 
     def take(self, body: Beam | Cable, first: int) -> None:
         """Append the elements of a body whose coordinates start at z_first."""
         self.first += [first + body.per_node * e for e in range(body.elements)]
         self.inverse_length += [1 / body.element_length] * body.elements
-        numbers = body.section_stiffness()
-        self.stiffness += list(numbers.reshape(-1, numbers.shape[-1]))
+        self.retardation += [body.retardation] * body.elements
+        numbers, initial = body.stiffness(), None
         if isinstance(body, Beam):
-            self.retardation += [body.retardation] * body.elements
+            initial = body.initial_resultants()
+        else:
+            numbers += body.initial_strains(POSITIONS)
+        self.stiffness += _by_element(numbers)
+        each = 0 if initial is None else GAUSS_POINTS * len(initial)
+        self.initial_row += [
+            len(self.initial) + e * each if each else -1 for e in range(body.elements)
+        ]
+        self.initial += [] if initial is None else _by_element(initial)
+
+    def damped(self) -> np.ndarray:
+        """Return whether the material of each element is damped in any sample."""
+        return np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
 
     def couples(self) -> Iterator[tuple[int, int]]:
         """Return the pairs of coordinates that share an element."""
@@ -46,6 +60,12 @@ class Elements:
         own = range(self.coordinates)
         rows = indices(slot(e + i, e + j) for e in self.first for i in own for j in own)
         return rows.reshape(-1, self.coordinates, self.coordinates)
+
+
+def _by_element(numbers: list[np.ndarray]) -> list[np.ndarray]:
+    """Return numbers (elements, GAUSS_POINTS, n or 1) as rows, those of a point together."""
+    together = np.stack(np.broadcast_arrays(*numbers), axis=2)
+    return list(together.reshape(-1, together.shape[-1]))
 
 
 def rigidity(beams: Elements, cables: Elements, mass: dict) -> ArrayLike:

@@ -119,7 +119,7 @@ def residual(structure, values, now, z, r):
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
     add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
-    add_cable_forces(structure.cables, values.cables, z, r)
+    add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
     add_spring_forces(
         structure.springs, values.springs, values.functions, now, z, structure.velocity, r
     )
@@ -147,7 +147,9 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     add_elastic_tangent(
         structure.beams, values.beams, z, structure.velocity, weight, rate, matrix, blocks
     )
-    add_cable_tangent(structure.cables, values.cables, z, weight, matrix, blocks)
+    add_cable_tangent(
+        structure.cables, values.cables, z, structure.velocity, weight, rate, matrix, blocks
+    )
     add_spring_tangent(
         structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,
         rate, matrix,

@@ -56,7 +56,9 @@ def elastic_matrix(structure, values, s, work):
     add_elastic_tangent(
         structure.beams, values.beams, z, structure.velocity, s, 0.0, matrix, blocks
     )
-    add_cable_tangent(structure.cables, values.cables, z, s, matrix, blocks)
+    add_cable_tangent(
+        structure.cables, values.cables, z, structure.velocity, s, 0.0, matrix, blocks
+    )
     add_constraint_tangent(
         structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
     )
@@ -78,7 +80,7 @@ def assemble(structure, values, s, work):
             redundant = left_out
         clear(r)
         add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
-        add_cable_forces(structure.cables, values.cables, z, r)
+        add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
         add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)

@@ -42,9 +42,9 @@ class SectionIntegration(Protocol):
     """A rule that turns material and section into `SectionStiffness`."""
 
     def section_stiffness(
-        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray]
+        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
-        """Return the stiffness for E [Pa], ν and the moments ∫dA, ∫y²dA, ∫y⁴dA."""
+        """Return the stiffness for E [Pa], ν, moments ∫dA, ∫y²dA, ∫y⁴dA and shear factor k."""
         ...
 
 
@@ -57,9 +57,9 @@ class FullIntegration:
     """
 
     def section_stiffness(
-        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray]
+        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
-        """Return ∫ D over the section with D of plane stress."""
+        """Return ∫ D over the section with D of plane stress, which knows no shear factor."""
         m0, m2, m4 = moments
         D = E / (1 - nu**2)
         G = E / (2 * (1 + nu))
@@ -85,7 +85,7 @@ class SelectiveIntegration:
 
     Parameters
     ----------
-    shear_factor : k, or None for that of a rectangle, 10(1+ν)/(12+11ν) (Cowper 1966).
+    shear_factor : k, or None for that of the beam's section.
 
     Raises
     ------
@@ -100,13 +100,12 @@ class SelectiveIntegration:
             positive("shear_factor", self.shear_factor)
 
     def section_stiffness(
-        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray]
+        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
         """Return the stiffness with D over the section and Dν on the axis."""
         m0, m2, m4 = moments
         D = E / (1 - nu**2)  # = E + ν² E/(1−ν²), the diagonal of D + Dν
-        k = self.shear_factor
-        kG = (10 * (1 + nu) / (12 + 11 * nu) if k is None else k) * E / (2 * (1 + nu))
+        kG = (k if self.shear_factor is None else self.shear_factor) * E / (2 * (1 + nu))
         return SectionStiffness(
             c00=D * m0,
             c02=E * m2,

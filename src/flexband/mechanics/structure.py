@@ -25,6 +25,7 @@ class Beams(NamedTuple):
 
     first: np.ndarray  # of the element's twelve coordinates
     damped: np.ndarray  # whether its material is
+    initial: np.ndarray  # row of its first initial resultant, −1 for a straight one
     slot: np.ndarray  # (elements, 12, 12)
 
 
@@ -32,6 +33,7 @@ class Cables(NamedTuple):
     """Elements of all cables."""
 
     first: np.ndarray  # of the element's eight coordinates
+    damped: np.ndarray  # whether its material is
     slot: np.ndarray  # (elements, 8, 8)
 
 
@@ -87,6 +89,7 @@ class BeamValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # nine rows a Gauss point
+    initial: np.ndarray  # resultants to be taken off where it is curved, six rows a Gauss point
     retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
 
 
@@ -95,6 +98,7 @@ class CableValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # four rows a Gauss point
+    retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
 
 
 class SpringValues(NamedTuple):

@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from flexband.mechanics.bodies import PointMass, RigidBody
     from flexband.mechanics.cable import Cable
     from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
+    from flexband.mechanics.energy_sensors import (
+        ElasticEnergy,
+        KineticEnergy,
+        PotentialEnergy,
+        Work,
+    )
     from flexband.mechanics.equilibrium import equilibrium
     from flexband.mechanics.force_sensors import Reaction, ReactionMoment, SpringForce
     from flexband.mechanics.generalized_alpha import GeneralizedAlpha
@@ -25,13 +31,13 @@ if TYPE_CHECKING:
     from flexband.mechanics.mechanism import Mechanism
     from flexband.mechanics.modes import modes
     from flexband.mechanics.response import dynamic_response
+    from flexband.mechanics.section_sensors import SectionForces, Strain, Stress
     from flexband.mechanics.sections import Circle, GeneralSection, Rectangle
     from flexband.mechanics.sensors import (
         Acceleration,
         Angle,
         AngularVelocity,
         Deflection,
-        KineticEnergy,
         Position,
         Velocity,
     )
@@ -62,7 +68,6 @@ _MODULES = {
         "Angle",
         "AngularVelocity",
         "Deflection",
-        "KineticEnergy",
         "Position",
         "Velocity",
     ],
@@ -73,6 +78,8 @@ _MODULES = {
     "uncertainty.methods": ["PCCI", "ImprovedPCCI", "LHSScanning", "MonteCarlo"],
     "uncertainty.propagate": ["propagate"],
     "mechanics.sections": ["Circle", "GeneralSection", "Rectangle"],
+    "mechanics.energy_sensors": ["ElasticEnergy", "KineticEnergy", "PotentialEnergy", "Work"],
+    "mechanics.section_sensors": ["SectionForces", "Strain", "Stress"],
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -89,6 +96,7 @@ __all__ = [
     "Deflection",
     "Distance",
     "DistributedLoad",
+    "ElasticEnergy",
     "Force",
     "FullIntegration",
     "GeneralSection",
@@ -105,6 +113,7 @@ __all__ = [
     "Normal",
     "PointMass",
     "Position",
+    "PotentialEnergy",
     "PrescribedPath",
     "PrescribedRotation",
     "PrescribedTravel",
@@ -115,15 +124,19 @@ __all__ = [
     "Rectangle",
     "Revolute",
     "RigidBody",
+    "SectionForces",
     "SelectiveIntegration",
     "SimulationError",
     "Slot",
     "Spring",
     "SpringForce",
+    "Strain",
+    "Stress",
     "Study",
     "Uniform",
     "Velocity",
     "Weld",
+    "Work",
     "dynamic_response",
     "equilibrium",
     "exponential",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations_with_replacement, groupby
 
 import numpy as np
@@ -17,7 +18,6 @@ from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.sensors import Sensor
 from flexband.mechanics.stacking import count_samples, indices, stack
 from flexband.mechanics.structure import Beams, Cables, Mass, Products, Springs, Structure, Terms
 
@@ -38,7 +38,8 @@ class System:
     functions : the functions of time in use, apart from the constant one.
     constraints : what each row of Φ belongs to.
     outputs, units : name and unit of each output.
-    sensors : each sensor with its rows among those that the engine evaluates.
+    sensors : for each, what makes outputs of its rows, and which of the rows that the engine
+        evaluates are its own.
     conditions : the joint behind each further row, which must stay positive.
     """
 
@@ -49,7 +50,7 @@ class System:
     constraints: list[str]
     outputs: list[str]
     units: list[str]
-    sensors: list[tuple[Sensor, slice]]
+    sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
     conditions: list[str]
 
     @property
@@ -123,6 +124,7 @@ def assemble(mechanism: Mechanism) -> System:
         multipliers=len(owners),
         velocity=1 + count + len(owners),
         acceleration=2 + 2 * count + len(owners),
+        energy=_asked_for(mechanism.energy_row, sensor_rows),
         functions=len(functions) + 1,
         mass=Mass(
             i=indices(i for i, _ in mass),
@@ -162,7 +164,7 @@ def assemble(mechanism: Mechanism) -> System:
         "velocity": velocity,
         "inverse_scale": _inverse_scale(start, mass, nodes),
         "mass": list(mass.values()),
-        "force": _constant_forces(mechanism, mass, nodes),
+        "force": _constant_forces(mechanism),
         "beams.inverse_length": beams.inverse_length,
         "beams.stiffness": beams.stiffness,
         "beams.initial": beams.initial,
@@ -214,12 +216,17 @@ def _sensors(mechanism: Mechanism):
             units.append(unit)
         first = len(rows)
         rows += sensor.rows(mechanism)
-        sensors.append((sensor, slice(first, len(rows))))
+        sensors.append((partial(sensor.derive, model=mechanism), slice(first, len(rows))))
     for name, joint in mechanism.joints.items():
         positive = joint.conditions(mechanism.frame)
         conditions += [name] * len(positive)
         rows += positive
     return outputs, units, sensors, conditions, rows
+
+
+def _asked_for(row: int, forms: Sequence[Form]) -> int:
+    """Return a row of z where a form depends on it, else 0."""
+    return row if any(row in key[:2] for form in forms for key in form.terms) else 0
 
 
 def _functions(rows: Sequence[Form], springs: Sequence[Spring]) -> list[TimeFunction]:
@@ -256,20 +263,13 @@ def _pairs(coordinates: int, owners: Sequence[str]) -> list[tuple[int, int]]:
     return pairs
 
 
-def _constant_forces(
-    mechanism: Mechanism, mass: dict[tuple[int, int], np.ndarray], nodes: list[int]
-) -> list:
-    """Return ∫ρ Sᵀ g dV = M g, g being the field in the nodes' positions."""
-    fields = [g for g in mechanism.loads.values() if isinstance(g, Gravity)]
-    x = sum((np.asarray(g.x, dtype=float) for g in fields), np.zeros(()))
-    y = sum((np.asarray(g.y, dtype=float) for g in fields), np.zeros(()))
-    field = dict.fromkeys(nodes, x) | {node + 1: y for node in nodes}
+def _constant_forces(mechanism: Mechanism) -> list[np.ndarray]:
+    """Return the weight on each of [1, q]."""
     forces = [np.zeros(())] * (mechanism.coordinates + 1)
-    for (i, j), value in mass.items():
-        if j in field:
-            forces[i] = forces[i] + value * field[j]
-        if i in field and i != j:
-            forces[j] = forces[j] + value * field[i]
+    for load in mechanism.loads.values():
+        if isinstance(load, Gravity):
+            for i, force in mechanism.weight(load).items():
+                forces[i] = forces[i] + force.terms.get((0, 0, None), np.zeros(()))
     return forces
 
 

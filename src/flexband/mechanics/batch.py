@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from flexband.errors import whole
 from flexband.lanes import WIDTH
@@ -55,7 +54,7 @@ def run_samples(
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
         series, failure, first = march_block(system, method, tolerance, packed(block), len(times))
-        derived = derive(system, series.transpose(1, 0, 2), own)
+        derived = derive(system, series.transpose(1, 0, 2))
         outputs[here] = derived.transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
@@ -89,15 +88,9 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     return work, failure
 
 
-def derive(system: System, rows: np.ndarray, samples: np.ndarray) -> np.ndarray:
+def derive(system: System, rows: np.ndarray) -> np.ndarray:
     """Return the outputs (outputs, times, WIDTH) from the rows that the engine has evaluated."""
-
-    def pick(parameter: ArrayLike) -> np.ndarray:
-        values = np.atleast_1d(np.asarray(parameter, dtype=float))
-        own = samples[np.minimum(np.arange(WIDTH), len(samples) - 1)]
-        return values[np.minimum(own, len(values) - 1)]
-
-    parts = [sensor.derive(rows[place], pick) for sensor, place in system.sensors]
+    parts = [outputs(rows[place]) for outputs, place in system.sensors]
     return np.concatenate([rows[:0], *parts])
 
 

@@ -25,7 +25,7 @@ from flexband.mechanics.centre_line import (
     add_pairs,
     hermite_slope,
 )
-from flexband.mechanics.element import resultants, strains
+from flexband.mechanics.element import strains
 from flexband.mechanics.forms import Frame, Vector, add, scale
 from flexband.mechanics.integration import (
     SectionIntegration,
@@ -124,10 +124,14 @@ class Beam(CentreLine):
 
     def section_stiffness(self, along: Along) -> SectionStiffness:
         """Return the nine stiffness numbers of `integration` where `along` evaluates properties."""
-        _, modulus, ratio = self._material()
-        nu = along(*ratio)
+        E, nu = self.elasticity(along)
         moments, k = self.profile.moments(along), self.profile.shear_factor(nu, along)
-        return self.integration.section_stiffness(along(*modulus), nu, moments, k)
+        return self.integration.section_stiffness(E, nu, moments, k)
+
+    def elasticity(self, along: Along) -> tuple[np.ndarray, np.ndarray]:
+        """Return E [Pa] and ν where `along` evaluates properties."""
+        _, modulus, ratio = self._material()
+        return along(*modulus), along(*ratio)
 
     def stiffness(self) -> list[np.ndarray]:
         """Return the nine stiffness numbers of every Gauss point, times its weight in the integral.
@@ -138,28 +142,16 @@ class Beam(CentreLine):
         numbers = self.section_stiffness(self._at_gauss_points)
         return [np.moveaxis(weights * number, 0, -1) for number in numbers]
 
-    def initial_resultants(self) -> list[np.ndarray] | None:
-        """Return what `stiffness` makes of the strains at the start, None for a straight beam.
-
-        It is to be taken off the resultants. Six arrays (elements, GAUSS_POINTS, n or 1).
-        """
-        if not callable(self.curvature) and np.all(np.asarray(self.curvature) == 0):
-            return None
-        return self.resultants(self.stiffness(), self.initial_strains(POSITIONS))
-
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
         """Return a₀, a₁, a₂, b, g₀, g₁ of `integration` at ξ in elements of this length [m].
 
         q holds their coordinates, shape (12, …).
         """
-        return strains.py_func(*self._vectors(q, xi, length))
+        return strains.py_func(*self.vectors(q, xi, length))
 
-    @staticmethod
-    def resultants(c: Sequence[np.ndarray], strain: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Return the energy's derivatives by the six strains."""
-        return resultants.py_func(c, strain)
-
-    def _vectors(self, q: np.ndarray, xi: float, length: np.ndarray):
+    def vectors(
+        self, q: np.ndarray, xi: float, length: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return p = r₀′, w = d′ and d, each of shape (2, …)."""
         ri, gi, di, rj, gj, dj = q.reshape(6, 2, *q.shape[1:])
         _, hi, h, hj = hermite_slope(xi)

@@ -67,11 +67,12 @@ class Cable(CentreLine):
     def __post_init__(self) -> None:
         super().__post_init__()
         non_negative("Cable retardation [s]", self.retardation)
-        for name, value in self._properties():
+        for name, value in self.properties():
             if not callable(value):
                 positive(name, value)
 
-    def _properties(self):
+    def properties(self) -> Sequence[tuple[str, Property]]:
+        """Return name and value of mass, axial and bending stiffness."""
         return (
             ("Cable mass_per_length [kg/m]", self.mass_per_length),
             ("Cable axial_stiffness [N]", self.axial_stiffness),
@@ -93,7 +94,7 @@ class Cable(CentreLine):
 
     def mass_entries(self) -> MassEntries:
         """Return the mass matrix of the axis."""
-        return self.axis_mass(self._at_gauss_points(*self._properties()[0], positive))
+        return self.axis_mass(self._at_gauss_points(*self.properties()[0], positive))
 
     def stiffness(self) -> list[np.ndarray]:
         """Return EA and EI, both times the weight, of every Gauss point.
@@ -101,23 +102,29 @@ class Cable(CentreLine):
         Each has shape (elements, GAUSS_POINTS, n or 1).
         """
         weights = self.element_length[..., None, None] * WEIGHTS
-        properties = self._properties()[1:]
+        properties = self.properties()[1:]
         return [
             np.moveaxis(weights * self._at_gauss_points(*p, positive), 0, -1) for p in properties
         ]
 
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
         """Return |p| − 1 and κ at ξ in elements of this length [m]; q has shape (8, …)."""
-        p, w = self._vectors(q, xi, length)
+        p, w = self.vectors(q, xi, length)
         squared = p[0] ** 2 + p[1] ** 2
         return np.sqrt(squared) - 1, (p[0] * w[1] - p[1] * w[0]) / squared
 
-    @staticmethod
-    def resultants(c: Sequence[np.ndarray], strain: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Return the axial force and the bending moment."""
-        return [c[0] * strain[0], c[1] * strain[1]]
+    def curvature_slope(self, q: np.ndarray, xi: float, length: np.ndarray) -> np.ndarray:
+        """Return dκ/ds: κ = p × w / p·p, ds = |p| dx."""
+        p, w = self.vectors(q, xi, length)
+        ri, gi, rj, gj = q.reshape(4, 2, *q.shape[1:])
+        third = (12 * (ri - rj) / length + 6 * (gi + gj)) / length**2
+        squared = p[0] ** 2 + p[1] ** 2
+        turning = p[0] * third[1] - p[1] * third[0]
+        kappa = (p[0] * w[1] - p[1] * w[0]) / squared
+        slope = (turning - 2 * kappa * (p[0] * w[0] + p[1] * w[1])) / squared
+        return slope / np.sqrt(squared)
 
-    def _vectors(self, q: np.ndarray, xi: float, length: np.ndarray):
+    def vectors(self, q: np.ndarray, xi: float, length: np.ndarray):
         """Return p = r₀′ and w = r₀″, each of shape (2, …)."""
         ri, gi, rj, gj = q.reshape(4, 2, *q.shape[1:])
         (_, hi, h, hj), (_, ki, k, kj) = hermite_slope(xi), hermite_curvature(xi)

@@ -127,6 +127,21 @@ def add_cable_forces(cables, values, z, velocity, r):
 
 
 @compiled
+def cable_energy(cables, values, z):
+    """Return the elastic energy of the cables, ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)²."""
+    total = 0.0 * load(z, 0)
+    for e in range(len(cables.first)):
+        first, il = cables.first[e], load(values.inverse_length, e)
+        for g in range(GAUSS_POINTS):
+            (px, py), (wx, wy) = _at_gauss_point(z, first, il, g)
+            EA, EI, strain, curvature = _stiffness(values.stiffness, e, g)
+            nn = px * px + py * py
+            stretch, bend = sqrt(nn) - 1.0 - strain, (px * wy - py * wx) / nn - curvature
+            total += 0.5 * (EA * stretch * stretch + EI * bend * bend)
+    return total
+
+
+@compiled
 def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks):
     """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the cables; `blocks` is work space.
 

@@ -131,6 +131,16 @@ class CentreLine:
 
     def frame(self, name: str, first: int) -> Frame:
         """Return the frame of a named point; the body's coordinates start at z_first."""
+        return self._frame_at(self.located(name), first)
+
+    def located(self, name: str) -> float:
+        """Return how many elements from the start a named point is.
+
+        Raises
+        ------
+        InputError
+            Where there is no such point.
+        """
         count = self.elements
         places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
         places |= {f"node {k}": k for k in range(count + 1)}
@@ -140,7 +150,7 @@ class CentreLine:
             place = np.nan
         if not 0 <= place <= count:
             known("point", name, [*places, "a part of the length from 0 to 1"])
-        return self._frame_at(place, first)
+        return place
 
     def _frame_at(self, place: float, first: int) -> Frame:
         """Return the frame at `place` elements from the start."""
@@ -205,6 +215,11 @@ class CentreLine:
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
         """Return the strains at ξ in elements of this length; q is (element coordinates, …)."""
         raise NotImplementedError
+
+    @property
+    def straight(self) -> bool:
+        """Whether the axis is straight at the start."""
+        return not callable(self.curvature) and not np.any(np.asarray(self.curvature))
 
     def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
         """Return the strains at these ξ at the start, each of shape (elements, points, n or 1).

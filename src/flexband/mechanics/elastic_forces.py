@@ -7,6 +7,7 @@ import numpy as np
 from flexband.lanes import add_to, compiled, load, store
 from flexband.mechanics.centre_line import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.element import (
+    energy,
     gradient,
     hessian,
     resultants,
@@ -118,13 +119,12 @@ def add_elastic_forces(beams, values, z, velocity, r):
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
             strain = strains(p, w, d)
+            if beams.initial[e] >= 0:
+                strain = without(strain, _initial(values.initial, beams.initial[e], g))
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
-            forces = resultants(_stiffness(values.stiffness, e, g), strain)
-            if beams.initial[e] >= 0:
-                forces = without(forces, _initial(values.initial, beams.initial[e], g))
-            fp, fwg, fd = gradient(forces, p, w, d)
+            fp, fwg, fd = gradient(resultants(_stiffness(values.stiffness, e, g), strain), p, w, d)
             h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
             fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
             fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
@@ -139,6 +139,22 @@ def add_elastic_forces(beams, values, z, velocity, r):
             add_to(r, first + 6 + axis, il * fu[axis])
             add_to(r, first + 8 + axis, fgj[axis])
             add_to(r, first + 10 + axis, fdj[axis] + il * fw[axis])
+
+
+@compiled
+def beam_energy(beams, values, z):
+    """Return the elastic energy of the beams."""
+    total = 0.0 * load(z, 0)
+    for e in range(len(beams.first)):
+        il = load(values.inverse_length, e)
+        u, gi, gj, di, dj, w = _element_vectors(z, beams.first[e], il)
+        for g in range(GAUSS_POINTS):
+            p, d = _at_gauss_point(g, u, gi, gj, di, dj)
+            strain = strains(p, w, d)
+            if beams.initial[e] >= 0:
+                strain = without(strain, _initial(values.initial, beams.initial[e], g))
+            total += energy(resultants(_stiffness(values.stiffness, e, g), strain), strain)
+    return total
 
 
 @compiled
@@ -191,12 +207,12 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
             c, strain = _stiffness(values.stiffness, e, g), strains(p, w, d)
+            if beams.initial[e] >= 0:
+                strain = without(strain, _initial(values.initial, beams.initial[e], g))
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
             forces = resultants(c, strain)
-            if beams.initial[e] >= 0:
-                forces = without(forces, _initial(values.initial, beams.initial[e], g))
             if damped:
                 c = _scaled(c, 1.0 + rate * time)
             pp, pw, pd, ww, wd, dd = hessian(c, forces, p, w, d)

@@ -74,11 +74,19 @@ def resultants(c, strain):
 
 
 @compiled
-def without(forces, initial):
-    """Return resultants less those of the strains at the start."""
-    N0, N1, N2, Nb, Q0, Q1 = forces
+def without(strain, initial):
+    """Return strains less those at the start."""
+    a0, a1, a2, b, g0, g1 = strain
     i0, i1, i2, ib, j0, j1 = initial
-    return N0 - i0, N1 - i1, N2 - i2, Nb - ib, Q0 - j0, Q1 - j1
+    return a0 - i0, a1 - i1, a2 - i2, b - ib, g0 - j0, g1 - j1
+
+
+@compiled
+def energy(forces, strain):
+    """Return half the product of resultants and strains."""
+    N0, N1, N2, Nb, Q0, Q1 = forces
+    a0, a1, a2, b, g0, g1 = strain
+    return 0.5 * (N0 * a0 + N1 * a1 + N2 * a2 + Nb * b + Q0 * g0 + Q1 * g1)
 
 
 @compiled

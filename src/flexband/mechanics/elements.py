@@ -34,17 +34,16 @@ class Elements:
         self.first += [first + body.per_node * e for e in range(body.elements)]
         self.inverse_length += [1 / body.element_length] * body.elements
         self.retardation += [body.retardation] * body.elements
-        numbers, initial = body.stiffness(), None
-        if isinstance(body, Beam):
-            initial = body.initial_resultants()
+        numbers, initial = body.stiffness(), body.initial_strains(POSITIONS)
+        if isinstance(body, Cable):
+            numbers += initial
+        elif body.straight:
+            self.initial_row += [-1] * body.elements
         else:
-            numbers += body.initial_strains(POSITIONS)
+            each, rows = GAUSS_POINTS * len(initial), _by_element(initial)
+            self.initial_row += [len(self.initial) + each * e for e in range(body.elements)]
+            self.initial += rows
         self.stiffness += _by_element(numbers)
-        each = 0 if initial is None else GAUSS_POINTS * len(initial)
-        self.initial_row += [
-            len(self.initial) + e * each if each else -1 for e in range(body.elements)
-        ]
-        self.initial += [] if initial is None else _by_element(initial)
 
     def damped(self) -> np.ndarray:
         """Return whether the material of each element is damped in any sample."""

@@ -22,9 +22,9 @@ from flexband.lanes import (
     store,
     where,
 )
-from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent
-from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent
-from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent
+from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent, cable_energy
+from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent, beam_energy
+from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent, spring_energy
 
 
 @compiled
@@ -159,8 +159,13 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     )
 
 
-@compiled
-def sense(sensors, coefficient, functions, now, z, outputs):
+@inlined
+def sense(structure, values, now, z, outputs):
     """Set the sensors' rows."""
+    if structure.energy > 0:
+        energy = beam_energy(structure.beams, values.beams, z)
+        energy += cable_energy(structure.cables, values.cables, z)
+        energy += spring_energy(structure.springs, values.springs, z)
+        store(z, structure.energy, energy)
     clear(outputs)
-    add_products(sensors, coefficient, functions, now, z, outputs, 1.0)
+    add_products(structure.sensors, values.sensor, values.functions, now, z, outputs, 1.0)

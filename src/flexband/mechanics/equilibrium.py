@@ -54,7 +54,7 @@ def equilibrium(
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = np.arange(system.samples)[here]
         rows, failure, _ = rest(system, packed(block), steps)
-        outputs[here] = derive(system, rows[:, None], own)[:, 0].T[: len(own)]
+        outputs[here] = derive(system, rows[:, None])[:, 0].T[: len(own)]
         failures[here] = failure.T[: len(own)]
         return len(own)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError, known
 from flexband.mechanics.forms import Form
-from flexband.mechanics.sensors import Model, Pick, Plain
+from flexband.mechanics.sensors import Model, Plain
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Reaction:
             raise InputError(f"joint {self.joint!r} exerts a moment and no force")
         return force if self.axes == "global" else [*force, *model.frame(joint.first).normal]
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return the force, turned into the body's axes where asked for."""
         if self.axes == "global":
             return rows
@@ -109,7 +109,7 @@ class SpringForce:
         numbers = (spring.stiffness, rest, relaxed, spring.cubic, spring.damping)
         return [*apart, *rate, *map(Form.constant, numbers), pull]
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return k x + k₃ x³ + d ℓ̇ + f and ℓ."""
         x, y, vx, vy, stiffness, rest, relaxed, cubic, damping, pull = rows
         length = np.hypot(x, y)

@@ -9,7 +9,7 @@ The variables are z = [1, q, λ, v, a]: z₀ = 1 makes constants and linear term
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,6 +136,18 @@ def at_point(force: Vector, position: Vector) -> GeneralizedForce:
 def about(moment: Form, direction: Vector) -> GeneralizedForce:
     """Return the generalized force of a moment on a direction d of length one, M d × δd."""
     return _work([(-moment * direction[1], direction[0]), (moment * direction[0], direction[1])])
+
+
+def constraint_force(rows: Sequence[Form], multipliers: Sequence[Form]) -> GeneralizedForce:
+    """Return −Φ_qᵀλ."""
+    force: GeneralizedForce = {}
+    for row, multiplier in zip(rows, multipliers, strict=True):
+        for (i, j, f), c in row.terms.items():
+            for one, other in ((i, j), (j, i)):
+                if one > 0:
+                    part = multiplier * Form({(0, other, f): -c})
+                    force[one] = force[one] + part if one in force else part
+    return force
 
 
 def _work(products) -> GeneralizedForce:

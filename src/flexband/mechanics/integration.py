@@ -38,6 +38,10 @@ class SectionStiffness(NamedTuple):
     s1: np.ndarray
 
 
+Strains = Sequence[np.ndarray]
+"""a₀, a₁, a₂, b, g₀, g₁."""
+
+
 class SectionIntegration(Protocol):
     """A rule that turns material and section into `SectionStiffness`."""
 
@@ -45,6 +49,12 @@ class SectionIntegration(Protocol):
         self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
         """Return the stiffness for E [Pa], ν, moments ∫dA, ∫y²dA, ∫y⁴dA and shear factor k."""
+        ...
+
+    def stress(
+        self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return S_xx, S_yy and S_xy [Pa] at y [m] of the strains a₀, a₁, a₂, b, g₀, g₁."""
         ...
 
 
@@ -74,6 +84,14 @@ class FullIntegration:
             s0=G * m0,
             s1=G * m2,
         )
+
+    def stress(
+        self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the stresses of plane stress."""
+        a0, a1, a2, b, g0, g1 = strain
+        xx, D = a0 + y * a1 + y**2 * a2, E / (1 - nu**2)
+        return D * (xx + nu * b), D * (b + nu * xx), E / (2 * (1 + nu)) * (g0 + y * g1)
 
 
 @dataclass(frozen=True)
@@ -117,3 +135,13 @@ class SelectiveIntegration:
             s0=kG * m0,
             s1=kG * m2,
         )
+
+    def stress(
+        self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return D times the strains, and Dν times those on the axis."""
+        a0, a1, a2, b, g0, g1 = strain
+        coupled = nu * E / (1 - nu**2)
+        kG = (k if self.shear_factor is None else self.shear_factor) * E / (2 * (1 + nu))
+        xx = E * (a0 + y * a1 + y**2 * a2) + coupled * (nu * a0 + b)
+        return xx, E * b + coupled * (nu * b + a0), kG * (g0 + y * g1)

@@ -13,8 +13,8 @@ from flexband.mechanics.beam import Beam
 from flexband.mechanics.bodies import PointMass, RigidBody
 from flexband.mechanics.bodies import point as ground_point
 from flexband.mechanics.cable import Cable
-from flexband.mechanics.centre_line import CentreLine, Property
-from flexband.mechanics.forms import Form, Frame, GeneralizedForce
+from flexband.mechanics.centre_line import Property
+from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
 from flexband.mechanics.joints import Joint, PointName
 from flexband.mechanics.loads import Gravity, Load, Spring
 from flexband.mechanics.sensors import Sensor
@@ -184,6 +184,68 @@ class Mechanism:
             }
         )
 
+    @property
+    def energy_row(self) -> int:
+        """Row of z for the elastic energy: behind the accelerations."""
+        return self.velocity_row + 2 * (1 + self.coordinates)
+
+    def elastic_energy(self) -> Form:
+        """Return the energy of beams, cables and springs."""
+        return Form.variable(self.energy_row)
+
+    def generalized_force(self, part: str) -> GeneralizedForce:
+        """Return the generalized force of a joint, −Φ_qᵀλ, or of a load that is a form.
+
+        Raises
+        ------
+        InputError
+            Where there is no such part, or it is a spring.
+        """
+        if part in self.joints:
+            joint, multipliers = self.joint(part)
+            return constraint_force(joint.constraints(self.frame), multipliers)
+        _within("joint or load", part, {**self.joints, **self.loads})
+        load = self.loads[part]
+        if isinstance(load, Gravity):
+            return self.weight(load)
+        return load.forces(self)
+
+    def load(self, name: str) -> Load | None:
+        """Return a load, None where there is none of the name."""
+        return self.loads.get(name)
+
+    def potential_energy(self) -> Form:
+        """Return −∫ρ g · r dV of all fields of gravity."""
+        weights = [self.weight(load) for load in self.loads.values() if isinstance(load, Gravity)]
+        return sum(
+            (force * Form.variable(j) * -1.0 for weight in weights for j, force in weight.items()),
+            Form({}),
+        )
+
+    def weight(self, field: Gravity) -> GeneralizedForce:
+        """Return M g, g being the field in the nodes' positions."""
+        first = self.first_coordinates()
+        nodes = {first[name] + k for name, body in self.bodies.items() for k in body.nodes}
+        g = {n + axis: Form.constant(a) for n in nodes for axis, a in enumerate((field.x, field.y))}
+        force: GeneralizedForce = {}
+        for (i, j), value in self.mass_entries().items():
+            for to, of in {(i, j), (j, i)}:
+                if of in g:
+                    force[to] = force.get(to, Form({})) + g[of] * value
+        return force
+
+    def member(self, name: str) -> tuple[Beam | Cable, int]:
+        """Return a beam or cable and where in z its coordinates start.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such beam or cable.
+        """
+        members = {k: body for k, body in self.bodies.items() if isinstance(body, Beam | Cable)}
+        _within("beam", name, members)
+        return members[name], self.first_coordinates()[name]
+
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
         """Return the generalized force of a load [N/m] along a beam or cable.
 
@@ -192,10 +254,8 @@ class Mechanism:
         InputError
             Where the mechanism has no such beam or cable.
         """
-        beams = {k: body for k, body in self.bodies.items() if isinstance(body, CentreLine)}
-        _within("beam", body, beams)
-        first = self.first_coordinates()[body]
-        return {first + j: Form.constant(force) for j, force in beams[body].line_load(x, y).items()}
+        member, first = self.member(body)
+        return {first + j: Form.constant(force) for j, force in member.line_load(x, y).items()}
 
 
 def _within(kind: str, name: str, parts: Mapping[str, object]) -> None:

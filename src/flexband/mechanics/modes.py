@@ -77,7 +77,7 @@ def modes(
         for lane in range(len(own)):
             if failures[own[lane], 0] == 0:
                 squares, vectors = _solve(M[lane], K[lane], Phi[lane], count)
-                found.append((squares, _shapes(system, values, work, own, lane, vectors)))
+                found.append((squares, _shapes(system, values, work, lane, vectors)))
     raise_failures(failures, system, np.zeros(1))
     squares, shapes = (np.stack(parts) for parts in zip(*found, strict=True))
     frequency = np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi)
@@ -99,7 +99,7 @@ def _solve(M: np.ndarray, K: np.ndarray, Phi: np.ndarray, count: int):
     return squares, free @ vectors
 
 
-def _shapes(system: System, values, work: Work, own: np.ndarray, lane: int, vectors: np.ndarray):
+def _shapes(system: System, values, work: Work, lane: int, vectors: np.ndarray):
     """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
     rows, z = np.zeros((system.sensed, WIDTH)), work.z.copy()
     shapes = []
@@ -108,8 +108,8 @@ def _shapes(system: System, values, work: Work, own: np.ndarray, lane: int, vect
         sides = []
         for sign in (1.0, -1.0):
             z[1 : 1 + len(vector), lane] = work.z[1 : 1 + len(vector), lane] + sign * size * vector
-            _sense(system.structure.sensors, values.sensor, values.functions, z, rows)
-            sides.append(derive(system, rows[:, None].copy(), own)[:, 0, lane])
+            _sense(system.structure, values, z, rows)
+            sides.append(derive(system, rows[:, None].copy())[:, 0, lane])
         shapes.append((sides[0] - sides[1]) / (2 * size))
     return np.stack(shapes)
 
@@ -130,5 +130,5 @@ def _tangent(structure, values, work, weight):
 
 
 @cached
-def _sense(sensors, coefficient, functions, z, rows):
-    sense(sensors, coefficient, functions, np.int64(0), z, rows)
+def _sense(structure, values, z, rows):
+    sense(structure, values, np.int64(0), z, rows)

@@ -6,19 +6,17 @@ time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from flexband.mechanics.forms import Form, Frame
+from flexband.mechanics.beam import Beam
+from flexband.mechanics.cable import Cable
+from flexband.mechanics.forms import Form, Frame, GeneralizedForce
 from flexband.mechanics.joints import Joint, PointName
-from flexband.mechanics.loads import Spring
-
-Pick = Callable[[ArrayLike], np.ndarray]
-"""Takes a parameter, a number or one a sample, to its values for the lanes of a block."""
+from flexband.mechanics.loads import Load, Spring
 
 
 class Model(Protocol):
@@ -48,6 +46,26 @@ class Model(Protocol):
         """Return ½ vᵀ M v."""
         ...
 
+    def elastic_energy(self) -> Form:
+        """Return the energy of beams, cables and springs."""
+        ...
+
+    def generalized_force(self, part: str) -> GeneralizedForce:
+        """Return the generalized force of a joint, a drive, or a load that is a form."""
+        ...
+
+    def potential_energy(self) -> Form:
+        """Return −∫ρ g · r dV."""
+        ...
+
+    def load(self, name: str) -> Load | None:
+        """Return a load, None where there is none of the name."""
+        ...
+
+    def member(self, name: str) -> tuple[Beam | Cable, int]:
+        """Return a beam or cable and where in z its coordinates start."""
+        ...
+
 
 class Sensor(Protocol):
     """What assembly asks of a sensor."""
@@ -60,7 +78,7 @@ class Sensor(Protocol):
         """Return the forms to evaluate."""
         ...
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return the outputs (outputs, times, lanes) from the rows' values."""
         ...
 
@@ -68,7 +86,7 @@ class Sensor(Protocol):
 class Plain:
     """A sensor whose rows are its outputs."""
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return the rows."""
         return rows
 
@@ -135,7 +153,7 @@ class Angle:
         """Return the normal."""
         return model.frame(self.point).normal
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return its angle, continuous in time."""
         return np.unwrap(np.arctan2(rows[1], rows[0]), axis=0)[None]
 
@@ -154,23 +172,10 @@ class AngularVelocity:
         """Return the normal and its rate."""
         return [*model.frame(self.point).normal, *model.velocity(self.point).normal]
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return n × ṅ / n · n."""
         x, y, vx, vy = rows
         return ((x * vy - y * vx) / (x * x + y * y))[None]
-
-
-@dataclass(frozen=True)
-class KineticEnergy(Plain):
-    """The kinetic energy of all bodies [J]."""
-
-    def outputs(self) -> list[tuple[str, str]]:
-        """Return one output in joules."""
-        return [("", "J")]
-
-    def rows(self, model: Model) -> Sequence[Form]:
-        """Return ½ vᵀ M v."""
-        return [model.kinetic_energy()]
 
 
 @dataclass(frozen=True)
@@ -195,7 +200,7 @@ class Deflection:
         names = ("start", self.place, "end")
         return [form for name in names for form in model.frame(f"{self.body}.{name}").position]
 
-    def derive(self, rows: np.ndarray, pick: Pick) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return the distance from the chord, positive to the left of its direction."""
         ax, ay, x, y, bx, by = rows
         chord_x, chord_y = bx - ax, by - ay

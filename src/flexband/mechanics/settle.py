@@ -69,5 +69,5 @@ def settle(structure, values, work, outputs, failure):
         w = where(short, where(grown, GROWTH * w, w), w)
         if not any_true(moving):
             break
-    sense(structure.sensors, values.sensor, values.functions, now, z, outputs)
+    sense(structure, values, now, z, outputs)
     store(failure, 0, where(moving, filled(NOT_SETTLED), load(failure, 0)))

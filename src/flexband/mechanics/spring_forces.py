@@ -45,6 +45,21 @@ def add_spring_tangent(springs, values, functions, now, z, velocity, weight, rat
 
 
 @compiled
+def spring_energy(springs, values, z):
+    """Return ½ k x² + ¼ k₃ x⁴ of the springs; what actuators pull with has no part in it."""
+    total = 0.0 * load(z, 0)
+    for s in range(len(springs.start) - 1):
+        _, _, length = spring_vector(springs, values, z, s)
+        stretch = length - load(values.rest_length, s)
+        square = stretch * stretch
+        total += (
+            0.5 * load(values.stiffness, s) * square
+            + 0.25 * load(values.cubic, s) * square * square
+        )
+    return total
+
+
+@compiled
 def _tension(springs, values, functions, now, z, velocity, s, vector):
     """Return k x + k₃ x³ + d ℓ̇ + f, with the `spring_vector`."""
     x, y, length = vector

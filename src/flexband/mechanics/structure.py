@@ -25,7 +25,7 @@ class Beams(NamedTuple):
 
     first: np.ndarray  # of the element's twelve coordinates
     damped: np.ndarray  # whether its material is
-    initial: np.ndarray  # row of its first initial resultant, −1 for a straight one
+    initial: np.ndarray  # row of its first strain at the start, −1 for a straight one
     slot: np.ndarray  # (elements, 12, 12)
 
 
@@ -73,6 +73,7 @@ class Structure(NamedTuple):
     multipliers: int
     velocity: int  # row of z where [0, v] starts
     acceleration: int  # row of z where [0, a] starts
+    energy: int  # row of z for the elastic energy, 0 where no sensor asks for it
     functions: int  # of time, the constant one included
     mass: Mass
     beams: Beams
@@ -89,7 +90,7 @@ class BeamValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # nine rows a Gauss point
-    initial: np.ndarray  # resultants to be taken off where it is curved, six rows a Gauss point
+    initial: np.ndarray  # strains at the start of what is curved, six rows a Gauss point
     retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
 
 
@@ -148,6 +149,6 @@ class Work(NamedTuple):
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
         pattern, q = structure.pattern, structure.coordinates + 1
-        rows = (pattern.unknowns + 1 + 2 * q, q, pattern.unknowns + 1, pattern.rows)
+        rows = (pattern.unknowns + 2 + 2 * q, q, pattern.unknowns + 1, pattern.rows)
         rows += (4 * pattern.tiles, 4 * pattern.longest_row, GAUSS_POINTS * HESSIAN_ROWS, 1)
         return Work(*(zeros(count) for count in rows))

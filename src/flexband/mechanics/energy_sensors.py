@@ -1,0 +1,84 @@
+"""Sensors of energy and work: of the whole mechanism, and of one of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.mechanics.force_sensors import SpringForce
+from flexband.mechanics.forms import Form
+from flexband.mechanics.loads import Spring
+from flexband.mechanics.sensors import Model, Plain
+
+
+class _Energy:
+    """A sensor with one output in joules."""
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return one output in joules."""
+        return [("", "J")]
+
+
+@dataclass(frozen=True)
+class KineticEnergy(_Energy, Plain):
+    """The kinetic energy of all bodies [J]."""
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return ½ vᵀ M v."""
+        return [model.kinetic_energy()]
+
+
+@dataclass(frozen=True)
+class ElasticEnergy(_Energy, Plain):
+    """The elastic energy of all beams, cables and springs [J]."""
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return it, as the engine finds it."""
+        return [model.elastic_energy()]
+
+
+@dataclass(frozen=True)
+class PotentialEnergy(_Energy, Plain):
+    """The potential energy of all bodies in the fields of gravity [J], zero at the origin."""
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return −∫ρ g · r dV."""
+        return [model.potential_energy()]
+
+
+@dataclass(frozen=True)
+class Work(_Energy):
+    """The work that a load, joint or drive has done on the mechanism since the start [J].
+
+    It is summed by the trapezoidal rule over the steps. Where names of joints and loads are the
+    same, the joint is meant.
+    """
+
+    part: str
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return generalized forces and their coordinates, or force and length of a spring.
+
+        Raises
+        ------
+        InputError
+            Where there is no such part.
+        """
+        if isinstance(model.load(self.part), Spring):
+            return SpringForce(self.part).rows(model)
+        force = model.generalized_force(self.part)
+        return [*force.values(), *map(Form.variable, force)]
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        """Return Σ ∫ Q dq."""
+        if isinstance(model.load(self.part), Spring):
+            force, length = SpringForce(self.part).derive(rows, model)
+            force, moved = -force[None], length[None]
+        else:
+            force, moved = np.split(rows, 2)
+        steps = 0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(moved, axis=1)
+        work = np.zeros((1, *rows.shape[1:]))
+        np.cumsum(steps.sum(axis=0), axis=0, out=work[0, 1:])
+        return work

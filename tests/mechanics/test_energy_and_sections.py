@@ -1,0 +1,187 @@
+"""Energies that add up, and section forces, strains and stresses of elementary beam theory."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+
+from .models import slider_crank
+
+STEEL = {"density": 7800.0, "youngs_modulus": 2.1e11, "poissons_ratio": 0.3}
+h, b, L = 0.02, 0.03, 1.0
+A, second = b * h, b * h**3 / 12
+
+
+def cantilever(force, sensors, elements=8, kind="beam", **change):
+    body = (
+        fb.Beam(length=L, height=h, width=b, elements=elements, **(STEEL | change))
+        if kind == "beam"
+        else fb.Cable(
+            length=L, elements=elements, mass_per_length=7800 * A,
+            axial_stiffness=2.1e11 * A, bending_stiffness=2.1e11 * second,
+        )
+    )  # fmt: skip
+    return fb.Mechanism(
+        bodies={"b": body},
+        joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
+        loads={"P": fb.Force("b.end", *force)},
+        sensors=sensors,
+    )
+
+
+@pytest.mark.parametrize("kind", ["beam", "cable"])
+@pytest.mark.parametrize("place", ["start", "0.3", "middle", "0.9"])
+def test_section_forces_are_those_of_statics(kind, place):
+    """N = F, Q = P, M = P (L − x) for a small force (F, P) at the free end."""
+    F, P = 3.0, 0.02
+    x = {"start": 0.0, "middle": 0.5}[place] if place.isalpha() else float(place)
+    model = cantilever((F, P), {"s": fb.SectionForces("b", place)}, kind=kind)
+    N, Q, M = fb.equilibrium(model).values
+    assert float(N) == pytest.approx(F, rel=1e-4)
+    assert float(Q) == pytest.approx(P, rel=1e-3)
+    assert float(M) == pytest.approx(P * (L - x), rel=1e-3)
+
+
+@pytest.mark.parametrize("integration", [fb.SelectiveIntegration(), fb.FullIntegration()])
+def test_stress_and_strain_of_tension(integration):
+    """σ = F/A and ε = σ/E, contraction −νε."""
+    F = np.array([1e3, 2e3])
+    model = cantilever(
+        (F, 0.0),
+        {"E": fb.Strain("b", "0.3", y=0.3 * h), "S": fb.Stress("b", y=-h / 2)},
+        integration=integration,
+    )
+    found = fb.equilibrium(model)
+    strain = F / A / 2.1e11
+    np.testing.assert_allclose(found.sel(output="E_xx"), strain, rtol=1e-4)
+    np.testing.assert_allclose(found.sel(output="E_yy"), -0.3 * strain, rtol=1e-3)
+    np.testing.assert_allclose(found.sel(output="S_xx"), F / A, rtol=1e-3)
+    np.testing.assert_allclose(found.sel(output="S_yy"), 0.0, atol=1e3 / A * 1e-3)
+
+
+def test_stress_of_bending():
+    """σ = −M y/I: a force to the left bends the beam to the left and presses its left side."""
+    P = 10.0
+    sensors = {f"{y:g}": fb.Stress("b", "0.25", y=y * h) for y in (-0.5, 0.25, 0.5)}
+    found = fb.equilibrium(cantilever((0.0, P), sensors))
+    for y in (-0.5, 0.25, 0.5):
+        exact = -P * 0.75 * L * y * h / second
+        assert float(found.sel(output=f"{y:g}_xx")) == pytest.approx(exact, rel=5e-3)
+
+
+def test_a_curved_beam_at_rest_has_no_section_forces_and_a_loaded_one_those_of_statics():
+    """Quarter ring, radial force P at the free end."""
+    P, R = 0.1, 1.0
+
+    def ring(force):
+        beam = fb.Beam(
+            length=np.pi / 2 * R, curvature=1 / R, height=h, width=b, elements=64, **STEEL
+        )
+        return fb.Mechanism(
+            bodies={"b": beam},
+            joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
+            loads={"P": fb.Force("b.end", x=force)},
+            sensors={"s": fb.SectionForces("b", "0.5078125")},  # the middle of an element
+        )
+
+    np.testing.assert_allclose(fb.equilibrium(ring(0.0)), 0.0, atol=1e-6)
+    N, Q, M = fb.equilibrium(ring(P)).values
+    angle = 0.5078125 * np.pi / 2  # of the section's normal; the lever from it to the end is in Y
+    assert float(N) == pytest.approx(P * np.cos(angle), rel=2e-2)
+    assert float(Q) == pytest.approx(-P * np.sin(angle), rel=2e-2)
+    assert float(M) == pytest.approx(-P * R * np.cos(angle), rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["beam", "cable"])
+def test_elastic_energy_is_half_the_work_of_a_small_force(kind):
+    P = np.array([0.1, 0.2])
+    model = cantilever((0.0, P), {"E": fb.ElasticEnergy(), "tip": fb.Position("b.end")}, kind=kind)
+    found = fb.equilibrium(model)
+    np.testing.assert_allclose(
+        found.sel(output="E"), 0.5 * P * found.sel(output="tip_Y"), rtol=1e-5
+    )
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1.0])
+def test_energy_of_a_falling_member_is_kept(curvature):
+    """At ρ∞ = 1 kinetic, elastic and potential energy, and the work of a force, add up."""
+    beam = fb.Beam(
+        length=0.5, height=0.004, width=0.01, density=1000.0, youngs_modulus=1e8,
+        poissons_ratio=0.3, elements=4, curvature=curvature,
+    )  # fmt: skip
+    cable = fb.Cable(
+        length=0.3, elements=4, mass_per_length=0.04, axial_stiffness=4e3, bending_stiffness=5e-3,
+        curvature=curvature,
+    )  # fmt: skip
+    model = fb.Mechanism(
+        bodies={"beam": beam, "cable": cable},
+        joints={
+            "pin": fb.Revolute("beam.start", (0.0, 0.0)),
+            "end": fb.Revolute("cable.start", "beam.end"),
+        },
+        loads={
+            "g": fb.Gravity(),
+            "spring": fb.Spring("beam.middle", (0.3, 0.4), 3.0, rest_length=0.2),
+            "push": fb.Force("cable.end", x=lambda t: 0.1 * np.sin(20 * t), y=0.05),
+        },
+        sensors={
+            "T": fb.KineticEnergy(), "U": fb.ElasticEnergy(), "V": fb.PotentialEnergy(),
+            "W": fb.Work("push"), "Ws": fb.Work("spring"), "Wg": fb.Work("g"),
+            "tip": fb.Position("cable.end"),
+        },
+    )  # fmt: skip
+
+    def run(step):
+        motion = fb.simulate(
+            model, duration=0.4, step=step, integrator=fb.GeneralizedAlpha(spectral_radius=1.0)
+        )
+        T, U, V, W, Ws, Wg = motion[:6].values
+        total = T + U + V - W
+        assert np.ptp(V) > 0.01
+        np.testing.assert_allclose(Wg, V[0] - V, atol=1e-8)
+        return np.abs(total - total[0]).max() / np.ptp(V), T, U, V, W, Ws
+
+    coarse, *_ = run(2e-4)
+    fine, *_ = run(1e-4)
+    assert fine < 2e-4
+    assert 3.0 < coarse / fine < 5.0  # second order
+
+
+def test_the_work_of_a_drive_and_of_a_spring_is_what_the_energy_gains():
+    model = slider_crank()
+    model = fb.Mechanism(
+        bodies=model.bodies, joints=model.joints, loads=model.loads,
+        sensors={
+            "T": fb.KineticEnergy(), "U": fb.ElasticEnergy(), "W": fb.Work("motor"),
+            "S": fb.Work("spring"), "F": fb.SpringForce("spring"), "A": fb.Work("A"),
+        },
+    )  # fmt: skip
+    motion = fb.simulate(
+        model, duration=0.1, step=1e-4, integrator=fb.GeneralizedAlpha(spectral_radius=1.0)
+    )
+    T, U, W, S, _, length, at_rest = motion.values
+    gained = T + U - T[0] - U[0]
+    assert np.ptp(gained) > 1.0
+    np.testing.assert_allclose(W, gained, atol=2e-3 * np.ptp(gained))
+    stretch = length - length[0]
+    np.testing.assert_allclose(S, -500.0 * stretch**2, atol=1e-9)
+    np.testing.assert_allclose(at_rest, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "text"),
+    [
+        (fb.Strain("b", "middle", y=1.0), "must be from -0.01 to 0.01; got 1"),
+        (fb.SectionForces("x"), "beam 'x' is not in the mechanism"),
+        (fb.SectionForces("b", "top"), "point 'top' is unknown"),
+        (fb.Work("nothing"), "'nothing' is not in the mechanism"),
+    ],
+)
+def test_sensors_of_what_is_not_there_are_refused(sensor, text):
+    with pytest.raises(fb.InputError, match=text):
+        cantilever((0.0, 1.0), {"s": sensor})
+
+
+def test_stresses_of_a_cable_are_refused():
+    with pytest.raises(fb.InputError, match="stresses need a Beam"):
+        cantilever((0.0, 1.0), {"s": fb.Stress("b")}, kind="cable")

@@ -1,0 +1,69 @@
+"""One sample of a mechanism at its assembled start, in numbers: where forms are evaluated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.errors import whole
+from flexband.mechanics.assembly import assemble
+from flexband.mechanics.batch import begin, compiling
+from flexband.mechanics.centre_line import Property
+from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.forms import Form, Vector
+from flexband.mechanics.loads import InTime
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.packing import AT_START, pack
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """The state z = [1, q, λ | 0, v | 0, a] of one sample at time zero, shape (rows,)."""
+
+    sample: int
+    z: np.ndarray
+
+    def value(self, form: Form) -> float:
+        """Return the value of a form."""
+        terms = form.terms.items()
+        return sum(
+            self.number(c) * (1.0 if f is None else self.number(f)) * float(self.z[i] * self.z[j])
+            for (i, j, f), c in terms
+        )
+
+    def vector(self, vector: Vector) -> np.ndarray:
+        """Return the X and Y components of a vector, shape (2,)."""
+        return np.array([self.value(form) for form in vector])
+
+    def number(self, value: InTime) -> float:
+        """Return this sample's value of a parameter, at time zero where it is a function."""
+        values = np.ravel(np.asarray(value(0.0) if callable(value) else value, dtype=float))
+        return float(values[min(self.sample, len(values) - 1)])
+
+    def along(self, value: Property, x: np.ndarray) -> np.ndarray:
+        """Return this sample's values of a property at positions x [m], both of shape (points,)."""
+        if not callable(value):
+            return np.full(len(x), self.number(value))
+        values = np.atleast_2d(np.asarray(value(x), dtype=float))
+        return np.broadcast_to(values[min(self.sample, len(values) - 1)], x.shape)
+
+
+def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
+    """Return where a sample starts: where its joints hold.
+
+    Raises
+    ------
+    InputError
+        Where the mechanism has no such sample or numbers of samples do not fit each other.
+    AssemblyError
+        Where this sample's constraints cannot be met.
+    """
+    system = assemble(mechanism)
+    whole("sample", sample, 0, system.samples - 1)
+    failures = np.zeros((system.samples, 4))
+    with compiling():
+        work, failure = begin(system, pack(system, AT_START, np.array([sample]))(0))
+    failures[sample] = failure[:, 0]
+    raise_failures(failures, system, np.zeros(1))
+    return Configuration(sample, work.z[:, 0].copy())

@@ -11,38 +11,39 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
-from flexband.lanes import WIDTH, compiled, filled
+from flexband.indices import as_indices
+from flexband.lanes import WIDTH, addresses, entry, filled
 from flexband.mechanics.assembly import assemble
+from flexband.mechanics.batch import run
+from flexband.mechanics.engine import MARCH, START
 from flexband.mechanics.equations import residual, tangent
 from flexband.mechanics.factorization import factorize, solve
-from flexband.mechanics.generalized_alpha import march
-from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
 from flexband.mechanics.structure import Work
 
 DURATION, STEP = 0.6, 1e-3
 
 
-@compiled
+@entry
 def residuals(count, structure, values, work):
     for _ in range(count):
-        residual(structure, values, 0, work.z, work.r)
+        residual(structure, values, 0, work.z, work.r, work.blocks)
 
 
-@compiled
+@entry
 def tangents(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
 
 
-@compiled
+@entry
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
         factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row)
 
 
-@compiled
+@entry
 def solutions(count, structure, values, work):
     for _ in range(count):
         solve(structure.pattern, work.matrix, work.inverse_pivots, work.r)
@@ -56,7 +57,9 @@ def kernel_time(kernel, count: int, *arguments) -> float:
 
 
 def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
-    """Return what times each kernel, compiled."""
+    """Return what times each kernel, compiled; the arguments are structure, values and work."""
+    structure, values, work = arguments
+    arguments = as_indices(structure), addresses(values), addresses(work)
     kernels = {
         "residual": residuals,
         "tangent": tangents,
@@ -79,10 +82,10 @@ def main() -> None:
     outputs = np.zeros((len(times), system.sensed, WIDTH))
 
     def step_time() -> float:
-        start(structure, values, work, failure)
+        run(START, system, values, work, failure=failure)
         begin = time.perf_counter()
-        march(structure, integrator.coefficients(STEP), integrator.tolerance,
-              values, work, outputs, failure)  # fmt: skip
+        run(MARCH, system, values, work, outputs, failure,
+            integrator.coefficients(STEP), integrator.tolerance)  # fmt: skip
         return 1e6 * (time.perf_counter() - begin) / (len(times) - 1)
 
     step_time()  # compile

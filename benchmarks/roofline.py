@@ -16,7 +16,7 @@ from harness import ROOT, alternate, medians, options, report
 from kernels import kernel_cases, kernel_time
 
 from flexband import lanes
-from flexband.lanes import WIDTH, compiled, load, store
+from flexband.lanes import WIDTH, entry, load, store
 from flexband.mechanics import (
     elastic_forces,
     element,
@@ -32,7 +32,7 @@ from flexband.mechanics.structure import Work
 CHAINS = 12
 
 
-@compiled
+@entry
 def multiply_adds(count, array):
     """Do 12 × `count` multiply-adds."""
     x, y = load(array, 0), load(array, 1)
@@ -112,7 +112,9 @@ def main() -> None:
     start(structure, values, work, np.zeros((4, WIDTH)))
     z, matrix, pivots, pattern = work.z, work.matrix, work.inverse_pivots, structure.pattern
     count = {
-        "residual": operations(lambda: equations.residual(structure, values, 0, z, work.r)),
+        "residual": operations(
+            lambda: equations.residual(structure, values, 0, z, work.r, work.blocks)
+        ),
         "tangent": operations(
             lambda: equations.tangent(
                 structure, values, 0, z, Counted(1e-7), 0.0, matrix, work.blocks

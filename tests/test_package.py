@@ -13,18 +13,27 @@ SOURCE = Path(fb.__file__).parent
 ALLOWED = {
     "errors": {"errors"},
     "lanes": {"lanes"},
-    "mechanics": {"errors", "lanes", "mechanics"},
+    "indices": {"indices"},
+    "mechanics": {"errors", "lanes", "indices", "mechanics"},
     "uncertainty": {"errors", "uncertainty"},
     "study": {"errors", "uncertainty", "study"},
-    "report": {"errors", "uncertainty", "study", "report"},
+    "report": {"errors", "mechanics", "uncertainty", "study", "report"},
 }
 
 
 def imports(file):
-    """Return the flexband modules a file imports, as paths below the package."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    """Return the modules a file imports.
+
+    Left out is what a function asks of the package's root when it is called, which is what users do
+    too: the root loads a name's module only then, so such an import ties no layer to another.
+    """
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    late = {id(node) for function in functions for node in ast.walk(function)}
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
+            if node.module != "flexband" or id(node) not in late:
+                yield node.module
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
 

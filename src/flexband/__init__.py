@@ -23,7 +23,9 @@ if TYPE_CHECKING:
         Work,
     )
     from flexband.mechanics.equilibrium import equilibrium
-    from flexband.mechanics.force_sensors import Reaction, ReactionMoment, SpringForce
+    from flexband.mechanics.force_laws import ForceLaw, TorsionSpring, ViscousFriction
+    from flexband.mechanics.force_sensors import Reaction, ReactionMoment, SpringForce, SpringMoment
+    from flexband.mechanics.gears import Gear, Rack
     from flexband.mechanics.generalized_alpha import GeneralizedAlpha
     from flexband.mechanics.integration import FullIntegration, SelectiveIntegration
     from flexband.mechanics.joints import Distance, Prismatic, Revolute, Slot, Weld
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
         Velocity,
     )
     from flexband.mechanics.simulate import simulate
+    from flexband.report.drawing import draw
     from flexband.study.study import Study
     from flexband.uncertainty.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs import Interval, Normal, RandomField, Uniform
@@ -62,7 +65,7 @@ _MODULES = {
     "mechanics.mechanism": ["Mechanism"],
     "mechanics.modes": ["modes"],
     "mechanics.response": ["dynamic_response"],
-    "mechanics.force_sensors": ["Reaction", "ReactionMoment", "SpringForce"],
+    "mechanics.force_sensors": ["Reaction", "ReactionMoment", "SpringForce", "SpringMoment"],
     "mechanics.sensors": [
         "Acceleration",
         "Angle",
@@ -80,6 +83,9 @@ _MODULES = {
     "mechanics.sections": ["Circle", "GeneralSection", "Rectangle"],
     "mechanics.energy_sensors": ["ElasticEnergy", "KineticEnergy", "PotentialEnergy", "Work"],
     "mechanics.section_sensors": ["SectionForces", "Strain", "Stress"],
+    "mechanics.force_laws": ["ForceLaw", "TorsionSpring", "ViscousFriction"],
+    "mechanics.gears": ["Gear", "Rack"],
+    "report.drawing": ["draw"],
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -98,7 +104,9 @@ __all__ = [
     "DistributedLoad",
     "ElasticEnergy",
     "Force",
+    "ForceLaw",
     "FullIntegration",
+    "Gear",
     "GeneralSection",
     "GeneralizedAlpha",
     "Gravity",
@@ -118,6 +126,7 @@ __all__ = [
     "PrescribedRotation",
     "PrescribedTravel",
     "Prismatic",
+    "Rack",
     "RandomField",
     "Reaction",
     "ReactionMoment",
@@ -130,13 +139,17 @@ __all__ = [
     "Slot",
     "Spring",
     "SpringForce",
+    "SpringMoment",
     "Strain",
     "Stress",
     "Study",
+    "TorsionSpring",
     "Uniform",
     "Velocity",
+    "ViscousFriction",
     "Weld",
     "Work",
+    "draw",
     "dynamic_response",
     "equilibrium",
     "exponential",

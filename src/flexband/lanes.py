@@ -5,6 +5,8 @@ for a lane, the same function serves eight samples, each multiply-add on a whole
 own loop vectorizer cannot be relied on for this: it gives up where it cannot rule out aliasing.
 
 Lanes rest in C-ordered arrays whose last axis has length `WIDTH`; `load` and `store` move a row.
+They take an array or its address: an address is one number to hand on, an array nine, and handing
+on is what most of the time to compile goes to.
 Inside compiled code lanes support ``+ - * /``, also mixed with floats, and the functions below.
 A mask is a lane that holds 1.0 (true) or 0.0 (false). No operation mixes lanes, so the result of
 a sample never depends on its neighbours.
@@ -40,8 +42,8 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
 def compiled(function: Callable) -> Any:
-    """Compile a part of the engine."""
-    return njit(**_OPTIONS)(function)
+    """Compile a part of the engine, which only compiled code can call."""
+    return njit(**_OPTIONS, no_cpython_wrapper=True)(function)  # pyright: ignore[reportCallIssue]
 
 
 def inlined(function: Callable) -> Any:
@@ -51,8 +53,13 @@ def inlined(function: Callable) -> Any:
     return njit(**_OPTIONS, inline="always")(function)
 
 
+def entry(function: Callable) -> Any:
+    """Compile what Python calls."""
+    return njit(**_OPTIONS)(function)
+
+
 def cached(function: Callable) -> Any:
-    """Compile an entry of the engine and keep the result on disk."""
+    """Compile what Python calls and keep the result on disk."""
     return njit(**_OPTIONS, cache=True)(function)
 
 
@@ -133,7 +140,10 @@ for _function, _name in (
 
 def _row_pointer(context, builder, array_type, array, row):
     """Return the address of ``array[row]``, a row of `WIDTH` doubles."""
-    data = context.make_array(array_type)(context, builder, array).data
+    if isinstance(array_type, types.Integer):
+        data = builder.inttoptr(array, ir.DoubleType().as_pointer())
+    else:
+        data = context.make_array(array_type)(context, builder, array).data
     index = builder.mul(row, ir.Constant(row.type, WIDTH))
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
 
@@ -253,6 +263,46 @@ def _overload_sqrt(a):
 
 
 @instruction
+def nearest_whole(typingctx, a):
+    """Return the whole number nearest to each."""
+
+    def code(context, builder, sig, args):
+        return _call(builder, "rint", args)
+
+    return lane(lane), code
+
+
+@instruction
+def atan2(typingctx, y, x):
+    """Return the angles of the directions (x, y), one call of the C library each."""
+
+    def code(context, builder, sig, args):
+        double = types.float64
+        function = context.get_function(math.atan2, signature(double, double, double))
+        angles = ir.Constant(_VECTOR, ir.Undefined)
+        for k in map(ir.IntType(32), range(WIDTH)):
+            angle = function(builder, [builder.extract_element(a, k) for a in args])
+            angles = builder.insert_element(angles, angle, k)
+        return angles
+
+    return lane(lane, lane), code
+
+
+@instruction
+def call_at(typingctx, address, array, row):
+    """Call the function void(double *) at an address with that of row `row` of an array."""
+
+    def code(context, builder, sig, args):
+        double = ir.DoubleType().as_pointer()
+        pointer = builder.bitcast(_row_pointer(context, builder, sig.args[1], *args[1:]), double)
+        kind = ir.FunctionType(ir.VoidType(), [double]).as_pointer()
+        builder.call(builder.inttoptr(args[0], kind), [pointer])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, array, types.intp), code
+
+
+@instruction
 def maximum(typingctx, a, b):
     """Return the larger of two lanes, and NaN where either is NaN."""
 
@@ -273,6 +323,13 @@ def zeros(rows: int) -> np.ndarray:
     memory = np.zeros(rows * WIDTH + WIDTH)
     skipped = -memory.ctypes.data % (8 * WIDTH) // 8
     return memory[skipped : skipped + rows * WIDTH].reshape(rows, WIDTH)
+
+
+def addresses(arrays: Any) -> Any:
+    """Return a named tuple of arrays of lanes, or of such tuples, with the arrays' addresses."""
+    if isinstance(arrays, tuple):
+        return type(arrays)(*map(addresses, arrays))
+    return arrays.__array_interface__["data"][0]
 
 
 def to_lanes(values: np.ndarray, block: int) -> np.ndarray:

@@ -8,10 +8,10 @@ from numba import njit
 import flexband as fb
 from flexband.lanes import WIDTH, filled
 from flexband.mechanics.assembly import assemble
+from flexband.mechanics.batch import run
+from flexband.mechanics.engine import MARCH, START
 from flexband.mechanics.equations import residual, tangent
 from flexband.mechanics.factorization import factorize, solve, to_dense
-from flexband.mechanics.generalized_alpha import march
-from flexband.mechanics.initial import start
 from flexband.mechanics.packing import pack
 from flexband.mechanics.structure import Work
 
@@ -129,7 +129,7 @@ class Dense:
 
     def residual(self, unknowns, acceleration=None):
         self._fill(unknowns, acceleration)
-        residual(self.structure, self.values, 0, self.work.z, self.work.r)
+        residual(self.structure, self.values, 0, self.work.z, self.work.r, self.work.blocks)
         return self.work.r[1:, 3].copy()
 
     def tangent(self, unknowns, weight=1.0):
@@ -147,7 +147,7 @@ class Dense:
         self._tangent(1.0)
         factorize_of(self.structure, self.work)
         self.work.r[1:] = np.asarray(right)[:, None]
-        solve(self.structure.pattern, self.work.matrix, self.work.inverse_pivots, self.work.r)
+        solve_of(self.structure, self.work)
         return self.work.r[1:, 5].copy()
 
     def mass(self):
@@ -168,6 +168,11 @@ def factorize_of(structure, work):
     factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row)
 
 
+@njit
+def solve_of(structure, work):
+    solve(structure.pattern, work.matrix, work.inverse_pivots, work.r)
+
+
 def states(mechanism, steps, step, integrator=None):
     """Return q, v and λ at the end, each of shape (rows,)."""
     integrator = integrator or fb.GeneralizedAlpha()
@@ -179,16 +184,11 @@ def states(mechanism, steps, step, integrator=None):
         np.zeros((4, WIDTH)),
     )
     values = pack(system, times)(0)
-    start(structure, values, work, failure)
-    march(
-        structure,
-        integrator.coefficients(step),
-        integrator.tolerance,
-        values,
-        work,
-        outputs,
-        failure,
-    )
+    run(START, system, values, work, failure=failure)
+    run(
+        MARCH, system, values, work, outputs, failure,
+        integrator.coefficients(step), integrator.tolerance,
+    )  # fmt: skip
     assert not failure[0].any()
     n, v = structure.coordinates, structure.velocity
     z = work.z[:, 0]

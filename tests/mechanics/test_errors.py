@@ -50,7 +50,7 @@ def mechanism(joints=None, **parts):
         (lambda: mechanism({"pin": fb.Revolute("a", "a")}), "a body with itself"),
         (lambda: mechanism({"pin": "a"}), "joint 'pin' is no joint: 'a'"),  # type: ignore
         (lambda: fb.Mechanism(bodies={"a": "b"}), "body 'a' is no body"),  # type: ignore
-        (lambda: mechanism(loads={"g": 9.81}), "load 'g' is no load: 9.81"),  # type: ignore
+        (lambda: mechanism(loads={"g": 9.81}), "load 'g': it is no load: 9.81"),  # type: ignore
         (
             lambda: pendulum_driven(lambda t: 0.0, sensors={"M": fb.Reaction("motor")}),
             "sensor 'M': joint 'motor' exerts a moment and no force",

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from itertools import combinations_with_replacement, groupby
+from functools import cached_property, partial
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
+from flexband.indices import as_indices
 from flexband.mechanics.beam import Beam
 from flexband.mechanics.centre_line import CentreLine
 from flexband.mechanics.elements import Elements, rigidity
 from flexband.mechanics.factorization import NONE, analyse
+from flexband.mechanics.force_laws import TorsionSpring
 from flexband.mechanics.forms import Form, TimeFunction
+from flexband.mechanics.law_assembly import AngleParts, LawParts, square_slots
+from flexband.mechanics.law_assembly import couples as shared
 from flexband.mechanics.loads import Gravity, Spring
-from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.mechanism import LAWS, Mechanism
 from flexband.mechanics.stacking import count_samples, indices, stack
 from flexband.mechanics.structure import Beams, Cables, Mass, Products, Springs, Structure, Terms
 
@@ -53,6 +58,11 @@ class System:
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
     conditions: list[str]
 
+    @cached_property
+    def handed_on(self) -> Structure:
+        """The structure as kernels take it."""
+        return as_indices(self.structure)
+
     @property
     def sensed(self) -> int:
         """Number of rows that `sense` writes: the sensors', then the conditions."""
@@ -87,15 +97,26 @@ def assemble(mechanism: Mechanism) -> System:
             raise InputError(f"body {name!r}: {error}") from None
 
     constraints = mechanism.constraints
-    owners, constraint_rows = [owner for owner, _ in constraints], [row for _, row in constraints]
+    owners = [owner for owner, _ in constraints]
+    count = mechanism.coordinates
+    first_multiplier, first_angle = 1 + count, 1 + count + len(owners)
+    variables = itertools.count(first_angle)
+    constraint_rows = [row.with_variables(variables) for _, row in constraints]
+    turned = [(first_multiplier + k, v) for k, (_, row) in enumerate(constraints)
+              for v, _ in row.angles]  # fmt: skip
+    laws = LawParts(list(mechanism.force_laws.values()), mechanism.frame, len(turned))
+    vectors = [v for _, v in turned] + [f.normal for frames in laws.frames for f in frames]
+    angles = AngleParts(vectors, [k for k, _ in turned])
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
     force_rows = _force_rows(mechanism)
     springs = [load for load in mechanism.loads.values() if isinstance(load, Spring)]
-    functions = _functions([*constraint_rows, *sensor_rows, *force_rows], springs)
+    functions = _functions(
+        [*constraint_rows, *sensor_rows, *force_rows],
+        [*laws.functions, *(spring.actuator[1] for spring in springs)],
+    )
     numbers_of = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
 
-    count = mechanism.coordinates
-    terms = _terms(constraint_rows, numbers_of, first_row=1 + count)
+    terms = _terms(constraint_rows, numbers_of, first_multiplier, first_angle)
     sensor_terms = _terms(sensor_rows, numbers_of, first_row=0)
     force_terms = _terms(force_rows, numbers_of, first_row=0)
     entries = [_spring_entries(mechanism, spring) for spring in springs]
@@ -105,25 +126,25 @@ def assemble(mechanism: Mechanism) -> System:
         *mass,
         *beams.couples(),
         *cables.couples(),
-        *(p for c in coordinates for p in combinations_with_replacement(c, 2)),
+        *shared(coordinates),
+        *angles.couples(),
+        *shared(laws.groups),
         *(p for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))),
     ]
-    pattern, slots = analyse(_pairs(count, owners), count, [p for p in set(couples) if 0 not in p])
+    unknowns = range(1, first_angle)
+    pattern, slots = analyse(
+        _pairs(count, owners), count, [p for p in set(couples) if {*p} <= {*unknowns}]
+    )
     nowhere = pattern.rows - 1
 
     def slot(i: int, j: int) -> int:
         return slots.get((min(i, j), max(i, j)), nowhere)
 
-    most = max((len(c) for c in coordinates), default=0)
-    spring_slot = np.full((len(springs), most, most), nowhere)
-    for s, c in enumerate(coordinates):
-        spring_slot[s, : len(c), : len(c)] = [[slot(i, j) for j in c] for i in c]
-
     structure = Structure(
         coordinates=count,
         multipliers=len(owners),
-        velocity=1 + count + len(owners),
-        acceleration=2 + 2 * count + len(owners),
+        velocity=mechanism.velocity_row,
+        acceleration=mechanism.velocity_row + 1 + count,
         energy=_asked_for(mechanism.energy_row, sensor_rows),
         functions=len(functions) + 1,
         mass=Mass(
@@ -142,7 +163,7 @@ def assemble(mechanism: Mechanism) -> System:
             start=np.cumsum([0] + [len(c) for c in coordinates]),
             coordinate=indices(i for c in coordinates for i in c),
             f=indices(numbers_of[spring.actuator[1]] for spring in springs),
-            slot=spring_slot,
+            slot=square_slots(coordinates, slot, nowhere),
         ),
         terms=Terms(
             *(indices(t[k] for t in terms[0]) for k in range(4)),
@@ -150,6 +171,15 @@ def assemble(mechanism: Mechanism) -> System:
                 slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
             ).reshape(-1, 3),
             products=sum(i > 0 for _, i, _, _ in terms[0]),
+            polynomials=sum(j < first_angle for _, _, j, _ in terms[0]),
+        ),
+        angles=angles.structure(first_angle, mechanism.energy_row + 1, slot, nowhere),
+        laws=laws.structure(
+            numbers_of,
+            [isinstance(mechanism.loads[name], TorsionSpring) for name in mechanism.force_laws],
+            slot,
+            nowhere,
+            sum(map(len, angles.groups[: len(turned)])),
         ),
         forces=Products(*(indices(t[k] for t in force_terms[0]) for k in range(4))),
         sensors=Products(*(indices(t[k] for t in sensor_terms[0]) for k in range(4))),
@@ -183,6 +213,11 @@ def assemble(mechanism: Mechanism) -> System:
         "springs.rest_length": [
             RELAXED if s.rest_length is None else s.rest_length for s in springs
         ],
+        "angles.x": angles.values(0),
+        "angles.y": angles.values(1),
+        "laws.x": laws.values(0),
+        "laws.y": laws.values(1),
+        "laws.parameter": laws.parameters,
         "load": force_terms[1],
         "sensor": sensor_terms[1],
     }
@@ -195,15 +230,21 @@ def assemble(mechanism: Mechanism) -> System:
 
 
 def _terms(
-    rows: Sequence[Form], numbers: dict[TimeFunction | None, int], first_row: int
+    rows: Sequence[Form],
+    numbers: dict[TimeFunction | None, int],
+    first_row: int,
+    first_angle: int = 0,
 ) -> tuple[list[tuple[int, int, int, int]], list[np.ndarray]]:
-    """Return (row, i, j, function) and the coefficient of each term, products first."""
+    """Return (row, i, j, function) and the coefficient of each term.
+
+    Products come first, angles last.
+    """
     flat = [
         ((first_row + k, i, j, numbers[f]), c)
         for k, row in enumerate(rows)
         for (i, j, f), c in row.terms.items()
     ]
-    flat.sort(key=lambda term: term[0][1] == 0)
+    flat.sort(key=lambda term: (term[0][1] == 0, term[0][2] >= first_angle))
     return [place for place, _ in flat], [c for _, c in flat]
 
 
@@ -229,18 +270,17 @@ def _asked_for(row: int, forms: Sequence[Form]) -> int:
     return row if any(row in key[:2] for form in forms for key in form.terms) else 0
 
 
-def _functions(rows: Sequence[Form], springs: Sequence[Spring]) -> list[TimeFunction]:
+def _functions(rows: Sequence[Form], others: Sequence[TimeFunction | None]) -> list[TimeFunction]:
     """Return the functions of time in use, each once."""
     in_rows = [f for row in rows for _, _, f in row.terms]
-    in_springs = [spring.actuator[1] for spring in springs]
-    return list(dict.fromkeys(f for f in [*in_rows, *in_springs] if f is not None))
+    return list(dict.fromkeys(f for f in [*in_rows, *others] if f is not None))
 
 
 def _force_rows(mechanism: Mechanism) -> list[Form]:
     """Return the generalized force on each of [1, q], of all loads but gravity and springs."""
     rows = [Form({})] * (mechanism.coordinates + 1)
     for load in mechanism.loads.values():
-        if not isinstance(load, Spring | Gravity):
+        if not isinstance(load, (Spring, Gravity, *LAWS)):
             for j, force in load.forces(mechanism).items():
                 rows[j] = rows[j] + force
     return rows

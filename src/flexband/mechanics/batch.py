@@ -13,16 +13,23 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import whole
-from flexband.lanes import WIDTH
+from flexband.lanes import WIDTH, addresses
 from flexband.mechanics.assembly import System
+from flexband.mechanics.engine import MARCH, START, run_block
 from flexband.mechanics.failures import WRONG_BRANCH
-from flexband.mechanics.generalized_alpha import GeneralizedAlpha, march
-from flexband.mechanics.initial import start
+from flexband.mechanics.generalized_alpha import Coefficients, GeneralizedAlpha
 from flexband.mechanics.packing import pack
 from flexband.mechanics.structure import Values, Work
 
 Progress = Callable[[int, int], object]
 """Told now and then how many runs are done, and of how many."""
+
+
+NOTHING = np.zeros((1, WIDTH))
+"""In place of an array that a task has no use for."""
+
+NO_STEP = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""In place of the integrator's numbers."""
 
 
 class Batch(NamedTuple):
@@ -50,7 +57,7 @@ def run_samples(
     failures = np.zeros((len(chosen), 4))
     starts: dict[int, np.ndarray] = {}
 
-    def run(block: int) -> int:
+    def simulate(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
         series, failure, first = march_block(system, method, tolerance, packed(block), len(times))
@@ -62,10 +69,10 @@ def run_samples(
             starts[int(own[0])] = first
         return len(own)
 
-    if not march.signatures:
+    if not run_block.signatures:
         with compiling():  # or loading from the cache on disk
             march_block(system, method, tolerance, packed(0), times=1)
-    in_parallel(run, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
+    in_parallel(simulate, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
     return Batch(outputs, failures, starts)
 
 
@@ -77,15 +84,41 @@ def march_block(system: System, method, tolerance: float, values: Values, times:
     series = np.zeros((times, system.sensed, WIDTH))
     work, failure = begin(system, values)
     first = work.z[:, 0].copy()
-    march(system.structure, method, tolerance, values, work, series, failure)
+    run(MARCH, system, values, work, series, failure, method, tolerance)
     return series, failure, first
 
 
 def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     """Return the state of a block at time zero, and its failures (4, WIDTH)."""
     work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
-    start(system.structure, values, work, failure)
+    run(START, system, values, work, failure=failure)
     return work, failure
+
+
+def run(
+    task: int,
+    system: System,
+    values: Values,
+    work: Work,
+    outputs: np.ndarray = NOTHING[None],
+    failure: np.ndarray = NOTHING,
+    method: Coefficients = NO_STEP,
+    number: float = 0.0,
+) -> None:
+    """Do one of the tasks of `engine`."""
+    arguments = (
+        task,
+        system.handed_on,
+        method,
+        float(number),
+        addresses(values),
+        addresses(work),
+        outputs,
+        addresses(failure),
+    )
+    # there is one signature; to find it by the types of a hundred arguments takes 0.2 ms a call
+    known = run_block.signatures
+    (run_block.overloads[known[0]].entry_point if known else run_block)(*arguments)
 
 
 def derive(system: System, rows: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from flexband.mechanics.assembly import assemble
 from flexband.mechanics.batch import begin, compiling
 from flexband.mechanics.failures import raise_failures
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.packing import pack
+from flexband.mechanics.packing import AT_START, pack
 from flexband.mechanics.redundancy import dependent
 
 
@@ -28,7 +28,7 @@ def describe(mechanism: Mechanism) -> str:
     """
     system = assemble(mechanism)
     with compiling():
-        work, failure = begin(system, pack(system, np.array([0.0, 1.0]))(0))
+        work, failure = begin(system, pack(system, AT_START)(0))
     raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
     redundant, names = dependent(system, work.z[:, 0])
 

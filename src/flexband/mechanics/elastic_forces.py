@@ -114,13 +114,13 @@ def add_elastic_forces(beams, values, z, velocity, r):
             (0.0 * il, 0.0 * il),
             (0.0 * il, 0.0 * il),
         )
-        time, damped = load(values.retardation, e), beams.damped[e]
+        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
         u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
             strain = strains(p, w, d)
-            if beams.initial[e] >= 0:
-                strain = without(strain, _initial(values.initial, beams.initial[e], g))
+            if initial >= 0:
+                strain = without(strain, _initial(values.initial, initial, g))
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
@@ -202,13 +202,13 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
     for e in range(len(beams.first)):
         il, first = load(values.inverse_length, e), beams.first[e]
         u, gi, gj, di, dj, w = _element_vectors(z, first, il)
-        time, damped = load(values.retardation, e), beams.damped[e]
+        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
         u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
             c, strain = _stiffness(values.stiffness, e, g), strains(p, w, d)
-            if beams.initial[e] >= 0:
-                strain = without(strain, _initial(values.initial, beams.initial[e], g))
+            if initial >= 0:
+                strain = without(strain, _initial(values.initial, initial, g))
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)

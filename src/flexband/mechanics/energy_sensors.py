@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.mechanics.force_sensors import SpringForce
+from flexband.mechanics.force_laws import TorsionSpring
+from flexband.mechanics.force_sensors import SpringForce, SpringMoment
 from flexband.mechanics.forms import Form
 from flexband.mechanics.loads import Spring
 from flexband.mechanics.sensors import Model, Plain
@@ -31,12 +32,21 @@ class KineticEnergy(_Energy, Plain):
 
 
 @dataclass(frozen=True)
-class ElasticEnergy(_Energy, Plain):
-    """The elastic energy of all beams, cables and springs [J]."""
+class ElasticEnergy(_Energy):
+    """The elastic energy of all beams, cables, springs and torsion springs [J]."""
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return it, as the engine finds it."""
-        return [model.elastic_energy()]
+        """Return it, as the engine finds it, and what `SpringMoment` asks of torsion springs."""
+        springs = [SpringMoment(name).rows(model) for name in model.torsion_springs()]
+        return [model.elastic_energy(), *(form for rows in springs for form in rows)]
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        """Return the sum, with ½ k φ² + ¼ k₃ φ⁴ from rest of the torsion springs."""
+        total, names = rows[0].copy(), model.torsion_springs()
+        for name, own in zip(names, np.split(rows[1:], len(names) or 1), strict=False):
+            away = SpringMoment(name).away(own) ** 2
+            total += 0.5 * own[8] * away + 0.25 * own[11] * away**2
+        return total[None]
 
 
 @dataclass(frozen=True)
@@ -66,16 +76,25 @@ class Work(_Energy):
         InputError
             Where there is no such part.
         """
-        if isinstance(model.load(self.part), Spring):
-            return SpringForce(self.part).rows(model)
+        spring = self._spring(model)
+        if spring is not None:
+            return spring.rows(model)
         force = model.generalized_force(self.part)
         return [*force.values(), *map(Form.variable, force)]
 
+    def _spring(self, model: Model) -> SpringForce | SpringMoment | None:
+        """Return the sensor of a spring's force or moment, None where it is none."""
+        load = model.load(self.part)
+        if isinstance(load, Spring):
+            return SpringForce(self.part)
+        return SpringMoment(self.part) if isinstance(load, TorsionSpring) else None
+
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return Σ ∫ Q dq."""
-        if isinstance(model.load(self.part), Spring):
-            force, length = SpringForce(self.part).derive(rows, model)
-            force, moved = -force[None], length[None]
+        spring = self._spring(model)
+        if spring is not None:
+            pull, moved = spring.derive(rows, model)[:, None]
+            force = -pull if isinstance(spring, SpringForce) else pull
         else:
             force, moved = np.split(rows, 2)
         steps = 0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(moved, axis=1)

@@ -5,7 +5,9 @@ the multiplier of the row: its derivative by z_k is the constraint Φ_k, by z_i 
 constraint force Φ_qᵀλ, and its second derivatives are Φ_q and Σ λ Φ_qq. One loop serves every
 joint.
 
-State `z` also holds velocities and accelerations: z = [1, q, λ | 0, v | 0, a], in rows of lanes.
+State `z` also holds angles θ of directions, which follow from q, then velocities and accelerations,
+the elastic energy U and moments on the angles: z = [1, q, λ, θ | 0, v | 0, a | U | M], in rows of
+lanes.
 """
 
 from __future__ import annotations
@@ -22,8 +24,10 @@ from flexband.lanes import (
     store,
     where,
 )
+from flexband.mechanics.angles import add_angle_tangent, pass_on_moments, update_angles
 from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent, cable_energy
 from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent, beam_energy
+from flexband.mechanics.law_forces import add_law_forces, add_law_tangent
 from flexband.mechanics.spring_forces import add_spring_forces, add_spring_tangent, spring_energy
 
 
@@ -42,8 +46,8 @@ def add_constraints(terms, coefficient, functions, now, z, r):
 
 @compiled
 def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
-    """Add Φ_q, and `weight` times Σ λ Φ_qq."""
-    for t in range(len(terms.k)):
+    """Add Φ_q, and `weight` times Σ λ Φ_qq, of all but the angles."""
+    for t in range(terms.polynomials):
         i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
         add_to(matrix, slot[1], c * load(z, i))
@@ -67,7 +71,8 @@ def violated_constraint(structure, values, now, z, r, tolerance):
 
     `tolerance` is relative to the size of the mechanism, `r` work space.
     """
-    clear(r)
+    update_angles(structure.angles, values.angles, z)
+    clear(r, structure.velocity)
     add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
     largest, worst = filled(0.0), filled(0.0)
     for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
@@ -96,25 +101,28 @@ def add_mass(mass, values, matrix):
 
 
 @compiled
-def clear(array):
-    """Set all rows to zero."""
-    for row in range(array.shape[0]):
-        for k in range(array.shape[1]):
-            array[row, k] = 0.0
+def clear(array, rows):
+    """Set so many rows to zero."""
+    for row in range(rows):
+        store(array, row, filled(0.0))
 
 
 @inlined
 def clear_matrix(pattern, matrix):
     """Set the matrix to zero, and to one what fills up its tiles."""
-    clear(matrix)
-    for row in pattern.filled_up:
-        store(matrix, row, filled(1.0))
+    clear(matrix, pattern.rows)
+    for k in range(len(pattern.filled_up)):
+        store(matrix, pattern.filled_up[k], filled(1.0))
 
 
 @inlined
-def residual(structure, values, now, z, r):
-    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z."""
-    clear(r)
+def residual(structure, values, now, z, r, memory):
+    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z.
+
+    `memory` is work space of force laws.
+    """
+    update_angles(structure.angles, values.angles, z)
+    clear(r, structure.velocity)
     add_mass_product(structure.mass, values.mass, z, structure.acceleration, r)
     for i in range(1, structure.coordinates + 1):
         add_to(r, i, -load(values.force, i))
@@ -124,7 +132,12 @@ def residual(structure, values, now, z, r):
         structure.springs, values.springs, values.functions, now, z, structure.velocity, r
     )
     add_products(structure.forces, values.load, values.functions, now, z, r, -1.0)
+    add_law_forces(
+        structure.laws, values.laws, structure.angles, values.angles, values.functions, now, z,
+        structure.velocity, r, memory,
+    )  # fmt: skip
     add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
+    pass_on_moments(structure.angles, values.angles, z, r)
 
 
 @inlined
@@ -154,8 +167,15 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
         structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,
         rate, matrix,
     )  # fmt: skip
+    add_law_tangent(
+        structure.laws, values.laws, structure.angles, values.angles, values.functions, now, z,
+        structure.velocity, weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
+    )  # fmt: skip
     add_constraint_tangent(
         structure.terms, values.coefficient, values.functions, now, z, weight, matrix
+    )
+    add_angle_tangent(
+        structure.angles, values.angles, structure.terms, values.coefficient, z, weight, matrix
     )
 
 
@@ -163,9 +183,8 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
 def sense(structure, values, now, z, outputs):
     """Set the sensors' rows."""
     if structure.energy > 0:
-        energy = beam_energy(structure.beams, values.beams, z)
-        energy += cable_energy(structure.cables, values.cables, z)
-        energy += spring_energy(structure.springs, values.springs, z)
-        store(z, structure.energy, energy)
-    clear(outputs)
+        store(z, structure.energy, beam_energy(structure.beams, values.beams, z))
+        add_to(z, structure.energy, cable_energy(structure.cables, values.cables, z))
+        add_to(z, structure.energy, spring_energy(structure.springs, values.springs, z))
+    clear(outputs, outputs.shape[0])
     add_products(structure.sensors, values.sensor, values.functions, now, z, outputs, 1.0)

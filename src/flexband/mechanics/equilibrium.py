@@ -8,11 +8,11 @@ import xarray as xr
 from flexband.errors import numbers, whole
 from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble
-from flexband.mechanics.batch import begin, compiling, derive, in_parallel
+from flexband.mechanics.batch import begin, compiling, derive, in_parallel, run
+from flexband.mechanics.engine import SETTLE
 from flexband.mechanics.failures import raise_failures
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import pack
-from flexband.mechanics.settle import settle
 from flexband.mechanics.structure import Values, Work
 
 
@@ -50,7 +50,7 @@ def equilibrium(
     outputs = np.empty((system.samples, len(system.outputs)))
     failures = np.zeros((system.samples, 4))
 
-    def run(block: int) -> int:
+    def settle(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = np.arange(system.samples)[here]
         rows, failure, _ = rest(system, packed(block), steps)
@@ -58,10 +58,9 @@ def equilibrium(
         failures[here] = failure.T[: len(own)]
         return len(own)
 
-    if not settle.signatures:
-        with compiling():
-            rest(system, packed(0), 1)
-    in_parallel(run, -(-system.samples // WIDTH), system.samples, threads, None)
+    with compiling():
+        rest(system, packed(0), 1)
+    in_parallel(settle, -(-system.samples // WIDTH), system.samples, threads, None)
     raise_failures(failures, system, np.zeros(1))
     result = xr.DataArray(
         outputs,
@@ -79,5 +78,5 @@ def rest(system: System, values: Values, steps: int) -> tuple[np.ndarray, np.nda
     for k in range(1, steps + 1):
         part = k / steps
         raised = values._replace(force=part * values.force, load=part * values.load)
-        settle(system.structure, raised, work, rows, failure)
+        run(SETTLE, system, raised, work, rows[None], failure)
     return rows, failure, work

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.errors import InputError, known
+from flexband.mechanics.force_laws import TorsionSpring
 from flexband.mechanics.forms import Form
 from flexband.mechanics.sensors import Model, Plain
 
@@ -119,3 +120,63 @@ class SpringForce:
         return np.stack(
             [stretch * (stiffness + cubic * stretch**2) + damping * rate + pull, length]
         )
+
+
+@dataclass(frozen=True)
+class SpringMoment:
+    """The moment of a `TorsionSpring` on its first body [N m], and φ [rad]: outputs "_M", "_angle".
+
+    The angle at rest of a spring that is relaxed at the start is φ there.
+    """
+
+    spring: str
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return the moment in newton metres and the angle in radians."""
+        return [("_M", "N m"), ("_angle", "rad")]
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return both normals, their rates, the spring's numbers and its torque.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such torsion spring.
+        """
+        spring = model.load(self.spring)
+        if not isinstance(spring, TorsionSpring):
+            raise InputError(f"load {self.spring!r} is no TorsionSpring")
+        points = (spring.first, spring.second)
+        torque = spring.torque
+        rest = 0.0 if spring.rest_angle is None else spring.rest_angle
+        relaxed = 1.0 if spring.rest_angle is None else 0.0
+        numbers = (spring.stiffness, rest, relaxed, spring.cubic, spring.damping)
+        return [
+            *(form for point in points for form in model.frame(point).normal),
+            *(form for point in points for form in model.velocity(point).normal),
+            *map(Form.constant, numbers),
+            Form.function(torque) if callable(torque) else Form.constant(torque),
+        ]
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        """Return −(k (φ − φ₀) + k₃ (φ − φ₀)³ + d φ̇) + T and φ."""
+        first, second = (self._angle(rows[k : k + 2], rows[k + 4 : k + 6]) for k in (0, 2))
+        twist, rate = first[0] - second[0], first[1] - second[1]
+        stiffness, _, _, cubic, damping, torque = rows[8:]
+        away = self.away(rows)
+        moment = away * (stiffness + cubic * away**2) + damping * rate - torque
+        return np.stack([-moment, twist])
+
+    def away(self, rows: np.ndarray) -> np.ndarray:
+        """Return φ − φ₀, φ₀ counted from the turn where the spring starts."""
+        twist = self._angle(rows[:2], rows[4:6])[0] - self._angle(rows[2:4], rows[6:8])[0]
+        turns = 2 * np.pi * np.round(twist[:1] / (2 * np.pi))
+        rest, relaxed = rows[9:11]
+        return twist - np.where(relaxed > 0, twist[:1], rest + turns)
+
+    @staticmethod
+    def _angle(normal: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the angle of a normal, continuous in time, and its rate."""
+        (x, y), (u, v) = normal, moved
+        with np.errstate(invalid="ignore"):  # zeros after a failure
+            return np.unwrap(np.arctan2(y, x), axis=0), (x * v - y * u) / (x * x + y * y)

@@ -9,7 +9,7 @@ The variables are z = [1, q, λ, v, a]: z₀ = 1 makes constants and linear term
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +23,13 @@ Key = tuple[int, int, TimeFunction | None]
 
 @dataclass(frozen=True)
 class Form:
-    """The function Σ c f(t) z_i z_j; `terms` maps (i, j, f), i ≤ j, to c of shape () or (n,)."""
+    """The function Σ c f(t) z_i z_j + Σ c θ, whose angles θ are those of linear vectors.
+
+    `terms` maps (i, j, f), i ≤ j, to c of shape () or (n,).
+    """
 
     terms: Mapping[Key, np.ndarray]
+    angles: tuple[tuple[Vector, np.ndarray], ...] = ()
 
     @staticmethod
     def constant(value: ArrayLike) -> Form:
@@ -54,10 +58,10 @@ class Form:
         terms = dict(self.terms)
         for key, value in other.terms.items():
             terms[key] = terms[key] + value if key in terms else value
-        return Form(terms)
+        return Form(terms, self.angles + other.angles)
 
-    def __sub__(self, other: Form) -> Form:
-        return self + other * -1.0
+    def __sub__(self, other: Form | ArrayLike) -> Form:
+        return self + (other if isinstance(other, Form) else Form.constant(other)) * -1.0
 
     def __neg__(self) -> Form:
         return self * -1.0
@@ -65,7 +69,7 @@ class Form:
     def __mul__(self, other: Form | ArrayLike) -> Form:
         if not isinstance(other, Form):
             other = Form.constant(other)
-        product = Form({})
+        product = self._scaled_angles(other)
         for (i, j, f), a in self.terms.items():
             for (k, m, g), b in other.terms.items():
                 c = a * b
@@ -74,6 +78,30 @@ class Form:
         return product
 
     __rmul__ = __mul__
+
+    def _scaled_angles(self, other: Form) -> Form:
+        """Return the angles' part of a product, which only numbers may multiply."""
+        if not (self.angles or other.angles):
+            return Form({})
+        number, scaled = (other, self) if self.angles else (self, other)
+        if number.angles or number.terms.keys() - {(0, 0, None)}:
+            raise ValueError("an angle in a form can be multiplied by numbers only")
+        factor = number.terms.get((0, 0, None), np.zeros(()))
+        return Form({}, tuple((vector, c * factor) for vector, c in scaled.angles))
+
+    def with_variables(self, numbers: Iterator[int]) -> Form:
+        """Return the form with the variables of these numbers in place of its angles."""
+        variables = (Form.variable(next(numbers)) * c for _, c in self.angles)
+        return sum(variables, Form(self.terms))
+
+    def at(self, z: Sequence[ArrayLike]) -> np.ndarray:
+        """Return its value at t = 0 for numbers or arrays z."""
+        value = np.zeros(())
+        for (i, j, f), c in self.terms.items():
+            value = value + c * (1.0 if f is None else f(0.0)) * np.multiply(z[i], z[j])
+        for (x, y), c in self.angles:
+            value = value + c * np.arctan2(y.at(z), x.at(z))
+        return value
 
 
 def _key(indices: tuple[int, ...], f: TimeFunction | None, g: TimeFunction | None) -> Key:
@@ -106,6 +134,11 @@ def subtract(a: Vector, b: Vector) -> Vector:
 def scale(factor: Form | ArrayLike, a: Vector) -> Vector:
     """Return `factor` times a."""
     return a[0] * factor, a[1] * factor
+
+
+def angle(a: Vector) -> Form:
+    """Return the angle from the X axis to a linear vector [rad], turns counted."""
+    return Form({}, ((a, np.asarray(1.0)),))
 
 
 def dot(a: Vector, b: Vector) -> Form:

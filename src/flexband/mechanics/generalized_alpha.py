@@ -19,7 +19,6 @@ import numpy as np
 from flexband.errors import InputError, numbers, positive
 from flexband.lanes import (
     any_true,
-    cached,
     filled,
     inlined,
     less,
@@ -138,7 +137,7 @@ def newton(structure, method, tolerance, values, now, work, alive):
     z, a, r, matrix, inverse_pivots, row, blocks, rate = work
     active, redundant, previous = alive, filled(0.0), filled(0.0)
     for iteration in range(ITERATIONS):
-        residual(structure, values, now, z, r)
+        residual(structure, values, now, z, r, blocks)
         if iteration % REFRESH == 0:
             weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
             tangent(structure, values, now, z, weight, velocity_part, matrix, blocks)
@@ -158,15 +157,9 @@ def newton(structure, method, tolerance, values, now, work, alive):
     return active, redundant
 
 
-@cached
+@inlined
 def march(structure, method, tolerance, values, work, outputs, failure):
-    """Simulate one block of samples from the state that `initial.start` has filled.
-
-    Parameters
-    ----------
-    outputs : filled, shape (times, outputs, WIDTH).
-    failure : brought up to date, as `initial.start` has it.
-    """
+    """Simulate one block of samples from the state that `start` has filled, see `engine`."""
     z, a = work.z, work.a
     store(work.rate, 0, filled(FIRST_RATE))
     code = load(failure, 0)

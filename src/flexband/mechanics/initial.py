@@ -8,19 +8,27 @@ then the kinetic energy. With s = 0 the same system gives accelerations and mult
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flexband.lanes import (
     any_true,
-    cached,
     filled,
     inlined,
     less,
     load,
     magnitude,
     maximum,
+    nearest_whole,
     store,
     where,
+)
+from flexband.mechanics.angles import (
+    add_angle_tangent,
+    angle_drift,
+    pass_on_moments,
+    update_angles,
 )
 from flexband.mechanics.cable_forces import add_cable_forces, add_cable_tangent
 from flexband.mechanics.elastic_forces import add_elastic_forces, add_elastic_tangent
@@ -32,11 +40,11 @@ from flexband.mechanics.equations import (
     clear,
     clear_matrix,
     residual,
-    tangent,
     to_right_side,
     violated_constraint,
 )
 from flexband.mechanics.factorization import factorize, solve
+from flexband.mechanics.force_laws import RELAXED
 from flexband.mechanics.spring_forces import spring_vector
 
 ITERATIONS = 50
@@ -62,6 +70,9 @@ def elastic_matrix(structure, values, s, work):
     add_constraint_tangent(
         structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
     )
+    add_angle_tangent(
+        structure.angles, values.angles, structure.terms, values.coefficient, z, filled(0.0), matrix
+    )
     return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
 
@@ -75,13 +86,15 @@ def assemble(structure, values, s, work):
     z, r = work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
+        update_angles(structure.angles, values.angles, z)
         left_out = elastic_matrix(structure, values, s, work)
         if iteration == 0:
             redundant = left_out
-        clear(r)
+        clear(r, structure.velocity)
         add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
         add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
         add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
+        pass_on_moments(structure.angles, values.angles, z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         largest = filled(0.0)
@@ -104,7 +117,7 @@ def project_velocities(structure, values, s, work):
     for i in range(1, structure.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
     for _ in range(VELOCITY_SWEEPS):
-        clear(r)
+        clear(r, structure.velocity)
         add_mass_product(structure.mass, values.mass, z, velocity, r)
         for t in range(len(terms.k)):
             k, i, j = terms.k[t], terms.i[t], terms.j[t]
@@ -119,20 +132,14 @@ def project_velocities(structure, values, s, work):
 @inlined
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
-    z, r, matrix, blocks = work.z, work.r, work.matrix, work.blocks
-    tangent(structure, values, np.int64(0), z, filled(0.0), 0.0, matrix, blocks)
-    redundant = factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
-    residual(structure, values, np.int64(0), z, r)
+    z, r = work.z, work.r
+    redundant = elastic_matrix(structure, values, filled(0.0), work)
+    residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, structure.pattern.unknowns + 1):
         store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
     velocity, acceleration, terms = structure.velocity, structure.acceleration, structure.terms
-    for t in range(len(terms.k)):
-        k, i, j, f = (
-            terms.k[t],
-            terms.i[t],
-            terms.j[t],
-            terms.f[t],
-        )
+    for t in range(terms.polynomials):
+        k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
         zi, zj = load(z, i), load(z, j)
         vi, vj = load(z, velocity + i), load(z, velocity + j)
         second = (
@@ -140,6 +147,10 @@ def solve_accelerations(structure, values, work):
             + 2.0 * load(values.rates, structure.functions + f) * (vi * zj + zi * vj)
             + 2.0 * load(values.rates, f) * vi * vj
         )
+        store(r, k, load(r, k) - load(values.coefficient, t) * second)
+    for t in range(terms.polynomials, len(terms.k)):
+        a, k = terms.j[t] - structure.angles.first, terms.k[t]
+        second = angle_drift(structure.angles, values.angles, z, velocity, a)
         store(r, k, load(r, k) - load(values.coefficient, t) * second)
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, structure.coordinates + 1):
@@ -149,17 +160,24 @@ def solve_accelerations(structure, values, work):
     return redundant
 
 
-@cached
-def start(structure, values, work, failure):
-    """Fill the state z of one block of samples at time zero.
+@inlined
+def set_angles_at_rest(structure, values, z):
+    """Count angles at rest from the turn where torsion springs start; φ where they are relaxed."""
+    laws, parameter = structure.laws, values.laws.parameter
+    for law in range(len(laws.address)):
+        if laws.rest[law] >= 0:
+            first = structure.angles.first + laws.angle[laws.point_start[law]]
+            twist, given = load(z, first) - load(z, first + 1), load(parameter, laws.rest[law])
+            turns = math.tau * nearest_whole(twist / math.tau)
+            at_rest = where(less(given, filled(RELAXED)), given + turns, twist)
+            store(parameter, laws.rest[law], at_rest)
 
-    Parameters
-    ----------
-    failure : filled, shape (4, WIDTH): code of the failure, 0 for none, the number of its time,
-        0, the row of Φ to blame, −1 or less for none, and a multiplier that is not unique.
-    """
+
+@inlined
+def start(structure, values, work, failure):
+    """Fill the state z of one block of samples at time zero, and `failure`, see `engine`."""
     z = work.z
-    clear(z)
+    clear(z, structure.angles.moment + len(structure.angles.start) - 1)
     for i in range(structure.coordinates + 1):
         store(z, i, load(values.start, i))
     s = load(values.rigidity, 0)
@@ -168,6 +186,7 @@ def start(structure, values, work, failure):
         _, _, length = spring_vector(structure.springs, values.springs, z, spring)
         rest = load(values.springs.rest_length, spring)
         store(values.springs.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
+    set_angles_at_rest(structure, values, z)
     project_velocities(structure, values, s, work)
     left_out = solve_accelerations(structure, values, work)
     code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))

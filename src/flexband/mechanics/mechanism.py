@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +15,15 @@ from flexband.mechanics.bodies import PointMass, RigidBody
 from flexband.mechanics.bodies import point as ground_point
 from flexband.mechanics.cable import Cable
 from flexband.mechanics.centre_line import Property
+from flexband.mechanics.force_laws import ForceLaw, TorsionSpring, ViscousFriction
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
+from flexband.mechanics.gears import Rolling
 from flexband.mechanics.joints import Joint, PointName
 from flexband.mechanics.loads import Gravity, Load, Spring
 from flexband.mechanics.sensors import Sensor
 
 Body = RigidBody | PointMass | Beam | Cable
+LAWS = (ForceLaw, TorsionSpring, ViscousFriction)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,19 +63,26 @@ class Mechanism:
         for name, joint in self.joints.items():
             _naming(f"joint {name!r}", partial(self._check_joint, joint))
         for name, load in self.loads.items():
-            if isinstance(load, Spring):
-                _naming(f"load {name!r}", partial(load.separation, self.frame))
-            elif callable(getattr(load, "forces", None)):
-                _naming(f"load {name!r}", partial(load.forces, self))
-            elif not isinstance(load, Gravity):
-                raise InputError(f"load {name!r} is no load: {load!r}")
+            _naming(f"load {name!r}", partial(self._check_load, load))
         for name, sensor in self.sensors.items():
             _naming(f"sensor {name!r}", partial(sensor.rows, self))
 
     def _check_joint(self, joint: Joint) -> None:
         for row in joint.constraints(self.frame):
-            if not any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items()):
+            moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
+            if not moved and not row.angles:
                 raise InputError("it joins the ground or a body with itself")
+
+    def _check_load(self, load: Any) -> None:
+        if isinstance(load, Spring):
+            load.separation(self.frame)
+        elif isinstance(load, LAWS):
+            for point in load.force_law().points:
+                self.frame(point)
+        elif callable(getattr(load, "forces", None)):
+            load.forces(self)
+        elif not isinstance(load, Gravity):
+            raise InputError(f"it is no load: {load!r}")
 
     @property
     def coordinates(self) -> int:
@@ -110,8 +121,15 @@ class Mechanism:
 
     @property
     def velocity_row(self) -> int:
-        """Row of z where [0, v] starts: behind [1, q, λ]."""
-        return 1 + self.coordinates + len(self.constraints)
+        """Row of z where [0, v] starts: behind [1, q, λ, θ]."""
+        angles = sum(len(row.angles) for _, row in self.constraints)
+        angles += sum(len(law.points) for law in self.force_laws.values())
+        return 1 + self.coordinates + len(self.constraints) + angles
+
+    @cached_property
+    def force_laws(self) -> dict[str, ForceLaw]:
+        """The loads that are laws, by name."""
+        return {k: load.force_law() for k, load in self.loads.items() if isinstance(load, LAWS)}
 
     @cached_property
     def constraints(self) -> list[tuple[str, Form]]:
@@ -122,10 +140,15 @@ class Mechanism:
             for name, body in self.bodies.items()
             for row in body.constraints(first[name])
         ] + [
-            (f"joint {name!r}", row)
+            (f"joint {name!r}", row - row.at(self.guess) if isinstance(joint, Rolling) else row)
             for name, joint in self.joints.items()
             for row in joint.constraints(self.frame)
         ]
+
+    @property
+    def guess(self) -> list[np.ndarray]:
+        """The guess [1, q] for the start."""
+        return [np.ones(()), *(c for body in self.bodies.values() for c in body.coordinates())]
 
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
         """Return a joint and its multipliers.
@@ -174,6 +197,20 @@ class Mechanism:
 
         return describe(self)
 
+    def draw(self, **options: Any):
+        """Return a matplotlib figure of the mechanism at its assembled start.
+
+        The options are those of `flexband.draw`: sample, dimensions, names, axes.
+
+        Raises
+        ------
+        InputError, AssemblyError
+            As `flexband.draw` does.
+        """
+        from flexband import draw  # noqa: PLC0415  # what draws lies above
+
+        return draw(self, **options)
+
     def kinetic_energy(self) -> Form:
         """Return ½ vᵀ M v."""
         row = self.velocity_row
@@ -213,6 +250,10 @@ class Mechanism:
     def load(self, name: str) -> Load | None:
         """Return a load, None where there is none of the name."""
         return self.loads.get(name)
+
+    def torsion_springs(self) -> list[str]:
+        """Return the names of the torsion springs."""
+        return [name for name, load in self.loads.items() if isinstance(load, TorsionSpring)]
 
     def potential_energy(self) -> Form:
         """Return −∫ρ g · r dV of all fields of gravity."""

@@ -14,15 +14,15 @@ import xarray as xr
 from scipy.linalg import eigh, null_space
 
 from flexband.errors import known, whole
-from flexband.lanes import WIDTH, cached, filled
+from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import System, assemble
-from flexband.mechanics.batch import begin, compiling, derive
-from flexband.mechanics.equations import sense, tangent
+from flexband.mechanics.batch import begin, compiling, derive, run
+from flexband.mechanics.engine import LINEARIZE, SENSE
 from flexband.mechanics.equilibrium import rest
 from flexband.mechanics.factorization import to_dense
 from flexband.mechanics.failures import raise_failures
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.packing import pack
+from flexband.mechanics.packing import AT_START, pack
 from flexband.mechanics.redundancy import RANK
 from flexband.mechanics.structure import Work
 
@@ -62,7 +62,7 @@ def modes(
     whole("count", count, 1)
     known("about", about, ["start", "equilibrium"])
     system = assemble(mechanism)
-    packed = pack(system, np.array([0.0, 1.0]))
+    packed = pack(system, AT_START)
     failures = np.zeros((system.samples, 4))
     found = []
     for block in range(-(-system.samples // WIDTH)):
@@ -108,7 +108,7 @@ def _shapes(system: System, values, work: Work, lane: int, vectors: np.ndarray):
         sides = []
         for sign in (1.0, -1.0):
             z[1 : 1 + len(vector), lane] = work.z[1 : 1 + len(vector), lane] + sign * size * vector
-            _sense(system.structure, values, z, rows)
+            run(SENSE, system, values, work._replace(z=z), rows[None])
             sides.append(derive(system, rows[:, None].copy())[:, 0, lane])
         shapes.append((sides[0] - sides[1]) / (2 * size))
     return np.stack(shapes)
@@ -118,17 +118,7 @@ def _linear(system: System, values, work: Work) -> tuple[np.ndarray, np.ndarray,
     """Return M, K and Φ_q at the state, of every lane: shapes (WIDTH, …)."""
     count, dense = system.structure.coordinates, []
     for weight in (0.0, 1.0):
-        _tangent(system.structure, values, work, weight)
+        run(LINEARIZE, system, values, work, number=weight)
         dense.append(to_dense(system.structure.pattern, work.matrix))
     q, multipliers = slice(0, count), slice(count, None)
     return dense[0][:, q, q], (dense[1] - dense[0])[:, q, q], dense[0][:, multipliers, q]
-
-
-@cached
-def _tangent(structure, values, work, weight):
-    tangent(structure, values, np.int64(0), work.z, filled(weight), 0.0, work.matrix, work.blocks)
-
-
-@cached
-def _sense(structure, values, z, rows):
-    sense(structure, values, np.int64(0), z, rows)

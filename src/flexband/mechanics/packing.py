@@ -9,9 +9,19 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.lanes import to_lanes
 from flexband.mechanics.assembly import System
-from flexband.mechanics.structure import BeamValues, CableValues, SpringValues, Values
+from flexband.mechanics.structure import (
+    AngleValues,
+    BeamValues,
+    CableValues,
+    LawValues,
+    SpringValues,
+    Values,
+)
 
-WRITTEN = "springs.rest_length"
+AT_START = np.array([0.0, 1e-4])
+"""Times [s] of a run that only starts: drives are differentiated over such a step."""
+
+WRITTEN = ("springs.rest_length", "laws.parameter")
 """What is known after assembly only: each block needs rows of its own."""
 
 
@@ -38,7 +48,7 @@ def pack(
     }
     if samples is not None:
         rows = {k: v if v.shape[1] == 1 else v[:, samples] for k, v in rows.items()}
-    shared = {k: to_lanes(v, 0) for k, v in rows.items() if v.shape[1] == 1 and k != WRITTEN}
+    shared = {k: to_lanes(v, 0) for k, v in rows.items() if v.shape[1] == 1 and k not in WRITTEN}
 
     def block(number: int) -> Values:
         own = {name: values for name, values in rows.items() if name not in shared}
@@ -58,6 +68,8 @@ def _values(rows: dict[str, np.ndarray]) -> Values:
         beams=BeamValues(**part("beams.")),
         cables=CableValues(**part("cables.")),
         springs=SpringValues(**part("springs.")),
+        angles=AngleValues(**part("angles.")),
+        laws=LawValues(**part("laws.")),
     )
 
 

@@ -26,8 +26,19 @@ def jacobian(system: System, state: np.ndarray, sample: int = 0) -> np.ndarray:
             values = np.atleast_1d(np.asarray(system.functions[f - 1](0.0), dtype=float))
             c[t] *= values[min(sample, len(values) - 1)]
     dense = np.zeros((1 + count + system.structure.multipliers, 1 + count))
-    np.add.at(dense, (terms.k, terms.i), c * state[terms.j])
-    np.add.at(dense, (terms.k, terms.j), c * state[terms.i])
+    plain, angles = slice(terms.polynomials), system.structure.angles
+    k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
+    np.add.at(dense, (k, i), c[plain] * state[j])
+    np.add.at(dense, (k, j), c[plain] * state[i])
+    x, y = (system.rows[f"angles.{axis}"] for axis in "xy")
+    x, y = (v[:, min(sample, v.shape[1] - 1)] for v in (x, y))
+    for t in range(terms.polynomials, len(terms.k)):
+        a = terms.j[t] - angles.first
+        own = slice(angles.start[a], angles.start[a + 1])
+        q = state[angles.coordinate[own]]
+        nx, ny = x[own] @ q, y[own] @ q
+        gradient = (nx * y[own] - ny * x[own]) / (nx * nx + ny * ny)
+        np.add.at(dense, (terms.k[t], angles.coordinate[own]), c[t] * gradient)
     return dense[1 + count :, 1:]
 
 

@@ -62,6 +62,10 @@ class Model(Protocol):
         """Return a load, None where there is none of the name."""
         ...
 
+    def torsion_springs(self) -> list[str]:
+        """Return the names of the torsion springs."""
+        ...
+
     def member(self, name: str) -> tuple[Beam | Cable, int]:
         """Return a beam or cable and where in z its coordinates start."""
         ...

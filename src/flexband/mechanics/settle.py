@@ -11,8 +11,8 @@ import numpy as np
 
 from flexband.lanes import (
     any_true,
-    cached,
     filled,
+    inlined,
     less,
     load,
     magnitude,
@@ -31,14 +31,11 @@ GROWTH, MOST = 10.0, 1e3  # of w from step to step, and in all
 NOT_SETTLED = 6.0
 
 
-@cached
+@inlined
 def settle(structure, values, work, outputs, failure):
     """Move from the state in `work.z` to an equilibrium under the loads of `values`.
 
-    Parameters
-    ----------
-    outputs : filled, shape (rows, WIDTH): the sensors' rows.
-    failure : brought up to date, as `initial.start` has it.
+    `outputs`, shape (rows, WIDTH), gets the sensors' rows; `failure` is brought up to date.
     """
     z, r, matrix, pivots = work.z, work.r, work.matrix, work.inverse_pivots
     now = np.int64(0)
@@ -48,7 +45,7 @@ def settle(structure, values, work, outputs, failure):
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
     least, w = load(values.rigidity, 0), load(values.rigidity, 0)
     for _ in range(ITERATIONS):
-        residual(structure, values, now, z, r)
+        residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
         factorize(structure.pattern, matrix, pivots, work.row)
         to_right_side(structure, r, w)

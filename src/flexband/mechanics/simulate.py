@@ -88,5 +88,5 @@ def _times(duration: float, step: float) -> np.ndarray:
         raise InputError(
             f"duration [s] must be a whole number of steps; got {duration:g} with step {step:g}"
         )
-    digits = 12 + max(0, int(np.ceil(-np.log10(step))))
+    digits = 14 - int(np.ceil(np.log10(length)))  # so that 0.415 is the same for any step
     return np.array([round(k * float(step), digits) for k in range(steps + 1)])

@@ -55,6 +55,36 @@ class Terms(NamedTuple):
     f: np.ndarray  # function of time
     slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
     products: int  # how many have i > 0
+    polynomials: int  # how many are no angle
+
+
+class Angles(NamedTuple):
+    """Angles of directions, the constraints' first, and the coordinates that each depends on."""
+
+    first: int  # row of z where they start, and of the residual
+    moment: int  # row of z where what acts on them starts
+    start: np.ndarray  # angle -> first of its coordinates
+    coordinate: np.ndarray
+    slot: np.ndarray  # (angles, most coordinates, most coordinates)
+    multiplier_slot: np.ndarray  # (angles of constraints, most coordinates)
+
+
+class Laws(NamedTuple):
+    """Force laws: where they are, and what each reads."""
+
+    address: np.ndarray
+    time: int  # the function of time that is t itself
+    parameter_start: np.ndarray  # law -> first of its parameters
+    f: np.ndarray  # function of time that multiplies a parameter
+    rest: np.ndarray  # parameter that is an angle at rest, −1 where there is none
+    point_start: np.ndarray  # law -> first of its points
+    angle: np.ndarray  # of a point
+    entry_start: np.ndarray  # law -> first of its points' coefficients
+    coordinate_start: np.ndarray  # law -> first of its coordinates
+    coordinate: np.ndarray
+    place: np.ndarray  # of the angles' coordinates among the law's
+    slot: np.ndarray  # (laws, most coordinates, most coordinates)
+    memory: int  # rows that the largest needs
 
 
 class Products(NamedTuple):
@@ -80,6 +110,8 @@ class Structure(NamedTuple):
     cables: Cables
     springs: Springs
     terms: Terms
+    angles: Angles
+    laws: Laws
     forces: Products  # rows as [1, q]
     sensors: Products
     pattern: Pattern
@@ -114,6 +146,21 @@ class SpringValues(NamedTuple):
     pull: np.ndarray
 
 
+class AngleValues(NamedTuple):
+    """Coefficients of the directions' coordinates."""
+
+    x: np.ndarray
+    y: np.ndarray
+
+
+class LawValues(NamedTuple):
+    """Numbers of the force laws; x and y are coefficients of their points' coordinates."""
+
+    x: np.ndarray
+    y: np.ndarray
+    parameter: np.ndarray
+
+
 class Values(NamedTuple):
     """The numbers of one block of samples, each of shape (rows, WIDTH)."""
 
@@ -131,6 +178,8 @@ class Values(NamedTuple):
     beams: BeamValues
     cables: CableValues
     springs: SpringValues
+    angles: AngleValues
+    laws: LawValues
 
 
 class Work(NamedTuple):
@@ -142,13 +191,16 @@ class Work(NamedTuple):
     matrix: np.ndarray
     inverse_pivots: np.ndarray
     row: np.ndarray  # of the factor, while it is made
-    blocks: np.ndarray  # second derivatives at the Gauss points of an element
+    blocks: np.ndarray  # second derivatives at an element's Gauss points, or a law's memory
     rate: np.ndarray  # of Newton's convergence, one row
 
     @staticmethod
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
         pattern, q = structure.pattern, structure.coordinates + 1
-        rows = (pattern.unknowns + 2 + 2 * q, q, pattern.unknowns + 1, pattern.rows)
-        rows += (4 * pattern.tiles, 4 * pattern.longest_row, GAUSS_POINTS * HESSIAN_ROWS, 1)
+        angles = len(structure.angles.start) - 1
+        residual = pattern.unknowns + 1 + angles
+        rows = (residual + 2 * q + 1 + angles, q, residual, pattern.rows)
+        rows += (4 * pattern.tiles, 4 * pattern.longest_row)
+        rows += (max(GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory), 1)
         return Work(*(zeros(count) for count in rows))

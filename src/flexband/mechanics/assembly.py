@@ -19,15 +19,12 @@ from flexband.mechanics.elements import Elements, rigidity
 from flexband.mechanics.factorization import NONE, analyse
 from flexband.mechanics.force_laws import TorsionSpring
 from flexband.mechanics.forms import Form, TimeFunction
-from flexband.mechanics.law_assembly import AngleParts, LawParts, square_slots
-from flexband.mechanics.law_assembly import couples as shared
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import LAWS, Mechanism
+from flexband.mechanics.parts import AngleParts, LawParts, SpringParts, couples
+from flexband.mechanics.products import FormTable, asked_for, functions_of
 from flexband.mechanics.stacking import count_samples, indices, stack
-from flexband.mechanics.structure import Beams, Cables, Mass, Products, Springs, Structure, Terms
-
-RELAXED = -1.0
-"""Rest length of a spring that is relaxed at the start."""
+from flexband.mechanics.structure import Beams, Cables, Mass, Structure
 
 
 @dataclass(frozen=True)
@@ -102,39 +99,37 @@ def assemble(mechanism: Mechanism) -> System:
     first_multiplier, first_angle = 1 + count, 1 + count + len(owners)
     variables = itertools.count(first_angle)
     constraint_rows = [row.with_variables(variables) for _, row in constraints]
-    turned = [(first_multiplier + k, v) for k, (_, row) in enumerate(constraints)
-              for v, _ in row.angles]  # fmt: skip
+    turned = [
+        (first_multiplier + k, vector)
+        for k, (_, row) in enumerate(constraints)
+        for vector, _ in row.angles
+    ]
     laws = LawParts(list(mechanism.force_laws.values()), mechanism.frame, len(turned))
     vectors = [v for _, v in turned] + [f.normal for frames in laws.frames for f in frames]
     angles = AngleParts(vectors, [k for k, _ in turned])
+    springs = SpringParts(
+        [load for load in mechanism.loads.values() if isinstance(load, Spring)], mechanism.frame
+    )
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
     force_rows = _force_rows(mechanism)
-    springs = [load for load in mechanism.loads.values() if isinstance(load, Spring)]
-    functions = _functions(
-        [*constraint_rows, *sensor_rows, *force_rows],
-        [*laws.functions, *(spring.actuator[1] for spring in springs)],
+    functions = functions_of(
+        [*constraint_rows, *sensor_rows, *force_rows], [*laws.functions, *springs.functions]
     )
     numbers_of = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
+    terms = FormTable(constraint_rows, numbers_of, first_multiplier, first_angle)
+    sensed, forces = FormTable(sensor_rows, numbers_of), FormTable(force_rows, numbers_of)
 
-    terms = _terms(constraint_rows, numbers_of, first_multiplier, first_angle)
-    sensor_terms = _terms(sensor_rows, numbers_of, first_row=0)
-    force_terms = _terms(force_rows, numbers_of, first_row=0)
-    entries = [_spring_entries(mechanism, spring) for spring in springs]
-    coordinates = [sorted(x.keys() | y.keys()) for x, y in entries]
-
-    couples = [
+    needed = {
         *mass,
         *beams.couples(),
         *cables.couples(),
-        *shared(coordinates),
+        *couples(springs.groups),
         *angles.couples(),
-        *shared(laws.groups),
-        *(p for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))),
-    ]
-    unknowns = range(1, first_angle)
-    pattern, slots = analyse(
-        _pairs(count, owners), count, [p for p in set(couples) if {*p} <= {*unknowns}]
-    )
+        *couples(laws.groups),
+        *terms.couples(),
+    }
+    unknowns = {*range(1, first_angle)}
+    pattern, slots = analyse(_pairs(count, owners), count, [p for p in needed if {*p} <= unknowns])
     nowhere = pattern.rows - 1
 
     def slot(i: int, j: int) -> int:
@@ -145,7 +140,7 @@ def assemble(mechanism: Mechanism) -> System:
         multipliers=len(owners),
         velocity=mechanism.velocity_row,
         acceleration=mechanism.velocity_row + 1 + count,
-        energy=_asked_for(mechanism.energy_row, sensor_rows),
+        energy=asked_for(mechanism.energy_row, sensor_rows),
         functions=len(functions) + 1,
         mass=Mass(
             i=indices(i for i, _ in mass),
@@ -159,20 +154,8 @@ def assemble(mechanism: Mechanism) -> System:
             slot=beams.slots(slot),
         ),
         cables=Cables(indices(cables.first), cables.damped(), cables.slots(slot)),
-        springs=Springs(
-            start=np.cumsum([0] + [len(c) for c in coordinates]),
-            coordinate=indices(i for c in coordinates for i in c),
-            f=indices(numbers_of[spring.actuator[1]] for spring in springs),
-            slot=square_slots(coordinates, slot, nowhere),
-        ),
-        terms=Terms(
-            *(indices(t[k] for t in terms[0]) for k in range(4)),
-            slot=indices(
-                slot(*p) for k, i, j, _ in terms[0] for p in ((k, i), (k, j), (i, j))
-            ).reshape(-1, 3),
-            products=sum(i > 0 for _, i, _, _ in terms[0]),
-            polynomials=sum(j < first_angle for _, _, j, _ in terms[0]),
-        ),
+        springs=springs.structure(numbers_of, slot, nowhere),
+        terms=terms.terms(slot),
         angles=angles.structure(first_angle, mechanism.energy_row + 1, slot, nowhere),
         laws=laws.structure(
             numbers_of,
@@ -181,13 +164,9 @@ def assemble(mechanism: Mechanism) -> System:
             nowhere,
             sum(map(len, angles.groups[: len(turned)])),
         ),
-        forces=Products(*(indices(t[k] for t in force_terms[0]) for k in range(4))),
-        sensors=Products(*(indices(t[k] for t in sensor_terms[0]) for k in range(4))),
+        forces=forces.products(),
+        sensors=sensed.products(),
         pattern=pattern,
-    )
-    spring_x, spring_y = (
-        [e[axis].get(i, 0.0) for e, c in zip(entries, coordinates, strict=True) for i in c]
-        for axis in range(2)
     )
     rows = {
         "start": start,
@@ -195,6 +174,10 @@ def assemble(mechanism: Mechanism) -> System:
         "inverse_scale": _inverse_scale(start, mass, nodes),
         "mass": list(mass.values()),
         "force": _constant_forces(mechanism),
+        "rigidity": [rigidity(beams, cables, mass)],
+        "coefficient": terms.coefficients,
+        "load": forces.coefficients,
+        "sensor": sensed.coefficients,
         "beams.inverse_length": beams.inverse_length,
         "beams.stiffness": beams.stiffness,
         "beams.initial": beams.initial,
@@ -202,24 +185,9 @@ def assemble(mechanism: Mechanism) -> System:
         "cables.inverse_length": cables.inverse_length,
         "cables.stiffness": cables.stiffness,
         "cables.retardation": cables.retardation,
-        "rigidity": [rigidity(beams, cables, mass)],
-        "coefficient": terms[1],
-        "springs.x": spring_x,
-        "springs.y": spring_y,
-        "springs.stiffness": [s.stiffness for s in springs],
-        "springs.cubic": [s.cubic for s in springs],
-        "springs.damping": [s.damping for s in springs],
-        "springs.pull": [s.actuator[0] for s in springs],
-        "springs.rest_length": [
-            RELAXED if s.rest_length is None else s.rest_length for s in springs
-        ],
-        "angles.x": angles.values(0),
-        "angles.y": angles.values(1),
-        "laws.x": laws.values(0),
-        "laws.y": laws.values(1),
-        "laws.parameter": laws.parameters,
-        "load": force_terms[1],
-        "sensor": sensor_terms[1],
+        **springs.rows(),
+        **angles.rows(),
+        **laws.rows(),
     }
     stacked = {name: stack(values) for name, values in rows.items()}
     driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
@@ -227,25 +195,6 @@ def assemble(mechanism: Mechanism) -> System:
     return System(
         structure, samples, stacked, functions, owners, outputs, units, sensors, conditions
     )
-
-
-def _terms(
-    rows: Sequence[Form],
-    numbers: dict[TimeFunction | None, int],
-    first_row: int,
-    first_angle: int = 0,
-) -> tuple[list[tuple[int, int, int, int]], list[np.ndarray]]:
-    """Return (row, i, j, function) and the coefficient of each term.
-
-    Products come first, angles last.
-    """
-    flat = [
-        ((first_row + k, i, j, numbers[f]), c)
-        for k, row in enumerate(rows)
-        for (i, j, f), c in row.terms.items()
-    ]
-    flat.sort(key=lambda term: (term[0][1] == 0, term[0][2] >= first_angle))
-    return [place for place, _ in flat], [c for _, c in flat]
 
 
 def _sensors(mechanism: Mechanism):
@@ -265,17 +214,6 @@ def _sensors(mechanism: Mechanism):
     return outputs, units, sensors, conditions, rows
 
 
-def _asked_for(row: int, forms: Sequence[Form]) -> int:
-    """Return a row of z where a form depends on it, else 0."""
-    return row if any(row in key[:2] for form in forms for key in form.terms) else 0
-
-
-def _functions(rows: Sequence[Form], others: Sequence[TimeFunction | None]) -> list[TimeFunction]:
-    """Return the functions of time in use, each once."""
-    in_rows = [f for row in rows for _, _, f in row.terms]
-    return list(dict.fromkeys(f for f in [*in_rows, *others] if f is not None))
-
-
 def _force_rows(mechanism: Mechanism) -> list[Form]:
     """Return the generalized force on each of [1, q], of all loads but gravity and springs."""
     rows = [Form({})] * (mechanism.coordinates + 1)
@@ -284,12 +222,6 @@ def _force_rows(mechanism: Mechanism) -> list[Form]:
             for j, force in load.forces(mechanism).items():
                 rows[j] = rows[j] + force
     return rows
-
-
-def _spring_entries(mechanism: Mechanism, spring: Spring) -> list[dict[int, np.ndarray]]:
-    """Return, for X and Y, coordinate -> its coefficient in the spring's vector."""
-    x_and_y = spring.separation(mechanism.frame)
-    return [{j: c for (_, j, _), c in form.terms.items()} for form in x_and_y]
 
 
 def _pairs(coordinates: int, owners: Sequence[str]) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""From force laws and angles to arrays."""
+"""Springs, angles and force laws as arrays: what each depends on, its indices and its numbers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ from numpy.typing import ArrayLike
 from flexband.mechanics.force_laws import AXES, ForceLaw, compiled_law
 from flexband.mechanics.forms import Frame, TimeFunction, Vector
 from flexband.mechanics.joints import Resolve
+from flexband.mechanics.loads import Spring
 from flexband.mechanics.stacking import indices
-from flexband.mechanics.structure import Angles, Laws
+from flexband.mechanics.structure import Angles, Laws, Springs
 
 Slot = Callable[[int, int], int]
+"""Finds the row of the matrix for (i, j)."""
+
+RELAXED = -1.0
+"""Rest length of a spring that is relaxed at the start."""
 
 
 def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
@@ -25,6 +30,11 @@ def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
         for (_, j, _), c in form.terms.items():
             entries.setdefault(j, [0.0, 0.0])[axis] = c
     return dict(sorted(entries.items()))
+
+
+def _column(parts: Sequence[dict[int, list[ArrayLike]]], axis: int) -> list[ArrayLike]:
+    """Return the coefficients in X or Y, part by part."""
+    return [c[axis] for entries in parts for c in entries.values()]
 
 
 def couples(groups: Sequence[Sequence[int]]) -> Iterator[tuple[int, int]]:
@@ -40,6 +50,44 @@ def square_slots(groups: Sequence[Sequence[int]], slot: Slot, nowhere: int) -> n
     for s, group in enumerate(groups):
         slots[s, : len(group), : len(group)] = [[slot(i, j) for j in group] for i in group]
     return slots
+
+
+class SpringParts:
+    """The springs of a mechanism."""
+
+    def __init__(self, springs: Sequence[Spring], frame: Resolve):
+        self.springs = springs
+        self.entries = [linear(spring.separation(frame)) for spring in springs]
+        self.groups = [list(entries) for entries in self.entries]
+
+    @property
+    def functions(self) -> list[TimeFunction | None]:
+        """The functions of time that multiply the pulls."""
+        return [spring.actuator[1] for spring in self.springs]
+
+    def structure(self, numbers: dict, slot: Slot, nowhere: int) -> Springs:
+        """Return their indices."""
+        return Springs(
+            start=np.cumsum([0] + [len(group) for group in self.groups]),
+            coordinate=indices(i for group in self.groups for i in group),
+            f=indices(numbers[f] for f in self.functions),
+            slot=square_slots(self.groups, slot, nowhere),
+        )
+
+    def rows(self) -> dict[str, Sequence[ArrayLike]]:
+        """Return their numbers, named as in `Values`."""
+        springs = self.springs
+        return {
+            "springs.x": _column(self.entries, 0),
+            "springs.y": _column(self.entries, 1),
+            "springs.stiffness": [s.stiffness for s in springs],
+            "springs.cubic": [s.cubic for s in springs],
+            "springs.damping": [s.damping for s in springs],
+            "springs.pull": [s.actuator[0] for s in springs],
+            "springs.rest_length": [
+                RELAXED if s.rest_length is None else s.rest_length for s in springs
+            ],
+        }
 
 
 @dataclass
@@ -85,9 +133,9 @@ class AngleParts:
             multiplier_slot=multiplier_slot,
         )
 
-    def values(self, axis: int) -> list[ArrayLike]:
-        """Return the coefficients of the directions' X or Y."""
-        return [c[axis] for entries in self.entries for c in entries.values()]
+    def rows(self) -> dict[str, Sequence[ArrayLike]]:
+        """Return the coefficients of the directions, named as in `Values`."""
+        return {f"angles.{name}": _column(self.entries, axis) for axis, name in enumerate("xy")}
 
 
 class LawParts:
@@ -150,19 +198,21 @@ class LawParts:
             ),
         )
 
-    def values(self, axis: int) -> list[ArrayLike]:
-        """Return the coefficients of the points' X or Y, point by point."""
+    def rows(self) -> dict[str, Sequence[ArrayLike]]:
+        """Return coefficients of the points and parameters, named as in `Values`.
+
+        A parameter that is a function of time is 1 here.
+        """
+        parameters = [1.0 if callable(p) else p for law in self.laws for p in law.parameters]
+        return {"laws.x": self._points(0), "laws.y": self._points(1), "laws.parameter": parameters}
+
+    def _points(self, axis: int) -> list[ArrayLike]:
         return [
             entries[j][axis] if j in entries else 0.0
             for own, group in zip(self.entries, self.groups, strict=True)
             for entries in own
             for j in group
         ]
-
-    @property
-    def parameters(self) -> list[ArrayLike]:
-        """The parameters, 1 where a function of time multiplies it."""
-        return [1.0 if callable(p) else p for law in self.laws for p in law.parameters]
 
 
 def time(t: float) -> float:

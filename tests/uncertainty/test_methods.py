@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -143,10 +144,10 @@ def test_hybrid_polynomials_are_reproduced(c):
 @given(st.integers(0, 3), st.integers(0, 3), st.integers(0, 2), st.integers(0, 2))
 def test_the_expansion_interpolates_its_runs(k, q, n, m):
     nodes = scaled_chebyshev_zeros(q)
-    xi, eta = HybridExpansion.design(k, nodes, n, m)
+    xi, eta = HybridExpansion.design([k] * n, [nodes] * m)
     assert len(xi) == (k + 1) ** n * (q + 1) ** m
     values = np.random.default_rng(0).standard_normal((len(xi), 4))
-    expansion = HybridExpansion.fit(values, k, nodes, n, m)
+    expansion = HybridExpansion.fit(values, [k] * n, [nodes] * m)
     np.testing.assert_allclose(expansion.evaluate(xi, eta), values, atol=1e-11)
 
 
@@ -268,3 +269,61 @@ def test_bands_do_not_depend_on_the_batch():
 def test_bad_input_is_refused(call, text):
     with pytest.raises(fb.InputError, match=text):
         call()
+
+
+@given(st.data())
+def test_orders_of_each_input_reproduce_a_polynomial_of_these_degrees(data):
+    """E and σ of a product of powers are known; one order less would miss the highest."""
+    orders = [data.draw(st.integers(0, 3)) for _ in range(4)]
+    k = {"a": orders[0], "b": orders[1]}
+    q = {"x": orders[2], "y": orders[3]}
+
+    def response(a, b, x, y):
+        return (1 + a) ** k["a"] * (2 + b) ** k["b"] * (3 + x) ** q["x"] * (3 + y) ** q["y"]
+
+    inputs = {
+        "x": fb.Interval(-1.0, 1.0), "a": fb.Normal(0.0, 1.0),
+        "y": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0),
+    }  # fmt: skip
+    bands = fb.propagate(response, inputs, fb.ImprovedPCCI(k, q))
+    assert bands.attrs["runs"] == np.prod(np.array(orders) + 1)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(12)
+    weights = weights / weights.sum()
+    mean = weights @ (1 + nodes) ** k["a"] * (weights @ (2 + nodes) ** k["b"])
+    square = weights @ (1 + nodes) ** (2 * k["a"]) * (weights @ (2 + nodes) ** (2 * k["b"]))
+    least, most = 2.0 ** (q["x"] + q["y"]), 4.0 ** (q["x"] + q["y"])
+    np.testing.assert_allclose(bands["mean"], [mean * least, mean * most], rtol=1e-9)
+    top = (mean + np.sqrt(max(square - mean**2, 0.0))) * most
+    assert float(bands["error_bar"][1]) == pytest.approx(top, rel=1e-6)
+
+
+def test_orders_by_name_are_one_order_where_they_are_equal():
+    inputs = {"u": fb.Uniform(0.5, 1.5), "a": fb.Normal(1.0, 0.1), "x": fb.Interval(1.0, 2.0)}
+
+    def response(u, a, x):
+        return np.sin(u * x) + a * x
+
+    method = fb.PCCI({"u": 3, "a": 3}, {"x": 4})
+    assert method == fb.PCCI({"a": 3, "u": 3}, {"x": 4})
+    assert hash(method) == hash(fb.PCCI({"a": 3, "u": 3}, {"x": 4}))
+    assert method.label == "PCCI (3|3, 4)"
+    xr.testing.assert_equal(
+        fb.propagate(response, inputs, method).drop_attrs(),
+        fb.propagate(response, inputs, fb.PCCI(3, 4)).drop_attrs(),
+    )
+
+
+@pytest.mark.parametrize(
+    ("method", "text"),
+    [
+        (lambda: fb.PCCI({"a": 1}, 2), "random_order must name all random inputs, a, b; got a"),
+        (lambda: fb.PCCI({"a": 1, "b": 1, "x": 1}, 2), "random_order must name all random"),
+        (lambda: fb.ImprovedPCCI(1, {}), "interval_order must name all interval inputs, x"),
+        (lambda: fb.ImprovedPCCI(1, {"x": -1}), "interval_order of 'x' must be 0 or more"),
+        (lambda: fb.ImprovedPCCI({"a": 1.5, "b": 1}, 1), "random_order of 'a' must be a whole"),  # type: ignore
+    ],
+)
+def test_orders_that_do_not_fit_the_inputs_are_refused(method, text):
+    inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0), "x": fb.Interval(0.0, 1.0)}
+    with pytest.raises(fb.InputError, match=text):
+        fb.propagate(lambda a, b, x: a + b + x, inputs, method())

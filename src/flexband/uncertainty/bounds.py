@@ -6,7 +6,9 @@ series the place of the extreme is kept: which tolerances make the worst case.
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -35,7 +37,7 @@ class Extremes:
 
 def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extremes]:
     """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
-    grid = scan_grid(expansion.interval_order, expansion.interval_dimension)
+    grid = scan_grid(expansion.interval_orders)
     terms, random_terms, series = expansion.coefficients.shape
     targets = np.array([(c, sign) for c in sigmas for sign in (1, -1)])  # least sign (μ + c σ)
     values = np.empty((len(targets), series))
@@ -53,7 +55,7 @@ def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extr
 
         def improve(part: slice) -> None:
             c, sign = targets[target[part]].T
-            own = expansion.interval_order, weighted, row[part], c.copy(), sign.copy()
+            own = np.array(expansion.interval_orders), weighted, row[part], c.copy(), sign.copy()
             polish(*own, at[part], found[part])
 
         cores = os.cpu_count() or 1
@@ -100,11 +102,14 @@ def _slopes(expansion: HybridExpansion, points: np.ndarray) -> tuple[np.ndarray,
     return terms[:, 1:, 0], along / np.where(std > 0, std, np.inf)
 
 
-def scan_grid(order: int, dimension: int) -> np.ndarray:
+def scan_grid(orders: Sequence[int]) -> np.ndarray:
     """Return Chebyshev–Lobatto points with the ends, about two a wave of the highest order."""
-    if order == 0 or dimension == 0:
-        return np.zeros((1, dimension))
-    count = 2 * order + 3
-    while count > 2 and count**dimension > LARGEST_SCAN:
-        count -= 1
-    return tensor_points(-np.cos(np.pi * np.arange(count) / (count - 1)), dimension)
+    counts = [2 * order + 3 if order else 1 for order in orders]
+    while math.prod(counts) > LARGEST_SCAN and max(counts) > 2:
+        counts[counts.index(max(counts))] -= 1
+    return tensor_points([lobatto(count) for count in counts])
+
+
+def lobatto(count: int) -> np.ndarray:
+    """Return Chebyshev–Lobatto points of [−1, 1], ends included; 0 where there is one."""
+    return -np.cos(np.pi * np.arange(count) / (count - 1)) if count > 1 else np.zeros(1)

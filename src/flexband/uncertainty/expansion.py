@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -17,10 +19,10 @@ from flexband.uncertainty.polynomials import (
 )
 
 
-def tensor_points(nodes: np.ndarray, dimension: int) -> np.ndarray:
-    """Return the tensor product of the nodes, shape (count**dimension, dimension)."""
-    grid = np.meshgrid(*[nodes] * dimension, indexing="ij")
-    return np.stack(grid, axis=-1).reshape(-1, dimension) if dimension else np.zeros((1, 0))
+def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the tensor product of nodes, one array a variable, shape (Π count, variables)."""
+    grid = np.meshgrid(*nodes, indexing="ij")
+    return np.stack(grid, axis=-1).reshape(-1, len(nodes)) if nodes else np.zeros((1, 0))
 
 
 def tensor_values(values: list[np.ndarray]) -> np.ndarray:
@@ -38,50 +40,55 @@ class HybridExpansion:
 
     Attributes
     ----------
-    random_order, interval_order : k and q, per variable.
-    random_dimension, interval_dimension : n and m.
-    coefficients : β, shape ((q+1)^m, (k+1)^n, series): all times and outputs side by side.
+    random_orders, interval_orders : k and q of every variable.
+    coefficients : β, shape (Π (q+1), Π (k+1), series): all times and outputs side by side.
     """
 
-    random_order: int
-    interval_order: int
-    random_dimension: int
-    interval_dimension: int
+    random_orders: tuple[int, ...]
+    interval_orders: tuple[int, ...]
     coefficients: np.ndarray
+
+    @property
+    def interval_dimension(self) -> int:
+        """Number m of variables η."""
+        return len(self.interval_orders)
 
     @staticmethod
     def design(
-        random_order: int, interval_nodes: np.ndarray, n: int, m: int
+        random_orders: Sequence[int], interval_nodes: Sequence[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of all runs, shapes (runs, n) and (runs, m); ξ varies fastest."""
-        xi = tensor_points(hermite_nodes(random_order), n)
-        eta = tensor_points(interval_nodes, m)
+        xi = tensor_points([hermite_nodes(k) for k in random_orders])
+        eta = tensor_points(interval_nodes)
         return np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0)
 
     @staticmethod
     def fit(
-        values: np.ndarray, random_order: int, interval_nodes: np.ndarray, n: int, m: int
+        values: np.ndarray, random_orders: Sequence[int], interval_nodes: Sequence[np.ndarray]
     ) -> HybridExpansion:
         """Return the expansion through the values, shape (runs, series), of `design`.
 
         There are as many points as terms, so the least squares of Eq. (12) interpolate, and the
         inverse factors by dimension: a small matrix for each variable in turn.
         """
-        q = len(interval_nodes) - 1
-        to_hermite = hermite_transform(random_order)
-        to_chebyshev = np.linalg.inv(chebyshev_values(q, interval_nodes))
+        interval_orders = tuple(len(nodes) - 1 for nodes in interval_nodes)
+        transforms = [
+            *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
+            *(hermite_transform(k) for k in random_orders),
+        ]
         beta, before = values, 1
-        for transform in [to_chebyshev] * m + [to_hermite] * n:
+        for transform in transforms:
             beta = transform @ beta.reshape(before, len(transform), -1)
             before *= len(transform)
-        beta = beta.reshape((q + 1) ** m, (random_order + 1) ** n, -1)
-        return HybridExpansion(random_order, q, n, m, beta)
+        terms = math.prod(q + 1 for q in interval_orders)
+        beta = beta.reshape(terms, before // terms, -1)
+        return HybridExpansion(tuple(random_orders), interval_orders, beta)
 
     @property
     def norms(self) -> np.ndarray:
         """γ_j of Eq. (15), products over the random variables."""
-        one = hermite_norms(self.random_order)[None]
-        return tensor_values([np.ones((1, 1)), *[one] * self.random_dimension])[0]
+        norms = [hermite_norms(k)[None] for k in self.random_orders]
+        return tensor_values([np.ones((1, 1)), *norms])[0]
 
     @property
     def weighted(self) -> np.ndarray:
@@ -90,22 +97,21 @@ class HybridExpansion:
 
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i at η of shape (points, m), shape (points, M)."""
-        one = np.ones((len(eta), 1))
-        return tensor_values([one, *(chebyshev_values(self.interval_order, x) for x in eta.T)])
+        values = map(chebyshev_values, self.interval_orders, eta.T)
+        return tensor_values([np.ones((len(eta), 1)), *values])
 
     def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i and its derivatives by each η_a at η, shape (points, 1 + m, M)."""
         one, m = np.ones((len(eta), 1)), self.interval_dimension
-        D = chebyshev_derivative(self.interval_order)
-        values = [(T, T @ D) for T in chebyshev_values(self.interval_order, eta.T)]
+        T = map(chebyshev_values, self.interval_orders, eta.T)
+        values = [(t, t @ chebyshev_derivative(t.shape[1] - 1)) for t in T]
         parts = [[v[a == b] for b, v in enumerate(values)] for a in range(-1, m)]
         return np.stack([tensor_values([one, *part]) for part in parts], axis=1)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
         one = np.ones((len(xi), 1))
-        hermite = [hermite_values(self.random_order, x) for x in xi.T]
-        psi = tensor_values([one, *hermite])
+        psi = tensor_values([one, *map(hermite_values, self.random_orders, xi.T)])
         return np.einsum("pi,pj,ijs->ps", self.chebyshev(eta), psi, self.coefficients)
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -122,10 +128,8 @@ class HybridExpansion:
         With |T_i| ≤ 1 it bounds their part in mean and standard deviation, and is of the order of
         the first terms left out where the series converges. Zero orders are not counted.
         """
-        shape = (self.interval_order + 1,) * self.interval_dimension
-        shape += (self.random_order + 1,) * self.random_dimension
-        index = np.indices(shape).reshape(len(shape), -1)
-        orders = np.array(shape)[:, None] - 1
+        orders = np.array([*self.interval_orders, *self.random_orders], dtype=int)[:, None]
+        index = np.indices(list(orders[:, 0] + 1)).reshape(len(orders), -1)
         highest = np.any((index == orders) & (orders > 0), axis=0)
         size = np.abs(self.weighted)
         return size.reshape(highest.size, -1)[highest].sum(axis=0)

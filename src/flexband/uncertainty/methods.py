@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import whole
+from flexband.errors import InputError, whole
 from flexband.uncertainty.bands import SIGMAS, bands
 from flexband.uncertainty.bounds import Extremes, extremes
 from flexband.uncertainty.expansion import HybridExpansion
@@ -23,6 +24,35 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 
 HIGHEST_ORDER = 100
 """Norms of Hermite polynomials overflow not far above."""
+
+Order = int | Mapping[str, int]
+"""One order for all variables of a kind, or one for each input by name."""
+
+
+class OrdersByName(dict[str, int]):
+    """Orders by name, which can be hashed as all of a method can."""
+
+    def __hash__(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return hash(frozenset(self.items()))
+
+
+def _shown(order: Order) -> str:
+    """Return an order, or the orders joined by bars."""
+    return "|".join(map(str, order.values())) if isinstance(order, Mapping) else str(order)
+
+
+def _of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:
+    """Return the order of every variable of a kind, an input's order for each of its own."""
+    inputs = {k: one for k, one in space.inputs.items() if one.random == random}
+    if isinstance(order, Mapping):
+        if order.keys() != inputs.keys():
+            kind = "random" if random else "interval"
+            raise InputError(
+                f"{name} must name all {kind} inputs, {', '.join(inputs) or 'none'}; "
+                f"got {', '.join(order) or 'none'}"
+            )
+        return [order[k] for k, one in inputs.items() for _ in range(one.dimension)]
+    return [order for one in inputs.values() for _ in range(one.dimension)]
 
 
 class Method(Protocol):
@@ -54,44 +84,65 @@ class PCCI:
     Parameters
     ----------
     random_order, interval_order : k and q, orders of the expansion in every random and interval
-        variable; it takes (k+1)ⁿ (q+1)ᵐ runs.
+        variable: one number for all, or a mapping from each random or interval input's name to its
+        own. It takes Π (k+1) Π (q+1) runs.
 
     Raises
     ------
     InputError
-        Where an order is not a whole number from 0 to 100.
+        Where an order is not a whole number from 0 to 100; in `propagate`, where a mapping does not
+        name the random or interval inputs.
     """
 
-    random_order: int
-    interval_order: int
+    random_order: Order
+    interval_order: Order
 
     name = "PCCI"
 
     @property
     def label(self) -> str:
         """Name and orders (k, q)."""
-        return f"{self.name} ({self.random_order}, {self.interval_order})"
+        return f"{self.name} ({_shown(self.random_order)}, {_shown(self.interval_order)})"
 
     def __post_init__(self) -> None:
-        whole("random_order", self.random_order, 0, HIGHEST_ORDER)
-        whole("interval_order", self.interval_order, 0, HIGHEST_ORDER)
+        for name in ("random_order", "interval_order"):
+            order = getattr(self, name)
+            if isinstance(order, Mapping):
+                for own, value in order.items():
+                    whole(f"{name} of {own!r}", value, 0, HIGHEST_ORDER)
+                object.__setattr__(self, name, OrdersByName(order))
+            else:
+                whole(name, order, 0, HIGHEST_ORDER)
 
-    def interval_nodes(self) -> np.ndarray:
+    @staticmethod
+    def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (14)."""
-        return chebyshev_zeros(self.interval_order)
+        return chebyshev_zeros(order)
+
+    def orders(self, space: Space) -> tuple[list[int], list[int]]:
+        """Return k of every random and q of every interval variable.
+
+        Raises
+        ------
+        InputError
+            Where a mapping names other inputs than those of the space.
+        """
+        return (
+            _of_variables("random_order", self.random_order, space, random=True),
+            _of_variables("interval_order", self.interval_order, space, random=False),
+        )
 
     def runs(self, space: Space) -> int:
-        """Return (k+1)ⁿ (q+1)ᵐ."""
-        n, m = space.random_dimension, space.interval_dimension
-        return (self.random_order + 1) ** n * (self.interval_order + 1) ** m
+        """Return Π (k+1) Π (q+1)."""
+        return math.prod(order + 1 for orders in self.orders(space) for order in orders)
 
     def expand(self, space: Space, evaluate: Evaluate) -> tuple[HybridExpansion, xr.DataArray]:
         """Return the surrogate and the runs it is made of."""
-        n, m = space.random_dimension, space.interval_dimension
-        nodes = self.interval_nodes()
-        values = evaluate(*HybridExpansion.design(self.random_order, nodes, n, m))
+        random_orders, interval_orders = self.orders(space)
+        nodes = [self.interval_nodes(q) for q in interval_orders]
+        values = evaluate(*HybridExpansion.design(random_orders, nodes))
         flat = values.values.reshape(len(values), -1)
-        return HybridExpansion.fit(flat, self.random_order, nodes, n, m), values
+        return HybridExpansion.fit(flat, random_orders, nodes), values
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
         """Return the bands, and `truncation`: an indicator of the expansion's own error."""
@@ -110,9 +161,10 @@ class ImprovedPCCI(PCCI):
 
     name = "improved PCCI"
 
-    def interval_nodes(self) -> np.ndarray:
+    @staticmethod
+    def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (19)."""
-        return scaled_chebyshev_zeros(self.interval_order)
+        return scaled_chebyshev_zeros(order)
 
 
 @dataclass(frozen=True)

@@ -25,4 +25,4 @@ def random_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
 
 def scan(points: int, dimension: int) -> np.ndarray:
     """Return the uniform grid of Eq. (7), ends included, shape (points**dimension, dimension)."""
-    return tensor_points(np.linspace(-1, 1, points), dimension)
+    return tensor_points([np.linspace(-1, 1, points)] * dimension)

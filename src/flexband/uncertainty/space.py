@@ -107,7 +107,7 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
     given = Space({name: one for name, one in inputs.items() if name not in loose})
     m = given.interval_dimension
     ends = np.array([-1.0, 1.0])
-    eta = tensor_points(ends, m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
+    eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     values = given.values(np.zeros((len(eta), given.random_dimension)), eta)
     response(**values, **{name: nominal(name, one.mean) for name, one in loose.items()})
     located = dict(inputs)

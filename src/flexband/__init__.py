@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs import Interval, Normal, RandomField, Uniform
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
+    from flexband.uncertainty.phase_resolved import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import propagate
 
 _MODULES = {
@@ -86,6 +87,7 @@ _MODULES = {
     "mechanics.force_laws": ["ForceLaw", "TorsionSpring", "ViscousFriction"],
     "mechanics.gears": ["Gear", "Rack"],
     "report.drawing": ["draw"],
+    "uncertainty.phase_resolved": ["PhaseResolvedPCCI"],
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -119,6 +121,7 @@ __all__ = [
     "Moment",
     "MonteCarlo",
     "Normal",
+    "PhaseResolvedPCCI",
     "PointMass",
     "Position",
     "PotentialEnergy",

@@ -49,6 +49,20 @@ class HybridExpansion:
     coefficients: np.ndarray
 
     @property
+    def orders(self) -> tuple[int, ...]:
+        """The orders of all variables, η first."""
+        return self.interval_orders + self.random_orders
+
+    def index(self) -> np.ndarray:
+        """Return the order of each term in each variable, η first, (variables, M N)."""
+        return np.indices([q + 1 for q in self.orders]).reshape(len(self.orders), -1)
+
+    def highest(self) -> np.ndarray:
+        """Return which terms are of the highest order in a variable, (variables, M N)."""
+        orders = np.array(self.orders, dtype=int)[:, None]
+        return (self.index() == orders) & (orders > 0)
+
+    @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
         return len(self.interval_orders)
@@ -100,6 +114,11 @@ class HybridExpansion:
         values = map(chebyshev_values, self.interval_orders, eta.T)
         return tensor_values([np.ones((len(eta), 1)), *values])
 
+    def hermite(self, xi: np.ndarray) -> np.ndarray:
+        """Return Ψ_j at ξ of shape (points, n), shape (points, N)."""
+        values = map(hermite_values, self.random_orders, xi.T)
+        return tensor_values([np.ones((len(xi), 1)), *values])
+
     def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i and its derivatives by each η_a at η, shape (points, 1 + m, M)."""
         one, m = np.ones((len(eta), 1)), self.interval_dimension
@@ -110,9 +129,7 @@ class HybridExpansion:
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
-        one = np.ones((len(xi), 1))
-        psi = tensor_values([one, *map(hermite_values, self.random_orders, xi.T)])
-        return np.einsum("pi,pj,ijs->ps", self.chebyshev(eta), psi, self.coefficients)
+        return np.einsum("pi,pj,ijs->ps", self.chebyshev(eta), self.hermite(xi), self.coefficients)
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""
@@ -128,8 +145,6 @@ class HybridExpansion:
         With |T_i| ≤ 1 it bounds their part in mean and standard deviation, and is of the order of
         the first terms left out where the series converges. Zero orders are not counted.
         """
-        orders = np.array([*self.interval_orders, *self.random_orders], dtype=int)[:, None]
-        index = np.indices(list(orders[:, 0] + 1)).reshape(len(orders), -1)
-        highest = np.any((index == orders) & (orders > 0), axis=0)
+        highest = self.highest().any(axis=0)
         size = np.abs(self.weighted)
         return size.reshape(highest.size, -1)[highest].sum(axis=0)

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := $(shell find src -name '*.py')
 
-.PHONY: install demo test check bench validate
+.PHONY: install demo test check bench validate accuracy
 
 install: .venv/installed .venv/kernels
 
@@ -27,6 +27,9 @@ check: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
+
+accuracy: install
+	$(BIN)/python benchmarks/accuracy.py
 
 validate: install
 	$(BIN)/python validation/table.py

@@ -44,6 +44,7 @@ console = Console()
 class MethodName(StrEnum):
     """Methods by the names they have on the command line."""
 
+    PHASE_RESOLVED_PCCI = "phase-resolved-pcci"
     IMPROVED_PCCI = "improved-pcci"
     PCCI = "pcci"
     LHS_SCANNING = "lhs-scanning"
@@ -51,6 +52,7 @@ class MethodName(StrEnum):
 
 
 METHODS: dict[MethodName, Method] = {
+    MethodName.PHASE_RESOLVED_PCCI: fb.PhaseResolvedPCCI(1, 1),
     MethodName.IMPROVED_PCCI: fb.ImprovedPCCI(3, 3),
     MethodName.PCCI: fb.PCCI(3, 3),
     MethodName.LHS_SCANNING: fb.LHSScanning(100, 10),
@@ -133,12 +135,16 @@ def compare_methods(
         str, typer.Option(help="Orders k,q of PCCI and improved PCCI, separated by blanks.")
     ] = "1,1 1,2 2,2 3,3",
 ) -> None:
-    """Compare PCCI and improved PCCI on the study in FILE against LHS–Scanning."""
+    """Compare PCCI, improved and phase-resolved, on the study in FILE against LHS–Scanning.
+
+    The phase-resolved one takes the first of the orders.
+    """
     with _reported_errors():
         study = load_study(file).located()
         pairs = _orders(orders)
         output.mkdir(parents=True, exist_ok=True)
         methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
+        methods.append(fb.PhaseResolvedPCCI(*pairs[0]))
         nominal = study.nominal()
         with _progress() as bar:
             results = compare(
@@ -163,7 +169,10 @@ def compare_methods(
         for name in drawn:
             for k, q in dict.fromkeys((pairs[0], pairs[-1])):
                 chosen = [results[0]] + [
-                    r for r in results if r.method in (fb.PCCI(k, q), fb.ImprovedPCCI(k, q))
+                    r
+                    for r in results
+                    if r.method
+                    in (fb.PCCI(k, q), fb.ImprovedPCCI(k, q), fb.PhaseResolvedPCCI(k, q))
                 ]
                 figures[f"bands_{_slug(name)}_{k}_{q}"] = (
                     f"Interval mean and interval error bar of {name}, k = {k}, q = {q}",

@@ -306,7 +306,7 @@ def test_orders_by_name_are_one_order_where_they_are_equal():
     method = fb.PCCI({"u": 3, "a": 3}, {"x": 4})
     assert method == fb.PCCI({"a": 3, "u": 3}, {"x": 4})
     assert hash(method) == hash(fb.PCCI({"a": 3, "u": 3}, {"x": 4}))
-    assert method.label == "PCCI (3|3, 4)"
+    assert method.label == "PCCI (3/3, 4)"
     xr.testing.assert_equal(
         fb.propagate(response, inputs, method).drop_attrs(),
         fb.propagate(response, inputs, fb.PCCI(3, 4)).drop_attrs(),

@@ -16,9 +16,9 @@ Table = tuple[list[str], list[list[str]]]
 def summary_table(bands: xr.Dataset) -> Table:
     """Return a row an output: bands over all times, and the widest error bar.
 
-    The last column, for PCCI methods, is the largest truncation indicator over that width.
+    The last column, for PCCI methods, is the largest error expected over that width.
     """
-    header = ["output", "interval mean", "error bar", "widest", "at", "truncation"]
+    header = ["output", "interval mean", "error bar", "widest", "at", "expected error"]
     rows = []
     for name in outputs_of(bands):
         one = bands.sel(output=name) if name else bands
@@ -29,8 +29,9 @@ def summary_table(bands: xr.Dataset) -> Table:
         if width.dims == ("time",):
             at = f"{float(width['time'].values[int(width.values.argmax())]):.4g} s"
         doubt = ""
-        if "truncation" in one and float(width.max()) > 0:
-            doubt = f"{100 * float(one['truncation'].max()) / float(width.max()):.2g} %"
+        for indicator in ("truncation", "error_bar_expected_error"):
+            if indicator in one and float(width.max()) > 0:
+                doubt = f"{100 * float(one[indicator].max()) / float(width.max()):.2g} %"
         spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
         rows.append([f"{name or 'response'}{unit}", *spans, f"{float(width.max()):.4g}", at, doubt])
     return header, rows

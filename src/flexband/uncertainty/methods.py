@@ -37,8 +37,8 @@ class OrdersByName(dict[str, int]):
 
 
 def _shown(order: Order) -> str:
-    """Return an order, or the orders joined by bars."""
-    return "|".join(map(str, order.values())) if isinstance(order, Mapping) else str(order)
+    """Return an order, or the orders joined by strokes."""
+    return "/".join(map(str, order.values())) if isinstance(order, Mapping) else str(order)
 
 
 def _of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:

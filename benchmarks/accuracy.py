@@ -1,0 +1,109 @@
+"""Errors of the methods against runs, on studies whose bands are known.
+
+Errors are ∫|Δ| dt / ∫|reference| dt over both bounds, the largest of the outputs. At its full size
+the table goes into docs/methods.md and the figure into docs/images/accuracy.png.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from accuracy_cases import Case, cases
+from harness import ROOT, options, report
+from matplotlib.figure import Figure
+
+import flexband as fb
+from flexband.study.comparison import relative_error
+
+FULL = 200
+"""Samples of LHS–Scanning from which on the documentation is written."""
+
+START, END = "<!-- accuracy -->", "<!-- end of accuracy -->"
+STYLES = {"phase-resolved PCCI": "o-", "improved PCCI": "s--", "LHS–Scanning": "^:"}
+
+
+def methods(case: Case, samples: int) -> Iterator[fb.ImprovedPCCI | fb.LHSScanning]:
+    """Return the methods to try on a case."""
+    yield from (fb.PhaseResolvedPCCI(*orders) for orders in case.orders)
+    random, interval = case.orders[-1]
+    yield fb.ImprovedPCCI(random, interval)
+    if samples >= FULL:
+        for order in (3, 5):
+            yield fb.ImprovedPCCI(
+                {name: min(order, 9 * k) for name, k in random.items()},
+                {name: min(order, 9 * q) for name, q in interval.items()},
+            )
+    yield fb.LHSScanning(samples // 2, 5)
+
+
+def percent(found: xr.DataArray, truth: xr.DataArray) -> float:
+    """Return the relative error, largest of the outputs, in per cent."""
+    return 100 * float(np.max(relative_error(found, truth)))
+
+
+def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
+    """Return the error that a method expects of itself, in per cent, or nothing."""
+    name = f"{variable}_expected_error"
+    if name not in bands:
+        return ""
+    own, size = bands[name].mean("time"), np.abs(truth[variable]).mean(("bound", "time"))
+    return f"{100 * float((own / size).max()):.2g}"
+
+
+def main() -> None:
+    chosen = options(__doc__, FULL)
+    rows, points = [], {}
+    for name, make in list(cases().items())[: None if chosen.samples >= FULL else 2]:
+        case = make()
+        truth = case.reference()
+        points[name] = {}
+        for method in methods(case, chosen.samples):
+            bands = fb.propagate(case.response, case.inputs, method)
+            errors = [percent(bands[v], truth[v]) for v in ("mean", "error_bar")]
+            own = [expected(bands, truth, v) for v in ("mean", "error_bar")]
+            trusted = "" if "trusted" not in bands or bool(bands["trusted"].all()) else "no"
+            runs = bands.attrs["runs"]
+            rows.append(
+                [name, method.label, str(runs), *(f"{e:.2g}" for e in errors), *own, trusted]
+            )
+            points[name].setdefault(method.name, []).append((runs, *errors))
+    header = ["case", "method", "runs", "mean", "error bar", "expected", "expected", "trusted"]
+    notes = ["errors in per cent; orders are those of (random | inputs, interval | inputs)"]
+    report(chosen.output, "accuracy", header, rows, {"points": points}, notes)
+    if chosen.samples >= FULL:
+        figure(points).savefig(ROOT / "docs" / "images" / "accuracy.png", dpi=100)
+        write_table(ROOT / "docs" / "methods.md", header, rows)
+
+
+def figure(points: dict) -> Figure:
+    """Draw the error of the error bar against runs, a panel a case."""
+    shown = {name: own for name, own in points.items() if "trap" not in name}
+    drawing = Figure(figsize=(12, 8), layout="constrained")
+    for axes, (name, own) in zip(
+        drawing.subplots(3, 4, sharey=True).flat, shown.items(), strict=False
+    ):
+        for method, found in own.items():
+            runs, _, bar = np.array(sorted(found)).T
+            axes.loglog(runs, bar, STYLES[method], label=method, markersize=4)
+        axes.set_title(name, fontsize=9)
+        axes.grid(alpha=0.3)
+    drawing.supxlabel("runs")
+    drawing.supylabel("error of the interval error bar [%]")
+    drawing.axes[0].legend(fontsize=7)
+    return drawing
+
+
+def write_table(file: Path, header: list[str], rows: list[list[str]]) -> None:
+    """Put the table between its marks."""
+    text = file.read_text(encoding="utf-8")
+    lines = ["| " + " | ".join(cells) + " |" for cells in [header, ["---"] * len(header), *rows]]
+    before, _, rest = text.partition(START)
+    _, _, after = rest.partition(END)
+    file.write_text("\n".join([before + START, *lines, END]) + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -139,6 +139,24 @@ def test_a_beam_is_as_high_as_it_is():
     np.testing.assert_allclose(axis[-1], 1.5 * np.array([np.cos(0.5), np.sin(0.5)]))
 
 
+@pytest.mark.parametrize(
+    ("section", "ends"),
+    [
+        ({"section": fb.Circle(np.array([0.1, 0.3]), 0.05)}, (0.3, 0.3)),
+        ({"section": fb.GeneralSection(0.03, 0.03 * 0.3**2 / 12)}, (0.3, 0.3)),
+        ({"height": lambda x: 0.3 - 0.1 * x, "width": 0.1}, (0.3, 0.15)),
+    ],
+)
+def test_a_beam_is_as_high_as_its_section_is_there(section, ends):
+    beam = fb.Beam(length=np.array([1.0, 1.5]), elements=2, **section, **MATERIAL)
+    load = fb.DistributedLoad("b", y=-1.0)
+    figure = fb.Mechanism(bodies={"b": beam}, loads={"q": load}).draw(sample=1)
+    upper, lower = np.split(part(figure, "body 'b'"), 2)
+    np.testing.assert_allclose((upper - lower[::-1])[[0, -1], 1], ends)
+    rise = part(figure, "load 'q'")[[0, -1], 1] - np.divide(ends, 2)
+    np.testing.assert_allclose(rise, rise[0])  # the arrows end on the upper side
+
+
 def test_a_plate_is_the_hull_of_its_points():
     square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
     inside = [(0.5, 0.5), (0.5, 0.0)]

@@ -42,20 +42,20 @@ def draw_body(scene: Scene, canvas: Canvas, name: str) -> None:
 def _draw_line(scene: Scene, canvas: Canvas, body: CentreLine, name: str) -> None:
     """Draw a beam as a band as high as it is, a cable as a line; mark the nodes."""
     axis, across = scene.axis(name)
-    half = scene.height(name) / 2
+    half = scene.height(name)[:, None] / 2
     nodes = slice(None, None, (len(axis) - 1) // body.elements)
     look, gid = {"color": FLEXIBLE, "zorder": 4.1}, f"body {name!r}"
-    if half > 0:
+    if half.any():
         canvas.area(scene.outline(name), facecolor=FILLED, edgecolor=FLEXIBLE, linewidth=1.0,
                     zorder=4.0, gid=gid)  # fmt: skip
-        reach = max(half, 3.0 * canvas.unit) * across[nodes]
+        reach = np.maximum(half, 3.0 * canvas.unit)[nodes] * across[nodes]
         pen_up = np.full_like(reach, np.nan)
         ticks = np.stack([axis[nodes] - reach, axis[nodes] + reach, pen_up], axis=1)
         canvas.line(ticks.reshape(-1, 2), linewidth=0.8, **look)
     else:
         canvas.line(axis, linewidth=1.8, gid=gid, **look)
         canvas.line(axis[nodes], linewidth=0.0, marker="o", markersize=3.5, **look)
-    canvas.dimension(axis, length_text(scene.start.number(body.length)), beside=half)
+    canvas.dimension(axis, length_text(scene.start.number(body.length)), beside=half.max())
 
 
 def _draw_arms(canvas: Canvas, corners: np.ndarray, center: np.ndarray) -> None:

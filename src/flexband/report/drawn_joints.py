@@ -59,7 +59,7 @@ def draw_ground(
         if not np.any(held):
             held = np.array([0.0, 1.0])
         if clamped:
-            wide = max(scene.height(b) / 2 / canvas.unit + 6.0 for b in bodies)
+            wide = max(scene.height(b).max() / 2 / canvas.unit + 6.0 for b in bodies)
             symbols.hatch(canvas, place, held, max(16.0, wide))
         else:
             hanging = held[1] < -0.3 * np.linalg.norm(held)

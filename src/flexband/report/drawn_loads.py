@@ -94,7 +94,7 @@ def _shaft(scene: Scene, canvas: Canvas, load: Force) -> np.ndarray:
 def _draw_row(scene: Scene, canvas: Canvas, load: DistributedLoad, gid: str) -> np.ndarray:
     """Draw a row of arrows on a beam, as long as the load is large there; return its middle [m]."""
     axis, _ = scene.axis(load.beam, ROW)
-    half = scene.height(load.beam) / 2
+    half = scene.height(load.beam, ROW)[:, None] / 2
     length = getattr(scene.mechanism.bodies[load.beam], "length", 0.0)
     x = np.linspace(0.0, scene.start.number(length), ROW + 1)
     force = np.stack([scene.start.along(part, x) for part in (load.x, load.y)], axis=1)

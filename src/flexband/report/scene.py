@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexband.errors import InputError
+from flexband.mechanics.beam import Beam
 from flexband.mechanics.bodies import RigidBody
 from flexband.mechanics.centre_line import CentreLine, Property
 from flexband.mechanics.configuration import Configuration
@@ -95,7 +96,7 @@ class Scene:
         body = self.mechanism.bodies[name]
         if isinstance(body, CentreLine):
             axis, across = self.axis(name)
-            half = self.height(name) / 2
+            half = self.height(name)[:, None] / 2
             return np.concatenate([axis + half * across, (axis - half * across)[::-1]])
         corners = self.corners(name)
         if len(corners) > 1 or not isinstance(body, RigidBody):
@@ -104,9 +105,16 @@ class Scene:
         turn = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
         return corners + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
-    def height(self, name: str) -> float:
-        """Return the height of a beam [m], zero for a cable."""
-        return self.start.number(getattr(self.mechanism.bodies[name], "height", 0.0))
+    def height(self, name: str, count: int = 0) -> np.ndarray:
+        """Return the height of a beam [m] at the points of `axis`, shape (count + 1,).
+
+        That of any other body is zero.
+        """
+        body = self.mechanism.bodies[name]
+        if not isinstance(body, Beam):
+            return np.zeros(1)
+        x = np.linspace(0.0, self.start.number(body.length), self._count(body, count) + 1)
+        return body.profile.across(lambda _, value, check: self.start.along(value, x))
 
     def axis(self, name: str, count: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Return points along a beam's axis [m] and the direction of its height there.
@@ -115,10 +123,14 @@ class Scene:
         """
         body = self.mechanism.bodies[name]
         assert isinstance(body, CentreLine)
-        count = count or body.elements * max(2, -(-ALONG // body.elements))
+        count = self._count(body, count)
         frames = [self.mechanism.frame(f"{name}.{k / count!r}") for k in range(count + 1)]
         points = np.array([self.start.vector(f.position) for f in frames])
         return points, np.array([self.start.vector(f.y) for f in frames])
+
+    @staticmethod
+    def _count(body: CentreLine, count: int) -> int:
+        return count or body.elements * max(2, -(-ALONG // body.elements))
 
 
 def hull(points: np.ndarray) -> np.ndarray:

@@ -61,26 +61,28 @@ class Gear(Rolling):
                 f"got {self.first_radius} and {self.second_radius}"
             )
 
-    def _radii(self) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def radii(self) -> tuple[np.ndarray, np.ndarray]:
+        """Both radii [m]."""
         return np.asarray(self.first_radius, dtype=float), np.asarray(
             self.second_radius, dtype=float
         )
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ."""
-        (r1, r2), first, second = self._radii(), frame(self.first), frame(self.second)
+        (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
         centres = subtract(second.position, first.position)
         return [angle(first.normal) * r1 + angle(second.normal) * r2 - angle(centres) * (r1 + r2)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ along the tangent, the line of centres turned by 90°."""
-        r1, r2 = self._radii()
+        r1, r2 = self.radii
         centres = subtract(frame(self.second).position, frame(self.first).position)
         return scale(multipliers[0] * (-1 / (r1 + r2)), (-centres[1], centres[0]))
 
     def moment(self, multipliers: Sequence[Form]) -> Form:
         """Return −λ r₁ about the first gear's centre."""
-        return -multipliers[0] * self._radii()[0]
+        return -multipliers[0] * self.radii[0]
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexband.mechanics.configuration import assembled
+from flexband.mechanics.gears import Rack
 from flexband.mechanics.loads import Gravity
 from flexband.mechanics.mechanism import Mechanism
 from flexband.report.canvas import GREY, Canvas
 from flexband.report.drawn_bodies import draw_body
 from flexband.report.drawn_joints import draw_joint
 from flexband.report.drawn_loads import draw_load
+from flexband.report.round_symbols import circle
 from flexband.report.scene import Scene
 from flexband.report.words import write
 
@@ -81,7 +83,10 @@ def _canvas(scene: Scene, axes: Axes | None, *, names: bool, dimensions: bool) -
     mechanism = scene.mechanism
     parts = (*mechanism.joints.values(), *mechanism.loads.values())
     named = [scene.at(point) for part in parts for point in scene.points_of(part)]
-    points = np.concatenate([*map(scene.outline, mechanism.bodies), np.reshape(named, (-1, 2))])
+    named += [end for part in parts if isinstance(part, Rack) for end in scene.rack_line(part)]
+    circles = [circle(*pitch) for part in parts for pitch in scene.pitch_circles(part)]
+    outlines = [*map(scene.outline, mechanism.bodies), *circles]
+    points = np.concatenate([*outlines, np.reshape(named, (-1, 2))])
     lowest, highest = points.min(axis=0), points.max(axis=0)
     own, axes = axes is None, Figure().add_subplot() if axes is None else axes
     figure = axes.figure.figure

@@ -6,6 +6,7 @@ import numpy as np
 
 from flexband.mechanics.bodies import PointMass, RigidBody
 from flexband.mechanics.centre_line import CentreLine
+from flexband.mechanics.gears import Gear, Rack
 from flexband.mechanics.joints import Prismatic
 from flexband.report import symbols
 from flexband.report.canvas import DARK, GREY, PALE, Canvas
@@ -29,7 +30,7 @@ def draw_body(scene: Scene, canvas: Canvas, name: str) -> None:
         if len(corners) > 1:
             symbols.link(canvas, corners, gid)
             _draw_arms(canvas, corners, center)
-        elif not _is_block(scene, name):
+        elif not _is_drawn(scene, name):
             canvas.area(scene.outline(name), facecolor=PALE, linestyle="--", linewidth=0.9,
                         zorder=3.0, gid=gid)  # fmt: skip
         symbols.center_of_mass(canvas, center, f"center of {gid}")
@@ -67,11 +68,12 @@ def _draw_arms(canvas: Canvas, corners: np.ndarray, center: np.ndarray) -> None:
         canvas.line([first, center, second], color=GREY, linewidth=0.9, zorder=2.5)
 
 
-def _is_block(scene: Scene, name: str) -> bool:
-    """Return whether a joint draws the body as the block that it guides."""
+def _is_drawn(scene: Scene, name: str) -> bool:
+    """Return whether a joint draws the body, as the block that it guides or as a gear."""
     joints = scene.mechanism.joints.values()
-    guided = [j.first for j in joints if isinstance(j, Prismatic)]
-    return any(isinstance(p, str) and p.partition(".")[0] == name for p in guided)
+    drawn = [j.first for j in joints if isinstance(j, Prismatic | Gear | Rack)]
+    drawn += [j.second for j in joints if isinstance(j, Gear)]
+    return any(isinstance(p, str) and p.partition(".")[0] == name for p in drawn)
 
 
 def length_text(length: float | np.floating) -> str:

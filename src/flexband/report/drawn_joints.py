@@ -8,8 +8,9 @@ import numpy as np
 
 from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.forms import cross
+from flexband.mechanics.gears import Gear, Rack
 from flexband.mechanics.joints import Distance, PointName, Prismatic, Revolute, Slot, Weld, along
-from flexband.report import symbols
+from flexband.report import round_symbols, symbols
 from flexband.report.canvas import Canvas
 from flexband.report.drawn_bodies import length_text
 from flexband.report.scene import Scene
@@ -38,6 +39,15 @@ def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
             symbols.axis_line(canvas, places[0], places[1])
             ground, block = not isinstance(joint.second, str), isinstance(joint, Prismatic)
             symbols.rails(canvas, places[0], axis, ground=ground, block=block, gid=gid)
+        case Gear():
+            first, second = pitch = scene.pitch_circles(joint)
+            round_symbols.gears(canvas, pitch, gid)
+            share = first[1] / (first[1] + second[1])
+            places = [first[0] + share * (second[0] - first[0])]  # where the circles touch
+        case Rack():
+            ends = scene.rack_line(joint)
+            round_symbols.rack(canvas, *scene.pitch_circles(joint), *ends, gid=gid)
+            places = [ends[1]]
         case _:
             symbols.unknown(canvas, places, name, gid)
             return

@@ -6,8 +6,9 @@ from itertools import product
 
 import numpy as np
 
+from flexband.mechanics.force_laws import ForceLaw, TorsionSpring, ViscousFriction
 from flexband.mechanics.loads import DistributedLoad, Force, Gravity, InTime, Moment, Spring
-from flexband.report import symbols
+from flexband.report import round_symbols, symbols
 from flexband.report.canvas import Canvas
 from flexband.report.scene import Scene
 
@@ -26,7 +27,7 @@ def draw_load(scene: Scene, canvas: Canvas, name: str) -> None:
         case Gravity():
             field = np.array([scene.start.number(load.x), scene.start.number(load.y)])
             named = _draw_gravity(canvas, field, gid)
-        case Spring():
+        case Spring() | ViscousFriction():
             _draw_spring(scene, canvas, load, name)
             return
         case Force():
@@ -37,6 +38,11 @@ def draw_load(scene: Scene, canvas: Canvas, name: str) -> None:
             sense = _sign(scene, load.moment)
             way = (-0.75 * np.pi, 1.5 * np.pi) if sense >= 0 else (-0.25 * np.pi, -1.5 * np.pi)
             named = symbols.turning(canvas, scene.at(load.point), *way, 15.0, gid=gid, **LOOK)
+        case TorsionSpring():
+            named = _draw_torsion(scene, canvas, load, gid)
+        case ForceLaw():
+            places = [scene.at(point) for point in scene.points_of(load)]
+            named = round_symbols.law(canvas, places, gid, LOADS)
         case DistributedLoad():
             named = _draw_row(scene, canvas, load, gid)
         case _:
@@ -61,17 +67,37 @@ def _draw_gravity(canvas: Canvas, field: np.ndarray, gid: str) -> np.ndarray:
     return place
 
 
-def _draw_spring(scene: Scene, canvas: Canvas, load: Spring, name: str) -> None:
-    """Draw a spring, and a wall where it is held by the ground."""
+def _draw_spring(scene: Scene, canvas: Canvas, load: Spring | ViscousFriction, name: str) -> None:
+    """Draw a spring or a dashpot, and a wall where it is held by the ground."""
     points = (load.first, load.second)
     start, end = (scene.at(point) for point in points)
-    stiffness, cubic, damping = map(scene.start.number, (load.stiffness, load.cubic, load.damping))
-    kinds = {"elastic": bool(stiffness or cubic), "damped": bool(damping)}
+    kinds = _kinds(scene, load)
     named = symbols.spring(canvas, start, end, gid=f"load {name!r}", **kinds)
     for point, own, other in zip(points, (start, end), (end, start), strict=True):
         if not isinstance(point, str) and np.any(own != other):
             symbols.hatch(canvas, own, other - own, 12.0)
     canvas.label(named, name)
+
+
+def _kinds(scene: Scene, load: Spring | ViscousFriction | TorsionSpring) -> dict[str, bool]:
+    """Return whether a load has a spring and a damper."""
+    number, elastic = scene.start.number, False
+    if not isinstance(load, ViscousFriction):
+        elastic = bool(number(load.stiffness) or number(load.cubic))
+    return {"elastic": elastic, "damped": bool(number(load.damping))}
+
+
+def _draw_torsion(scene: Scene, canvas: Canvas, load: TorsionSpring, gid: str) -> np.ndarray:
+    """Draw a torsion spring about its first point, and an arrow where it is a motor."""
+    place, kinds = scene.at(load.first), _kinds(scene, load)
+    if any(kinds.values()):
+        round_symbols.torsion(canvas, place, gid=gid, **kinds)
+    if callable(load.torque) or scene.start.number(load.torque) or not any(kinds.values()):
+        sense = 1.0 if _sign(scene, load.torque) >= 0 else -1.0
+        own = {} if any(kinds.values()) else {"gid": gid}
+        symbols.turning(canvas, place, np.pi * (0.5 - 0.75 * sense), 1.5 * np.pi * sense, 24.0,
+                        **own, **LOOK)  # fmt: skip
+    return place
 
 
 def _sign(scene: Scene, value: InTime) -> float:

@@ -12,8 +12,10 @@ from flexband.mechanics.bodies import RigidBody
 from flexband.mechanics.centre_line import CentreLine, Property
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.description import POINTS
+from flexband.mechanics.force_laws import ForceLaw
 from flexband.mechanics.forms import Frame, GeneralizedForce
-from flexband.mechanics.joints import Joint, PointName
+from flexband.mechanics.gears import Gear, Rack
+from flexband.mechanics.joints import Joint, PointName, along
 from flexband.mechanics.loads import Load, Spring
 from flexband.mechanics.mechanism import Mechanism
 
@@ -66,9 +68,35 @@ class Scene:
             part.separation(witness.frame)
         elif callable(forces := getattr(part, "forces", None)):
             forces(witness)
+        elif isinstance(part, ForceLaw):
+            witness.points.extend(part.points)
         named = (getattr(part, name, None) for name in POINTS)
         points = [*(p for p in named if self._is_point(p)), *witness.points]
         return [p for k, p in enumerate(points) if not any(p is q for q in points[:k])]
+
+    def pitch_circles(self, part: Joint | Load) -> list[tuple[np.ndarray, float]]:
+        """Return centre and radius [m] of the gears that a joint holds, the radius below zero of a
+        ring and of a pinion whose rack is to its left.
+        """  # noqa: D205
+        if isinstance(part, Gear):
+            radii = zip((part.first, part.second), part.radii, strict=True)
+        else:
+            radii = [(part.first, part.radius)] if isinstance(part, Rack) else []
+        return [(self.at(point), self.start.number(radius)) for point, radius in radii]
+
+    def rack_line(self, rack: Rack) -> tuple[np.ndarray, np.ndarray]:
+        """Return the ends [m] of a rack's pitch line: as long as the pinion is round, or as far as
+        the points of its body are.
+        """  # noqa: D205
+        ((centre, radius),) = self.pitch_circles(rack)
+        x, y = axis = self.start.vector(along(self.mechanism.frame(rack.second), rack.axis))
+        points = [self.at(rack.second)]
+        if isinstance(rack.second, str):
+            points = [*self.corners(rack.second.partition(".")[0])]
+        reach = np.pi * abs(radius) / 2
+        ways = [-reach, reach, *(axis @ (point - centre) for point in points)]
+        touch = centre + radius * np.array([y, -x])
+        return touch + min(ways) * axis, touch + max(ways) * axis
 
     def _is_point(self, point: object) -> bool:
         try:

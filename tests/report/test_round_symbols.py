@@ -1,0 +1,117 @@
+"""Symbols of gears, racks, torsion springs, friction and force laws: shapes read back."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from tests.report.test_drawing import part, texts, turn
+
+SPUR = {"width": 0.02, "density": 7800.0}
+SUN, PLANET = 0.1, 0.05
+CENTRE = (SUN + PLANET) * np.array([0.6, 0.8])
+
+
+def apart(line, place):
+    """Return how far the points of a line are from a place [m], the pen's lifts left out."""
+    return np.linalg.norm(line[np.isfinite(line).all(axis=1)] - place, axis=1)
+
+
+def planet():
+    arm = fb.RigidBody.bar(length=SUN + PLANET, height=0.01, angle=np.arctan2(0.8, 0.6), **SPUR)
+    return fb.Mechanism(
+        bodies={
+            "sun": fb.RigidBody.disc(radius=SUN, **SPUR),
+            "planet": fb.RigidBody.disc(radius=PLANET, position=tuple(CENTRE), **SPUR),
+            "arm": arm,
+        },
+        joints={
+            "O": fb.Revolute("sun", (0.0, 0.0)),
+            "A": fb.Revolute("arm.start", (0.0, 0.0)),
+            "B": fb.Revolute("planet", "arm.end"),
+            "inner": fb.Gear("sun", "planet", SUN, PLANET),
+            "outer": fb.Gear("planet", (0.0, 0.0), PLANET, -(SUN + 2 * PLANET)),
+        },
+    )
+
+
+def test_pitch_circles_of_gears_touch():
+    figure = planet().draw()
+    for joint, touch in (("inner", SUN), ("outer", SUN + 2 * PLANET)):
+        line = part(figure, f"joint {joint!r}")
+        assert apart(line, touch * CENTRE / (SUN + PLANET)).min() < 0.003
+        np.testing.assert_allclose(apart(line, CENTRE).min(), PLANET, rtol=0.2)  # less a tooth
+    inner, outer = (part(figure, f"joint {joint!r}") for joint in ("inner", "outer"))
+    np.testing.assert_allclose(apart(inner[:181], (0.0, 0.0)), SUN)
+    ring = SUN + 2 * PLANET
+    teeth = apart(outer, (0.0, 0.0))
+    assert ring * 1.001 < teeth.max() < 1.2 * ring  # outside of the ring: there is its material
+    low, high = np.sort(
+        np.transpose([figure.axes[0].get_xlim(), figure.axes[0].get_ylim()]), axis=0
+    )
+    assert np.all(low < -ring)
+    assert np.all(high > ring)
+    assert {"inner", "outer"} <= set(texts(figure))
+    with pytest.raises(ValueError, match="not enough values"):
+        part(figure, "body 'sun'")  # the gear says how large it is
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_rack_touches_its_pinion_and_is_as_long_as_its_body(side):
+    rack = fb.RigidBody.bar(length=0.8, height=0.02, start=(-0.3, 0.0), **SPUR)
+    pinion = fb.RigidBody.disc(radius=0.1, position=(0.0, side * 0.1), **SPUR)
+    figure = fb.Mechanism(
+        bodies={"pinion": pinion, "rack": rack},
+        joints={"mesh": fb.Rack("pinion", "rack", side * 0.1)},
+    ).draw()
+    line = part(figure, "joint 'mesh'")
+    np.testing.assert_allclose(line[:2], [(-0.3, 0.0), (0.5, 0.0)], atol=1e-9)
+    heights = line[np.isfinite(line).all(axis=1), 1] * side
+    assert heights.max() < 1e-12  # teeth on the far side
+    assert heights.min() < -1e-3
+    np.testing.assert_allclose(apart(part(figure, "pinion of joint 'mesh'")[:181], (0, side * 0.1)),
+                               0.1)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "turns"),
+    [({"stiffness": 2.0}, 2.25), ({"damping": 1.0}, None), ({"torque": -3.0}, -0.75)],
+)
+def test_torsion_springs_are_round_their_pin(kind, turns):
+    bar = fb.RigidBody.bar(length=1.0, height=0.01, start=(0.2, 0.3), **SPUR)
+    spring = fb.TorsionSpring("bar.start", (0.2, 0.3), **kind)
+    figure = fb.Mechanism(bodies={"bar": bar}, loads={"twist": spring}).draw()
+    line = part(figure, "load 'twist'")
+    distance = apart(line, (0.2, 0.3))
+    assert 0.0 < distance.min() < distance.max() < 0.1
+    if turns is None:  # a dashpot on an arc
+        assert np.isnan(line).any()
+    else:
+        turned = turn(line[np.isfinite(line).all(axis=1)], (0.2, 0.3)) / (2 * np.pi)
+        np.testing.assert_allclose(turned, turns, rtol=0.1)
+    assert "twist" in texts(figure)
+
+
+def test_friction_is_a_dashpot_from_point_to_point():
+    mass = fb.PointMass(mass=1.0, position=(1.0, 0.5))
+    friction = fb.ViscousFriction("m", (0.0, 0.0), 3.0)
+    line = part(fb.Mechanism(bodies={"m": mass}, loads={"f": friction}).draw(), "load 'f'")
+    np.testing.assert_allclose(line[[0, -1]], [(1.0, 0.5), (0.0, 0.0)], atol=1e-9)
+    assert np.ptp((line @ (-0.5, 1.0))[np.isfinite(line).all(axis=1)]) > 0.01  # its cylinder
+
+
+def pull(t, x, v, p, force):
+    force[0, 0] = p[0] * (x[1, 0] - x[0, 0])
+
+
+def test_a_force_law_is_a_sign_at_or_between_its_points():
+    mass = fb.PointMass(mass=1.0, position=(1.0, 0.5))
+
+    def sign(points):
+        law = fb.ForceLaw(points, pull, [1.0])
+        figure = fb.Mechanism(bodies={"m": mass}, loads={"magnet": law}).draw()
+        assert "magnet" in texts(figure)
+        assert not any(text.startswith("without a place") for text in texts(figure))
+        return part(figure, "load 'magnet'")
+
+    np.testing.assert_allclose(sign(["m", (0.0, 0.0)]), [(0.5, 0.25)], atol=1e-9)
+    assert 0.0 < apart(sign(["m", (1.0, 0.5)]), (1.0, 0.5))[0] < 1.0

@@ -227,6 +227,25 @@ def test_arrows_of_drives_point_the_way_they_move():
     np.testing.assert_allclose(way(figure, "joint 'push'"), (-1.0, 0.0), atol=1e-9)
 
 
+@pytest.mark.parametrize("sense", [-1.0, 1.0])
+def test_arrows_of_drives_that_start_from_rest(sense):
+    def angle(t):
+        return 0.5 + sense * (t**2 / 2 + (np.cos(0.4 * t) - 1) / 0.16)  # of fourth order in t
+
+    bar = fb.RigidBody.bar(length=1.0, angle=0.5, **BAR)
+    figure = fb.Mechanism(
+        bodies={"bar": bar, "n": fb.PointMass(mass=1.0)},
+        joints={
+            "A": fb.Revolute("bar.start", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("bar", angle),
+            "line": fb.Slot("n", (0.0, 0.0)),
+            "push": fb.PrescribedTravel("n", (0.0, 0.0), lambda t: sense * t**3),
+        },
+    ).draw()
+    assert turn(part(figure, "joint 'motor'"), (0.0, 0.0)) * sense > 0
+    np.testing.assert_allclose(way(figure, "joint 'push'"), (sense, 0.0), atol=1e-9)
+
+
 @pytest.mark.parametrize(
     "kind", [{"stiffness": 5.0}, {"damping": 1.0}, {"pull": 2.0}, {"stiffness": 5.0, "damping": 1}]
 )
@@ -289,6 +308,18 @@ def test_on_axes_of_ones_own():
     low, high = np.sort(right.transData.inverted().transform(right.get_window_extent()), axis=0)
     assert np.all(low < (0.0, 0.0))
     assert np.all(high > (2.0 + np.cos(0.8), np.sin(0.8)))
+
+
+def test_room_for_names_is_left_when_more_is_drawn():
+    figure = Figure()
+    axes = figure.add_subplot()
+    fb.draw(four_bar(), axes=axes)
+    figure.draw_without_rendering()
+    limits = [*axes.get_xlim(), *axes.get_ylim()]
+    axes.plot([0.5, 1.0], [0.2, 0.4])
+    axes.locator_params(nbins=3)
+    figure.draw_without_rendering()
+    np.testing.assert_allclose([*axes.get_xlim(), *axes.get_ylim()], limits)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])

@@ -71,9 +71,9 @@ def draw(
     for name in (*(name for name in mechanism.loads if name not in fields), *fields):
         draw_load(scene, canvas, name)  # gravity last: it goes where there is room
     write(canvas)
-    (left, bottom), (right, top) = canvas.box
-    canvas.axes.set_xlim(left, right, auto=True)  # wider where the aspect asks for it
-    canvas.axes.set_ylim(bottom, top, auto=True)
+    canvas.axes.update_datalim(canvas.box)  # what is drawn there later leaves room for the names
+    canvas.axes.margins(0.0)
+    canvas.axes.autoscale_view()
     canvas.axes.set_aspect("equal", adjustable="datalim")
     return canvas.axes.figure.figure
 

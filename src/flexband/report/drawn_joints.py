@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.mechanics.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
-from flexband.mechanics.forms import cross
+from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.gears import Gear, Rack
 from flexband.mechanics.joints import Distance, PointName, Prismatic, Revolute, Slot, Weld, along
 from flexband.report import round_symbols, symbols
@@ -16,6 +16,8 @@ from flexband.report.drawn_bodies import length_text
 from flexband.report.scene import Scene
 
 DRIVES = "#1b7837"
+STARTS = 10.0 ** np.arange(-6, 3)
+"""Times [s] at which a drive is asked which way it goes."""
 
 
 def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
@@ -87,17 +89,15 @@ def _draw_drive(
     velocity, place = scene.velocity(drive.first), scene.at(drive.first)
     if isinstance(drive, PrescribedRotation):
         place = _pivot(scene, drive.first)
-        normal = scene.mechanism.frame(drive.first).normal
-        turned = scene.mechanism.velocity(drive.first).normal
-        (x, y), rate = scene.start.vector(normal), scene.start.value(cross(normal, turned))
-        sense = -1.0 if rate < 0 else 1.0
+        x, y = scene.start.vector(scene.mechanism.frame(drive.first).normal)
+        sense = _sense(scene, drive.angle)
         first = np.arctan2(y, x) + 0.35 * sense
         middle = symbols.turning(canvas, place, first, 1.7 * sense, 24.0, **look)
     else:
         direction, lift = velocity, 0.0
         if isinstance(drive, PrescribedTravel):
             axis = scene.start.vector(along(scene.mechanism.frame(drive.second), drive.axis))
-            direction, lift = (-axis if axis @ velocity < 0 else axis), 20.0
+            direction, lift = _sense(scene, drive.travel) * axis, 20.0
             symbols.axis_line(canvas, place, scene.at(drive.second))
         canvas.mark(place, "o", 11.0, color=DRIVES, markerfacecolor="none", zorder=8.0)
         middle = place
@@ -106,6 +106,16 @@ def _draw_drive(
             canvas.arrow(shaft, **look)
             middle = shaft.mean(axis=0)
     canvas.label(middle, name, color=DRIVES)
+
+
+def _sense(scene: Scene, motion: TimeFunction) -> float:
+    """Return the sign of the way that a drive goes first; it may start from rest."""
+    first = scene.start.number(motion(0.0))
+    for time in STARTS:
+        moved = scene.start.number(motion(time)) - first
+        if abs(moved) > 1e-9 * (1.0 + abs(first)):
+            return float(np.sign(moved))
+    return 1.0
 
 
 def _pivot(scene: Scene, point: PointName) -> np.ndarray:

@@ -74,7 +74,7 @@ class Scene:
         points = [*(p for p in named if self._is_point(p)), *witness.points]
         return [p for k, p in enumerate(points) if not any(p is q for q in points[:k])]
 
-    def pitch_circles(self, part: Joint | Load) -> list[tuple[np.ndarray, float]]:
+    def pitch_circles(self, part: object) -> list[tuple[np.ndarray, float]]:
         """Return centre and radius [m] of the gears that a joint holds, the radius below zero of a
         ring and of a pinion whose rack is to its left.
         """  # noqa: D205

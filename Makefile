@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := $(shell find src -name '*.py')
 
-.PHONY: install demo test check bench validate accuracy
+.PHONY: install demo test check bench validate accuracy gallery
 
 install: .venv/installed .venv/kernels
 
@@ -30,6 +30,9 @@ check: install
 
 accuracy: install
 	$(BIN)/python benchmarks/accuracy.py
+
+gallery: install
+	$(BIN)/python examples/gallery.py
 
 validate: install
 	$(BIN)/python validation/table.py

@@ -15,16 +15,10 @@ LINK = 0.45  # m
 def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
     crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
     link = fb.Beam(
-        length=LINK,
-        height=0.01,
-        width=0.01,
-        density=2700.0,
-        youngs_modulus=youngs_modulus,
-        poissons_ratio=poissons_ratio,
-        elements=3,
-        integration=fb.FullIntegration(),
-        start=(crank_length, 0.0),
-    )
+        length=LINK, height=0.01, width=0.01, density=2700.0, start=(crank_length, 0.0),
+        youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio,
+        elements=3, integration=fb.FullIntegration(),
+    )  # fmt: skip
     slider = fb.RigidBody.block(
         length=0.08, height=0.08, width=0.2, density=7800.0, position=(crank_length + LINK, 0.0)
     )
@@ -49,9 +43,15 @@ inputs = {
     "poissons_ratio": fb.RandomField(0.34, 0.0034, correlation_length=2.0, domain=(0.0, LINK)),
 }
 response = fb.dynamic_response(
-    slider_crank,
-    duration=0.6,
-    step=1e-3,
-    integrator=fb.GeneralizedAlpha(spectral_radius=0.7),
+    slider_crank, duration=0.6, step=1e-3, integrator=fb.GeneralizedAlpha(spectral_radius=0.7)
 )
 study = fb.Study(response, inputs, fb.ImprovedPCCI(random_order=3, interval_order=3))
+
+
+def picture(drawing, plot):
+    fb.draw(slider_crank(0.2, 1000.0, 69e9, 0.34), axes=drawing)
+    bands = study.run().sel(output="F_X")
+    plot.fill_between(bands.time, *bands["error_bar"], color="#fdd0a2", label="interval error bar")
+    plot.fill_between(bands.time, *bands["mean"], color="#1f78b4", label="interval mean")
+    plot.set(xlabel="time [s]", ylabel="X force at A [N]")
+    plot.legend()

@@ -1,7 +1,9 @@
 """The examples, each with a number asserted."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -48,3 +50,175 @@ def test_the_readmes_quickstart(capsys):
     # a soft pendulum of 0.5 m at t = 0.25 s is at 0.3240 (converged mesh, published)
     assert float(low) < 0.3240 < float(high)
     assert float(high - low) < 0.05
+
+
+# --- every example: short, runs, draws, and holds to something known ----------------------------
+
+
+def at(result, output, time=None):
+    values = result.sel(output=output)
+    return values.values if time is None else float(values.sel(time=time, method="nearest"))
+
+
+def energies(mechanism, *motors):
+    """Return the same mechanism with sensors of its energies and of its motors' work."""
+    own = {"kinetic": fb.KineticEnergy(), "elastic": fb.ElasticEnergy()}
+    return replace(mechanism, sensors=own | {f"work {m}": fb.Work(m) for m in motors})
+
+
+def motors_work_is_energy(mechanism, *motors, duration, step):
+    result = fb.simulate(energies(mechanism, *motors), duration=duration, step=step)
+    stored = at(result, "kinetic") + at(result, "elastic")
+    work = sum(at(result, f"work {m}") for m in motors)
+    np.testing.assert_allclose(stored - stored[0], work, atol=2e-3 * stored.max())
+
+
+def slider_crank(own):
+    motors_work_is_energy(
+        own.slider_crank(0.2, 1000.0, 69e9, 0.34), "motor", duration=0.2, step=2e-4
+    )
+
+
+def pick_and_place(own):
+    motors_work_is_energy(own.arm(0.5, 70e9), "shoulder", "elbow", duration=0.6, step=5e-4)
+
+
+def four_bar(own):
+    """The rocker of rigid bars of both lengths, in closed form."""
+    bands = own.study.run().sel(output="rocker")
+    crank = own.angle(bands.time.values)
+    x, y = own.CRANK * np.cos(crank) - own.GROUND, own.CRANK * np.sin(crank)
+    distance = np.hypot(x, y)
+
+    def rocker(coupler):
+        between = (distance**2 + own.ROCKER**2 - coupler**2) / (2 * distance * own.ROCKER)
+        return np.arctan2(y, x) % (2 * np.pi) - np.arccos(between)
+
+    exact = np.sort([rocker(own.COUPLER - 0.001), rocker(own.COUPLER + 0.001)], axis=0)
+    assert np.ptp(exact, axis=0).min() > 3e-3
+    np.testing.assert_allclose(bands["mean"], exact, atol=2e-4)
+
+
+def parallelogram(own):
+    result = own.motion()
+    gained = sum(at(result, name) - at(result, name)[0] for name in ("kinetic", "potential"))
+    np.testing.assert_allclose(at(result, "work"), gained, atol=2e-3 * gained.max())
+    np.testing.assert_allclose(at(result, "turn"), 0.0, atol=1e-9)
+    steel = own.STEEL["height"] * own.STEEL["width"] * own.STEEL["density"]  # kg/m
+    bar, coupler = steel * own.CRANK, steel * 2 * own.PITCH
+    crank = bar * (own.CRANK**2 / 3 + own.STEEL["height"] ** 2 / 12)
+    exact = 0.5 * 15.0**2 * (3 * crank + coupler * own.CRANK**2)
+    assert at(result, "kinetic", 1.5) == pytest.approx(exact, rel=1e-3)
+    assert {f"joint 'B{k}'" for k in range(3)} <= set(result.attrs["not_unique"])
+
+
+def quick_return(own):
+    """The lever turns back where the crank is square to it."""
+    result = own.motion()
+    speed, time = at(result, "ram_X"), result.time.values
+    k = np.flatnonzero(speed[1:] * speed[:-1] < 0)
+    turns = time[k] - speed[k] * (time[k + 1] - time[k]) / (speed[k + 1] - speed[k])
+    lean = np.arcsin(own.CRANK / own.PIVOT)
+    back, cut = np.diff(turns[:3])
+    assert cut / back == pytest.approx((np.pi + 2 * lean) / (np.pi - 2 * lean), rel=1e-4)
+    swept = np.abs(np.diff(at(result, "lever")[k[:2]]))
+    assert swept == pytest.approx(2 * lean, rel=1e-4)
+
+
+def planetary_gear(own):
+    """Inertias seen from the arm, and the speed at which both moments hold each other."""
+    result, ratio = own.motion(), 1 + own.RING / own.SUN
+    spin = 1 - own.RING / own.PLANET
+    sheet = own.STEEL["width"] * own.STEEL["density"]
+    sun, planet = (sheet * np.pi * r**2 for r in (own.SUN, own.PLANET))
+    arm = sheet * 2 * own.ARM * 0.02
+    inertia = (
+        arm * ((2 * own.ARM) ** 2 + 0.02**2) / 12
+        + ratio**2 * sun * own.SUN**2 / 2
+        + 2 * planet * (own.ARM**2 + spin**2 * own.PLANET**2 / 2)
+    )
+    speed = ratio * own.TORQUE / 0.5 * (1 - np.exp(-0.5 * result.time.values / inertia))
+    for name, factor in (("arm", 1.0), ("sun", ratio), ("planet 0", spin)):
+        np.testing.assert_allclose(
+            at(result, name), factor * speed, atol=5e-4 * np.ptp(factor * speed)
+        )
+
+
+def cable_pendulum(own):
+    result = own.motion()
+    total = sum(at(result, name) for name in ("kinetic", "potential", "elastic"))
+    np.testing.assert_allclose(total, 0.0, atol=2e-3 * at(result, "kinetic").max())
+    assert at(result, "kinetic").max() > 0.5  # J
+
+
+def suspension(own):
+    """It stands still up to the kerb; later it stands as much higher as the kerb is."""
+    result = fb.simulate(own.suspension(4500.0, 45e3), duration=8.0, step=4e-3)
+    weight = 9.81 * (own.CAR + own.WHEEL)
+    for time, height in ((0.19, own.RIDE), (8.0, own.RIDE + own.KERB)):
+        assert at(result, "car_Y", time) == pytest.approx(height, abs=1e-5)
+        assert -at(result, "tyre_F", time) == pytest.approx(weight, rel=1e-4)
+
+
+def spin_up(own):
+    """N = ½ρAω²L² at the root, S = N/A ± M y/I; the lag of the published solutions."""
+    result = own.motion()
+    steady = result.sel(time=slice(15.0, 20.0))
+    pull = own.DENSITY * own.AREA * own.SPEED**2 * own.LENGTH**2 / 2
+    assert at(steady, "root_N").mean() == pytest.approx(pull, rel=2e-3)
+    bent = at(result, "root_M") * 0.018 / own.SECOND_MOMENT
+    stress = at(result, "root_N") / own.AREA - bent
+    np.testing.assert_allclose(at(result, "upper_xx"), stress, atol=1e-2 * np.ptp(stress))
+
+
+def leaf_spring(own):
+    """Symmetry, and the deflection of a slender beam whose moment is P x/2 at a small load."""
+    result = fb.equilibrium(own.leaf_spring(np.array([10.0, 4000.0])), steps=4)
+    x, y = (result.values[:, axis:50:2] for axis in (0, 1))
+    np.testing.assert_allclose(y, y[:, ::-1], atol=1e-6)
+    np.testing.assert_allclose(x + x[:, ::-1], x[:, -1:] + 0.0 * x, atol=1e-6)
+    u = np.linspace(0.0, 0.5, 4001)
+    places = own.arc(u)
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(places, axis=0).T)))
+    bending = 206e9 * own.WIDTH * own.height(way) ** 3 / 12
+    arm = places[:, 0] / 2
+    sunk = 2 * 10.0 * np.trapezoid(arm**2 / bending, way)
+    assert own.CAMBER - at(result, "middle_Y")[0] == pytest.approx(sunk, rel=5e-3)
+
+
+def door_stop(own):
+    """What Hunt and Crossley's law leaves of a speed, whatever its exponent and the mass."""
+    rate = at(own.motion(), "rate")
+    hit, left = own.REACH * own.SPEED, own.REACH * rate[-1]
+    a, b = own.DISSIPATION * hit, own.DISSIPATION * left
+    assert a + b == pytest.approx(np.log((1 + a) / (1 - b)), rel=2e-3)
+    assert 0.5 < left / hit < 0.9
+
+
+def balance_wheel(own):
+    result = own.study.nominal()
+    inertia = own.DENSITY * own.WIDTH * np.pi * own.RADIUS**4 / 2
+    decay, t = own.FRICTION / (2 * inertia), result.time.values
+    omega = np.sqrt(own.STIFFNESS / inertia - decay**2)
+    swing = np.cos(omega * t) + decay / omega * np.sin(omega * t)
+    exact = own.SWING * np.exp(-decay * t) * swing
+    np.testing.assert_allclose(at(result, "angle"), exact, atol=2e-3 * own.SWING)
+
+
+CHECKS = {f.__name__: f for f in (
+    slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
+    cable_pendulum, suspension, spin_up, leaf_spring, door_stop, balance_wheel,
+)}  # fmt: skip
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.py")), ids=lambda file: file.stem)
+def test_every_example(file):
+    gallery = SimpleNamespace(**runpy.run_path(str(EXAMPLES / "gallery.py")))
+    assert len(file.read_text(encoding="utf-8").splitlines()) <= 60
+    if file.stem == "gallery":
+        return
+    own = gallery.load(file)
+    CHECKS[file.stem](own)
+    assert all(axes.has_data() for axes in gallery.draw(own).axes)
+    page = (EXAMPLES.parent / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert own.__doc__.strip().split("\n\n")[1] in page, "run `make gallery`"

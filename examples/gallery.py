@@ -1,0 +1,58 @@
+"""Draw every example and write docs/gallery.md; `make gallery` runs this.
+
+An example is a script with `picture(drawing, plot)`: its mechanism on the first axes, what comes
+out of it on the second. Its docstring gives the title and, after a blank line, the paragraph.
+"""
+
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+HERE = Path(__file__).parent
+DOCS = HERE.parent / "docs"
+LOOK = {"font.size": 8.0, "lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False}
+EDGES = {"left": 0.1, "right": 0.92, "bottom": 0.12, "top": 0.94, "wspace": 0.24, "hspace": 0.4}
+WIDE = ("slider_crank", "spin_up")  # drawn above the plot, not beside it
+INTRODUCTION = """# Gallery
+
+Written by `make gallery` from the scripts in [examples/](../examples). Each is complete, has 60
+lines at most, and is held by an independent number in `tests/test_examples.py`. Those that define
+`study` also run with `flexband run examples/….py`.
+"""
+
+
+def load(file: Path) -> SimpleNamespace:
+    """Run an example; return what it defines."""
+    return SimpleNamespace(**runpy.run_path(str(file)))
+
+
+def draw(example: SimpleNamespace) -> Figure:
+    """Return the picture of an example, 8 by 4 inches."""
+    grid = (2, 1) if Path(example.__file__).stem in WIDE else (1, 2)
+    with rc_context(LOOK):
+        figure = Figure(figsize=(8, 4))
+        drawing, plot = figure.subplots(*grid, gridspec_kw=EDGES)
+        example.picture(drawing, plot)
+        drawing.locator_params(axis="x", nbins=6)
+        plot.margins(x=0)
+    return figure
+
+
+def main() -> None:
+    """Write the pictures, and a page that shows them."""
+    page, images = [INTRODUCTION], DOCS / "images" / "gallery"
+    images.mkdir(parents=True, exist_ok=True)
+    for file in sorted(set(HERE.glob("*.py")) - {Path(__file__).resolve()}):
+        example = load(file)
+        draw(example).savefig(images / f"{file.stem}.png", dpi=100)
+        title, text = example.__doc__.strip().split("\n\n")[:2]
+        page.append(f"## {title.rstrip('.')}\n\n{text} [`{file.name}`](../examples/{file.name})\n")
+        page.append(f"![{title}](images/gallery/{file.stem}.png)\n")
+    (DOCS / "gallery.md").write_text("\n".join(page), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

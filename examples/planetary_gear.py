@@ -43,6 +43,7 @@ def motion():
 
 def picture(drawing, plot):
     fb.draw(planetary_gear(), axes=drawing, dimensions=False, names=False)
+    drawing.margins(-0.15)  # without names, less room will do
     for x, y, name in ((0.0, -0.06, "sun"), (ARM, -0.03, "planet"), (0.0, 0.09, "ring, held")):
         drawing.text(x, y, name, ha="center", style="italic")
     result = motion()

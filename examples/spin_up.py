@@ -1,6 +1,6 @@
 """A beam that is spun up.
 
-The benchmark of Wu and Haug, and of Simo and Vu-Quoc: a slender beam is brought from rest to
+A spin-up manoeuvre, as benchmarks of flexible bodies have it: a slender beam goes from rest to
 4 rad/s in 15 s. It lags behind while it is accelerated; then the centrifugal force holds it
 straight and pulls at its root.
 """

@@ -161,7 +161,7 @@ def suspension(own):
 
 
 def spin_up(own):
-    """N = ½ρAω²L² at the root, S = N/A ± M y/I; the lag of the published solutions."""
+    """N = ½ρAω²L² at the root, S = N/A ± M y/I."""
     result = own.motion()
     steady = result.sel(time=slice(15.0, 20.0))
     pull = own.DENSITY * own.AREA * own.SPEED**2 * own.LENGTH**2 / 2

@@ -130,11 +130,11 @@ class Dense:
     def residual(self, unknowns, acceleration=None):
         self._fill(unknowns, acceleration)
         residual(self.structure, self.values, 0, self.work.z, self.work.r, self.work.blocks)
-        return self.work.r[1:, 3].copy()
+        return self.work.r[1 : 1 + self.structure.pattern.unknowns, 3].copy()
 
     def tangent(self, unknowns, weight=1.0):
         """Return the dense matrix, read back through the sparse slots."""
-        self._fill(unknowns)
+        self.residual(unknowns)  # which also finds the moments on angles
         self._tangent(weight)
         return to_dense(self.structure.pattern, self.work.matrix)[3]
 

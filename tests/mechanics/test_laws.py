@@ -5,6 +5,8 @@ import pytest
 
 import flexband as fb
 
+from .models import Dense
+
 UNDAMPED = fb.GeneralizedAlpha(spectral_radius=1.0)
 
 
@@ -252,6 +254,45 @@ def test_a_rolling_wheel():
     way = 0.5 * 9.81 * np.sin(slope) / (1 + J / (m * r**2)) * t**2
     np.testing.assert_allclose(motion.sel(output="w_X"), -r * s + way * c, atol=1e-4)
     np.testing.assert_allclose(motion.sel(output="a"), -way / r, rtol=2e-5, atol=1e-6)
+
+
+def test_tangent_is_the_derivative_of_the_residual():
+    """Gears, a rack and laws on bodies and on a beam's section, in any state, multipliers too."""
+    r1, r2 = 0.1, 0.25
+    bodies, joints = gears((r1, r2), (0.4, 0.3))
+    beam = fb.Beam(length=0.4, height=0.02, width=0.01, elements=1, density=1000.0,
+                   youngs_modulus=1e4, poissons_ratio=0.3, start=(r1 + r2, 0.2))  # fmt: skip
+    model = fb.Mechanism(
+        bodies=bodies | {"b": beam},
+        joints={
+            "mesh": joints["mesh"],
+            "rack": fb.Rack("b.0.3", "2", 0.2, axis=(0.6, 0.8)),
+            "more": fb.Gear("b.end", "1", 0.3, 0.1),
+        },
+        loads={
+            "t": fb.TorsionSpring("b.0.7", "1", 3.0, rest_angle=0.2, cubic=2.0),
+            "l": fb.ForceLaw(["1", "b.0.3"], spring_and_moment, (4.0, 0.01)),
+        },
+    )  # fmt: skip
+    dense = Dense(model)
+    dense.values.laws.parameter[4] = 0.2
+    count = dense.structure.coordinates
+    rng = np.random.default_rng(3)
+    unknowns = np.concatenate(
+        [dense.start + 0.05 * rng.standard_normal(count), rng.standard_normal(3)]
+    )
+    step = 1e-6
+    exact = np.stack(
+        [
+            (dense.residual(unknowns + step * e) - dense.residual(unknowns - step * e)) / (2 * step)
+            for e in np.eye(len(unknowns))
+        ],
+        axis=1,
+    )
+    own = dense.tangent(unknowns) - dense.tangent(unknowns, 0.0)
+    Phi = dense.tangent(unknowns, 0.0)
+    np.testing.assert_allclose(own[:count, :count], exact[:count, :count], atol=2e-6)
+    np.testing.assert_allclose(Phi[count:, :count], exact[count:, :count], atol=1e-8)
 
 
 def does_not_compile(t, x, v, p, force):

@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
 
 import flexband as fb
+from flexband.uncertainty.bounds import lobatto
 from flexband.uncertainty.carriers import track
 from flexband.uncertainty.decomposition import decompose
+from flexband.uncertainty.expansion import tensor_points
+from flexband.uncertainty.phase_bounds import least
 
 from ..mechanics.models import slider_crank
 
@@ -152,7 +157,7 @@ def test_sixteen_runs_of_the_slider_crank_beat_ten_thousand():
     assert reference.attrs["runs"] == 2080
     bands = fb.propagate(response, inputs, fb.PhaseResolvedPCCI(*orders(2, 1, 1)))
     assert bands.attrs["runs"] == 14
-    for name, limits in (("mean", (0.02, 0.02)), ("error_bar", (0.02, 0.02))):
+    for name, limits in (("mean", (0.006, 0.01)), ("error_bar", (0.008, 0.011))):
         off = np.abs(bands[name] - reference[name]).sum(("bound", "time"))
         relative = 100 * off / np.abs(reference[name]).sum(("bound", "time"))
         assert np.all(relative.values < limits)
@@ -201,6 +206,17 @@ def test_a_carriers_phase_and_envelope_are_found():
     inner = slice(100, -100)
     np.testing.assert_allclose(own[0, inner], analytic[inner], atol=2e-3)
     np.testing.assert_allclose(own[1, inner], -2 * analytic[inner], atol=4e-3)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
+    """By parabolas in θ, at the ends of the box as well."""
+    counts = [49, 37]
+    x, y = tensor_points([lobatto(count) for count in counts]).T
+    values = ((x - a) ** 2 + 2 * (y - b) ** 2 + 0.5)[:, None]
+    found, place = least(values, counts)
+    assert abs(float(found[0]) - 0.5) < 3e-4  # 2e-3 where the points alone count
+    np.testing.assert_allclose(place[0], (a, b), atol=0.01)
 
 
 def test_responses_without_time_and_with_uneven_times():

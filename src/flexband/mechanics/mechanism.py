@@ -71,7 +71,9 @@ class Mechanism:
         for row in joint.constraints(self.frame):
             moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
             if not moved and not row.angles:
-                raise InputError("it joins the ground or a body with itself")
+                raise InputError(
+                    "it joins the ground or a body with itself, or holds the angle of what has none"
+                )
 
     def _check_load(self, load: Any) -> None:
         if isinstance(load, Spring):

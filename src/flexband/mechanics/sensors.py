@@ -179,7 +179,8 @@ class AngularVelocity:
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return n × ṅ / n · n."""
         x, y, vx, vy = rows
-        return ((x * vy - y * vx) / (x * x + y * y))[None]
+        with np.errstate(invalid="ignore"):  # zeros after a failure
+            return ((x * vy - y * vx) / (x * x + y * y))[None]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,10 @@ import flexband as fb
 from flexband.uncertainty.bounds import lobatto
 from flexband.uncertainty.carriers import track
 from flexband.uncertainty.decomposition import decompose
-from flexband.uncertainty.expansion import tensor_points
+from flexband.uncertainty.expansion import HybridExpansion, tensor_points
 from flexband.uncertainty.phase_bounds import least
+from flexband.uncertainty.phase_expansion import PhaseExpansion
+from flexband.uncertainty.polynomials import scaled_chebyshev_zeros
 
 from ..mechanics.models import slider_crank
 
@@ -231,3 +233,17 @@ def test_responses_without_time_and_with_uneven_times():
 
     with pytest.raises(fb.InputError, match="equidistant values of 'time'"):
         fb.propagate(uneven, {"x": INPUTS["x"], "e": INPUTS["e"]}, fb.PhaseResolvedPCCI(1, 1))
+
+
+def test_next_orders_meet_the_check_runs_and_vanish_at_the_others():
+    nodes = [scaled_chebyshev_zeros(2)]
+    xi, eta = HybridExpansion.design([2], nodes)
+    check = np.array([[0.9], [-0.9]]), np.array([[0.5], [-0.5]])
+    x, e = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
+    stage = decompose(two_carriers(x, e, T)[:, None], 0.02)[-1]
+    runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
+    plain = PhaseExpansion.fit(runs, [2], nodes)
+    corrected = plain.corrected(checked, *check)
+    assert np.abs(plain.evaluate(*check) - checked.signal).max() > 0.02
+    np.testing.assert_allclose(corrected.evaluate(*check), checked.signal, atol=1e-3)
+    np.testing.assert_allclose(corrected.evaluate(xi, eta), runs.signal, atol=1e-9)

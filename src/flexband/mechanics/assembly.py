@@ -128,8 +128,8 @@ def assemble(mechanism: Mechanism) -> System:
         *couples(laws.groups),
         *terms.couples(),
     }
-    unknowns = {*range(1, first_angle)}
-    pattern, slots = analyse(_pairs(count, owners), count, [p for p in needed if {*p} <= unknowns])
+    among = [(i, j) for i, j in needed if 0 < i < first_angle and 0 < j < first_angle]
+    pattern, slots = analyse(_pairs(count, owners), count, among)
     nowhere = pattern.rows - 1
 
     def slot(i: int, j: int) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 from flexband.errors import whole
 from flexband.lanes import WIDTH, addresses
 from flexband.mechanics.assembly import System
-from flexband.mechanics.engine import MARCH, START, run_block
+from flexband.mechanics.engine import MARCH, START, dynamics, statics
 from flexband.mechanics.failures import WRONG_BRANCH
 from flexband.mechanics.generalized_alpha import Coefficients, GeneralizedAlpha
 from flexband.mechanics.packing import pack
@@ -69,7 +69,7 @@ def run_samples(
             starts[int(own[0])] = first
         return len(own)
 
-    if not run_block.signatures:
+    if not dynamics.signatures:
         with compiling():  # or loading from the cache on disk
             march_block(system, method, tolerance, packed(0), times=1)
     in_parallel(simulate, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
@@ -117,8 +117,9 @@ def run(
         addresses(failure),
     )
     # there is one signature; to find it by the types of a hundred arguments takes 0.2 ms a call
-    known = run_block.signatures
-    (run_block.overloads[known[0]].entry_point if known else run_block)(*arguments)
+    entry = dynamics if task in (START, MARCH) else statics
+    known = entry.signatures
+    (entry.overloads[known[0]].entry_point if known else entry)(*arguments)
 
 
 def derive(system: System, rows: np.ndarray) -> np.ndarray:

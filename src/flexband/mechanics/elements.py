@@ -34,13 +34,14 @@ class Elements:
         self.first += [first + body.per_node * e for e in range(body.elements)]
         self.inverse_length += [1 / body.element_length] * body.elements
         self.retardation += [body.retardation] * body.elements
-        numbers, initial = body.stiffness(), body.initial_strains(POSITIONS)
+        numbers = body.stiffness()
         if isinstance(body, Cable):
-            numbers += initial
+            numbers += body.initial_strains(POSITIONS)
         elif body.straight:
             self.initial_row += [-1] * body.elements
         else:
-            each, rows = GAUSS_POINTS * len(initial), _by_element(initial)
+            rows = _by_element(body.initial_strains(POSITIONS))
+            each = len(rows) // body.elements
             self.initial_row += [len(self.initial) + each * e for e in range(body.elements)]
             self.initial += rows
         self.stiffness += _by_element(numbers)

@@ -1,7 +1,7 @@
-"""The one entry of the engine.
+"""The entries of the engine: one for motion, one for rest.
 
-Whatever calls the kernels has all of them compiled once more, so there is one entry for all tasks
-and not one for each.
+Whatever calls the kernels has all of them compiled once more, so tasks share an entry; what only
+statics needs is compiled when statics asks for it.
 """
 
 from __future__ import annotations
@@ -18,26 +18,33 @@ START, MARCH, SETTLE, LINEARIZE, SENSE = range(5)
 
 
 @cached
-def run_block(task, structure, method, number, values, work, outputs, failure):
+def dynamics(task, structure, method, number, values, work, outputs, failure):
     """Do a task for one block of samples, whose state is `work.z`.
 
     Parameters
     ----------
-    task : START fills the state at time zero; MARCH simulates from there; SETTLE moves to an
-        equilibrium; LINEARIZE sets the matrix to that of Newton's method at rest; SENSE reads the
-        sensors.
+    task : START fills the state at time zero; MARCH simulates from there.
     method : `Coefficients` of the integrator, for MARCH.
-    number : tolerance of Newton's method for MARCH, weight of the stiffness for LINEARIZE.
-    outputs : filled by MARCH, shape (times, rows, WIDTH), and, the first time, by SETTLE and SENSE.
+    number : tolerance of Newton's method, for MARCH.
+    outputs : filled by MARCH, shape (times, rows, WIDTH).
     failure : shape (4, WIDTH): code of the failure, 0 for none, the number of its time, the row of
         Φ to blame, −1 or less for none, and a multiplier that is not unique.
     """
-    now = np.int64(0)
     if task == START:
         start(structure, values, work, failure)
-    elif task == MARCH:
+    else:
         march(structure, method, number, values, work, outputs, failure)
-    elif task == SETTLE:
+
+
+@cached
+def statics(task, structure, method, number, values, work, outputs, failure):
+    """Do a task for one block of samples at rest; parameters are those of `dynamics`.
+
+    SETTLE moves to an equilibrium; LINEARIZE sets the matrix to that of Newton's method with the
+    weight `number` of the stiffness; SENSE reads the sensors. The first outputs are filled.
+    """
+    now = np.int64(0)
+    if task == SETTLE:
         settle(structure, values, work, outputs[0], failure)
     elif task == LINEARIZE:
         weight = filled(number)

@@ -235,10 +235,10 @@ def test_responses_without_time_and_with_uneven_times():
         fb.propagate(uneven, {"x": INPUTS["x"], "e": INPUTS["e"]}, fb.PhaseResolvedPCCI(1, 1))
 
 
-def test_next_orders_meet_the_check_runs_and_vanish_at_the_others():
-    nodes = [scaled_chebyshev_zeros(2)]
+def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
+    nodes = [scaled_chebyshev_zeros(1)]
     xi, eta = HybridExpansion.design([2], nodes)
-    check = np.array([[0.9], [-0.9]]), np.array([[0.5], [-0.5]])
+    check = np.array([[0.9], [-0.9]]), np.array([[0.1], [-0.1]])
     x, e = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
     stage = decompose(two_carriers(x, e, T)[:, None], 0.02)[-1]
     runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
@@ -246,5 +246,5 @@ def test_next_orders_meet_the_check_runs_and_vanish_at_the_others():
     corrected = plain.corrected(checked, *check)
     off, left = (np.abs(s.evaluate(*check) - checked.signal).max() for s in (plain, corrected))
     assert off > 0.02
-    assert left < 0.1 * off  # not zero: one term a variable, and small ones are left out
+    assert left < 0.4 * off  # not zero: what two checks cannot tell apart is left out
     np.testing.assert_allclose(corrected.evaluate(xi, eta), runs.signal, atol=1e-9)

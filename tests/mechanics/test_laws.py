@@ -325,3 +325,12 @@ def force_law(points, law, parameters=()):
 def test_bad_laws_and_gears_are_refused(make, text):
     with pytest.raises(fb.InputError, match=text):
         make()
+
+
+def test_descriptions_name_the_points_of_laws_and_gears():
+    bodies, joints = gears((0.1, 0.2), (0.4, 0.3))
+    law = fb.ForceLaw(["1", (0.3, 0.2)], spring_and_moment, (4.0, 0.01))
+    text = fb.Mechanism(bodies=bodies, joints=joints, loads={"l": law}).describe()
+    assert "1 – 2" in text
+    assert "1 – (0.3, 0.2)" in text
+    assert "1 degrees of freedom" in text

@@ -11,6 +11,7 @@ from flexband.lanes import WIDTH
 from flexband.mechanics.assembly import assemble
 from flexband.mechanics.batch import begin, compiling
 from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.force_laws import ForceLaw
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.packing import AT_START, pack
 from flexband.mechanics.redundancy import dependent
@@ -71,6 +72,8 @@ def _mass(body) -> float:
 def _points(part) -> str:
     """Return the points that a joint or load names."""
     values = [getattr(part, f.name) for f in fields(part) if f.name in POINTS]
+    if isinstance(part, ForceLaw):
+        values += part.points
     return " – ".join(v if isinstance(v, str) else f"({v[0]:g}, {v[1]:g})" for v in values)
 
 

@@ -319,6 +319,14 @@ def force_law(points, law, parameters=()):
         (lambda: fb.Gear("a", "b", 0.1, -0.1), "Gear radii"),
         (lambda: fb.Gear("a", "b", 0.0, 0.1), "Gear radii"),
         (lambda: fb.Rack("a", "b", 0.0), "Rack radius"),
+        (
+            lambda: fb.Mechanism(
+                bodies={"m": fb.PointMass(mass=1.0)},
+                loads={"f": fb.ViscousFriction("m", (0.0, 0.0), 1.0)},
+                sensors={"W": fb.Work("f")},
+            ),
+            "sensor 'W': the work of a ViscousFriction is not known",
+        ),
         (lambda: fb.Rack("a", "b", 0.1, axis=(0.0, 0.0)), "Rack axis must have a length"),
     ],
 )

@@ -238,7 +238,7 @@ class Mechanism:
         Raises
         ------
         InputError
-            Where there is no such part, or it is a spring.
+            Where there is no such part, or it is a spring or a force law.
         """
         if part in self.joints:
             joint, multipliers = self.joint(part)
@@ -247,6 +247,8 @@ class Mechanism:
         load = self.loads[part]
         if isinstance(load, Gravity):
             return self.weight(load)
+        if not callable(getattr(load, "forces", None)):
+            raise InputError(f"the work of a {type(load).__name__} is not known: load {part!r}")
         return load.forces(self)
 
     def load(self, name: str) -> Load | None:

@@ -30,7 +30,7 @@ def propagate(
         as a function of position), and returns an array of shape (n, ...). A labelled array
         (`xarray.DataArray`) passes its labels on to the result.
     inputs : name -> `Interval`, `Normal`, `Uniform` or `RandomField`; one kind alone will do.
-    method : `ImprovedPCCI`, `PCCI`, `LHSScanning` or `MonteCarlo`.
+    method : `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `LHSScanning` or `MonteCarlo`.
     batch : most runs in one call of the response. Bands do not depend on it.
     most_runs : a method that takes more is refused before it begins.
     progress : called as ``progress(done, total)`` after every batch.

@@ -44,6 +44,7 @@ class ForceLaw:
         of shape (points, 3) with rows (X, Y, θ), and parameters of shape (parameters,); it fills
         `force`, zeros of shape (points, 3), with rows (F_X, F_Y, M). On a beam θ and M are those of
         the section. Define it outside the builder of a study: each new function is compiled.
+        Compiled code does not check indices.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
 
     Raises

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import runpy
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
+from harness import ROOT
 
 import flexband as fb
 from flexband.uncertainty.expansion import tensor_points, tensor_values
 from flexband.uncertainty.polynomials import chebyshev_values, scaled_chebyshev_zeros
 from flexband.uncertainty.space import Space
 
-LINK, TAU = 0.45, 2 * np.pi
+TAU = 2 * np.pi
 TIMES = np.arange(1001) * 0.02  # twenty periods of 1 Hz
 FORMULA_INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
 
@@ -43,36 +45,19 @@ def slider_crank(
     elements: int = 3,
 ) -> Case:
     """Return the paper's mechanism; E [Pa] with its relative scatter, the crank's tolerance."""
+    example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
 
     def builder(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
-        crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
-        link = fb.Beam(
-            length=LINK, height=0.01, width=0.01, density=2700.0, youngs_modulus=youngs_modulus,
-            poissons_ratio=poissons_ratio, elements=elements, start=(crank_length, 0.0),
-            integration=integration or fb.FullIntegration(),
-        )  # fmt: skip
-        slider = fb.RigidBody.block(
-            length=0.08, height=0.08, width=0.2, density=7800.0, position=(crank_length + LINK, 0.0)
+        model = example["slider_crank"](
+            crank_length, spring_stiffness, youngs_modulus, poissons_ratio
         )
-        return fb.Mechanism(
-            bodies={"crank": crank, "link": link, "slider": slider},
-            joints={
-                "A": fb.Revolute("crank.start", (0.0, 0.0)),
-                "B": fb.Revolute("link.start", "crank.end"),
-                "C": fb.Revolute("slider", "link.end"),
-                "guide": fb.Prismatic("slider", (0.0, 0.0)),
-                "motor": fb.PrescribedRotation("crank", lambda t: 4 * np.pi * t),
-            },
-            loads={"spring": fb.Spring("slider", (2.0, 0.0), spring_stiffness)},
-            sensors={"F": fb.Reaction("A")},
-        )
+        change = {} if integration is None else {"integration": integration}
+        link = replace(model.bodies["link"], elements=elements, **change)
+        return replace(model, bodies={**model.bodies, "link": link})
 
-    field = {"correlation_length": 2.0, "domain": (0.0, LINK)}
-    inputs = {
+    inputs = example["inputs"] | {
         "crank_length": fb.Interval(0.2 * (1 - tolerance), 0.2 * (1 + tolerance)),
-        "spring_stiffness": fb.Interval(970.0, 1030.0),
-        "youngs_modulus": fb.RandomField(E, scatter * E, **field),
-        "poissons_ratio": fb.RandomField(0.34, 0.0034, **field),
+        "youngs_modulus": replace(example["inputs"]["youngs_modulus"], mean=E, std=scatter * E),
     }
     response = fb.dynamic_response(
         builder,
@@ -157,10 +142,10 @@ def cases() -> dict[str, Callable[[], Case]]:
     soft = {"E": 6.9e9, "elements": 5}
     wide = {"scatter": 0.05, "tolerance": 0.1}
     return {
-        "cos ωt": lambda: formula(lambda x, e, t: np.cos(TAU * (1 + 0.05 * e + 0.02 * x) * t)),
-        "damped oscillator": lambda: formula(_damped),
-        "two carriers": lambda: formula(_two_carriers),
-        "fades and returns": lambda: formula(_fades),
+        "cos ωt": lambda: formula(wave),
+        "damped oscillator": lambda: formula(damped),
+        "two carriers": lambda: formula(two_carriers),
+        "fades and returns": lambda: formula(fades),
         "slider–crank, ρ∞ = 0.7": slider_crank,
         "slider–crank, ρ∞ = 0.5": lambda: slider_crank(0.5),
         "slider–crank, ρ∞ = 0.8": lambda: slider_crank(0.8),
@@ -169,39 +154,43 @@ def cases() -> dict[str, Callable[[], Case]]:
         "soft link": lambda: slider_crank(**soft),
         "wide scatter, ρ∞ = 0.7": lambda: slider_crank(**wide),
         "wide scatter, ρ∞ = 1": lambda: slider_crank(1.0, **wide),
-        "chirp (trap)": lambda: formula(_chirp),
-        "bifurcation (trap)": lambda: formula(_bifurcation),
-        "independent beating (trap)": lambda: formula(_beating),
-        "interior extreme (trap)": lambda: formula(_interior),
+        "chirp (trap)": lambda: formula(chirp),
+        "bifurcation (trap)": lambda: formula(bifurcation),
+        "independent beating (trap)": lambda: formula(beating),
+        "interior extreme (trap)": lambda: formula(interior),
     }
 
 
-def _damped(x, e, t):
+def wave(x, e, t):
+    return np.cos(TAU * (1 + 0.05 * e + 0.02 * x) * t)
+
+
+def damped(x, e, t):
     w, zeta = TAU * (1 + 0.05 * x), 0.03 + 0.02 * e
     return np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
 
 
-def _two_carriers(x, e, t):
+def two_carriers(x, e, t):
     second = np.cos(TAU * (4 + 0.06 * e + 0.04 * x) * t)
     return 0.2 * t + np.cos(TAU * (1 + 0.02 * x) * t) + 0.5 * second
 
 
-def _fades(x, e, t):
+def fades(x, e, t):
     return np.cos(TAU * t / 10) * np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * t)
 
 
-def _chirp(x, e, t):
+def chirp(x, e, t):
     return np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * (t + 0.05 * t * t))
 
 
-def _bifurcation(x, e, t):
+def bifurcation(x, e, t):
     side = np.where(x > 0.5 * e + 0.3, 1.0, -1.0)
     return side * (1 - np.exp(-0.5 * t)) + 0.5 * np.cos(TAU * (1 + 0.02 * x) * t)
 
 
-def _beating(x, e, t):
+def beating(x, e, t):
     return np.cos(TAU * (1 + 0.02 * x) * t) + 0.8 * np.cos(TAU * (1.1 + 0.02 * e) * t)
 
 
-def _interior(x, e, t):
+def interior(x, e, t):
     return (1 - (e - 0.3) ** 2) * (0.5 + np.cos(TAU * (1 + 0.02 * x + 0.03 * e**2) * t))

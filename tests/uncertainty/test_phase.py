@@ -1,5 +1,8 @@
 """The phase-resolved expansion against exact answers, and on responses that it is not for."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -7,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
+from flexband.study.comparison import relative_error
 from flexband.uncertainty.bounds import lobatto
 from flexband.uncertainty.carriers import track
 from flexband.uncertainty.decomposition import decompose
@@ -17,110 +21,60 @@ from flexband.uncertainty.polynomials import scaled_chebyshev_zeros
 
 from ..mechanics.models import slider_crank
 
-TAU = 2 * np.pi
-T = np.arange(1001) * 0.02  # twenty periods of 1 Hz
-INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS))
 
-
-def over_time(f):
-    """Make a response of f(x, e, t), inputs as columns."""
-
-    def response(x, e):
-        values = f(x[:, None], e[:, None], T)
-        return xr.DataArray(values, dims=("sample", "time"), coords={"time": T})
-
-    return response
-
-
-def exact(f):
-    """Mean lower and upper, error bar lower and upper, by a fine trapezoidal rule and a scan."""
-    x = np.linspace(-7, 7, 281)
-    weights = np.exp(-x * x / 2)
-    weights /= weights.sum()
-    mean, std = [], []
-    for e in np.linspace(-1, 1, 201):
-        F = f(x[:, None], np.full((1, 1), e), T)
-        mean.append(weights @ F)
-        std.append(np.sqrt(np.maximum(weights @ F**2 - mean[-1] ** 2, 0)))
-    mean, std = np.array(mean), np.array(std)
-    return [mean.min(0), mean.max(0), (mean - std).min(0), (mean + std).max(0)]
+from accuracy_cases import (  # noqa: E402
+    FORMULA_INPUTS,
+    TAU,
+    TIMES,
+    beating,
+    bifurcation,
+    chirp,
+    damped,
+    fades,
+    formula,
+    interior,
+    two_carriers,
+    wave,
+)
 
 
 def errors(bands, reference):
     """Return relative errors ∫|Δ|/∫|reference| of mean and error bar."""
-    own = [*bands["mean"].values, *bands["error_bar"].values]
-    off = [np.abs(a - b).sum() for a, b in zip(own, reference, strict=True)]
-    size = [np.abs(b).sum() for b in reference]
-    return (off[0] + off[1]) / (size[0] + size[1]), (off[2] + off[3]) / (size[2] + size[3])
-
-
-def wave(x, e, t):
-    return np.cos(TAU * (1 + 0.05 * e + 0.02 * x) * t)
-
-
-def damped(x, e, t):
-    w, zeta = TAU * (1 + 0.05 * x), 0.03 + 0.02 * e
-    return np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
-
-
-def two_carriers(x, e, t):
-    return (
-        0.2 * t
-        + np.cos(TAU * (1 + 0.02 * x) * t)
-        + 0.5 * np.cos(TAU * (4 + 0.06 * e + 0.04 * x) * t)
-    )
-
-
-def fades(x, e, t):
-    return np.cos(TAU * t / 10) * np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * t)
-
-
-def chirp(x, e, t):
-    return np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * (t + 0.05 * t * t))
-
-
-def bifurcation(x, e, t):
-    side = np.where(x > 0.5 * e + 0.3, 1.0, -1.0)
-    return side * (1 - np.exp(-0.5 * t)) + 0.5 * np.cos(TAU * (1 + 0.02 * x) * t)
-
-
-def beating(x, e, t):
-    return np.cos(TAU * (1 + 0.02 * x) * t) + 0.8 * np.cos(TAU * (1.1 + 0.02 * e) * t)
-
-
-def interior(x, e, t):
-    frequency = 1 + 0.02 * x + 0.03 * e**2
-    return (1 - (e - 0.3) ** 2) * (0.5 + np.cos(TAU * frequency * t))
+    return [float(relative_error(bands[v], reference[v])) for v in ("mean", "error_bar")]
 
 
 @pytest.mark.parametrize("f", [wave, damped, two_carriers])
 def test_five_runs_follow_twenty_periods(f):
     """1 % where the expansion at fixed times, with the same orders, is off by tenths."""
-    reference = exact(f)
-    bands = fb.propagate(over_time(f), INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    reference = formula(f).reference()
+    bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
     assert bands.attrs["runs"] == 5
     found = errors(bands, reference)
     assert max(found) < 0.002
-    direct = errors(fb.propagate(over_time(f), INPUTS, fb.ImprovedPCCI(1, 1)), reference)
+    direct = errors(
+        fb.propagate(formula(f).response, FORMULA_INPUTS, fb.ImprovedPCCI(1, 1)), reference
+    )
     assert min(direct) > 0.1
     assert int(bands["carriers"]) == (2 if f is two_carriers else 1)
     assert bool(bands["trusted"])
 
 
 def test_a_carrier_that_fades_and_returns():
-    bands = fb.propagate(over_time(fades), INPUTS, fb.PhaseResolvedPCCI(2, 1))
-    assert max(errors(bands, exact(fades))) < 0.005
+    bands = fb.propagate(formula(fades).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(2, 1))
+    assert max(errors(bands, formula(fades).reference())) < 0.005
 
 
 @pytest.mark.parametrize("f", [wave, damped, fades, chirp, bifurcation, beating, interior])
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
     """Neither where the method works nor on what it is not made for."""
-    reference = exact(f)
-    bands = fb.propagate(over_time(f), INPUTS, fb.PhaseResolvedPCCI(order, 1))
+    reference = formula(f).reference()
+    bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(order, 1))
     true = errors(bands, reference)
     for k, name in enumerate(("mean", "error_bar")):
-        size = np.mean(np.abs(reference[2 * k : 2 * k + 2]))
+        size = float(np.abs(reference[name]).mean())
         expected = float(bands[f"{name}_expected_error"].mean()) / size
         assert expected > true[k] / 5 - 1e-5
     if max(true) > 0.2:
@@ -167,27 +121,27 @@ def test_sixteen_runs_of_the_slider_crank_beat_ten_thousand():
 
 def test_an_output_that_does_not_ring_is_expanded_directly():
     def response(x, e):
-        ringing = wave(x[:, None], e[:, None], T)
-        quiet = (1 + 0.1 * x + 0.2 * e + 0.05 * x * e)[:, None] * np.exp(-0.1 * T)
+        ringing = wave(x[:, None], e[:, None], TIMES)
+        quiet = (1 + 0.1 * x + 0.2 * e + 0.05 * x * e)[:, None] * np.exp(-0.1 * TIMES)
         return xr.DataArray(
             np.stack([ringing, quiet], axis=1),
             dims=("sample", "output", "time"),
-            coords={"output": ["ringing", "quiet"], "time": T},
+            coords={"output": ["ringing", "quiet"], "time": TIMES},
         )
 
-    bands = fb.propagate(response, INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    bands = fb.propagate(response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
     assert bands["carriers"].sel(output="ringing") == 1
     quiet = bands.sel(output="quiet")
     assert quiet["carriers"] == 0
-    np.testing.assert_allclose(quiet["mean"][0], 0.8 * np.exp(-0.1 * T), rtol=1e-9)
-    np.testing.assert_allclose(quiet["error_bar"][1], 1.35 * np.exp(-0.1 * T), rtol=1e-9)
+    np.testing.assert_allclose(quiet["mean"][0], 0.8 * np.exp(-0.1 * TIMES), rtol=1e-9)
+    np.testing.assert_allclose(quiet["error_bar"][1], 1.35 * np.exp(-0.1 * TIMES), rtol=1e-9)
     assert float(quiet["error_bar_expected_error"].max()) < 0.06
     np.testing.assert_allclose(quiet["error_bar_at"].sel(input="e", bound="upper"), 1.0)
 
 
 def test_runs_are_what_base_and_carriers_add_up_to():
     x, e = np.random.default_rng(0).standard_normal((2, 6, 1))
-    F = np.stack([two_carriers(x, e, T), 0.3 * wave(x, e, T) + 1.0], axis=1)
+    F = np.stack([two_carriers(x, e, TIMES), 0.3 * wave(x, e, TIMES) + 1.0], axis=1)
     stages = decompose(F, 0.02)
     assert len(stages) > 2
     for stage in stages:
@@ -196,11 +150,11 @@ def test_runs_are_what_base_and_carriers_add_up_to():
 
 def test_a_carriers_phase_and_envelope_are_found():
     """F = slow + A(t) cos φ(t) with gentle A and φ, two outputs of opposite sign."""
-    phase = TAU * (1.02 * T + 0.002 * T**2)
-    amplitude = 1.0 - 0.02 * T
+    phase = TAU * (1.02 * TIMES + 0.002 * TIMES**2)
+    amplitude = 1.0 - 0.02 * TIMES
     one = amplitude * np.cos(phase)
-    F = np.stack([0.1 * T**2 / 20 + one, 3.0 - 2.0 * one])[None]
-    ramp = (TAU * T)[None]
+    F = np.stack([0.1 * TIMES**2 / 20 + one, 3.0 - 2.0 * one])[None]
+    ramp = (TAU * TIMES)[None]
     carrier = track(F, 0.02, 1.0, ramp, np.ones(2), 3)
     assert carrier is not None
     own = carrier.envelope[0] * np.exp(1j * carrier.phase[0])
@@ -222,7 +176,7 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
 
 
 def test_responses_without_time_and_with_uneven_times():
-    bands = fb.propagate(lambda x, e: 2 * x + e, INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    bands = fb.propagate(lambda x, e: 2 * x + e, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
     np.testing.assert_allclose(bands["mean"], [-1.0, 1.0], atol=1e-12)
     np.testing.assert_allclose(bands["error_bar"], [-3.0, 3.0], atol=1e-9)
 
@@ -232,7 +186,9 @@ def test_responses_without_time_and_with_uneven_times():
         )
 
     with pytest.raises(fb.InputError, match="equidistant values of 'time'"):
-        fb.propagate(uneven, {"x": INPUTS["x"], "e": INPUTS["e"]}, fb.PhaseResolvedPCCI(1, 1))
+        fb.propagate(
+            uneven, {"x": FORMULA_INPUTS["x"], "e": FORMULA_INPUTS["e"]}, fb.PhaseResolvedPCCI(1, 1)
+        )
 
 
 def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
@@ -240,7 +196,7 @@ def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
     xi, eta = HybridExpansion.design([2], nodes)
     check = np.array([[0.9], [-0.9]]), np.array([[0.1], [-0.1]])
     x, e = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
-    stage = decompose(two_carriers(x, e, T)[:, None], 0.02)[-1]
+    stage = decompose(two_carriers(x, e, TIMES)[:, None], 0.02)[-1]
     runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
     plain = PhaseExpansion.fit(runs, [2], nodes)
     corrected = plain.corrected(checked, *check)

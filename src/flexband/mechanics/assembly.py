@@ -21,7 +21,7 @@ from flexband.mechanics.force_laws import TorsionSpring
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.loads import Gravity, Spring
 from flexband.mechanics.mechanism import LAWS, Mechanism
-from flexband.mechanics.parts import AngleParts, LawParts, SpringParts, couples
+from flexband.mechanics.parts import AngleParts, LawParts, SpringParts, couples, square_slots
 from flexband.mechanics.products import FormTable, asked_for, functions_of
 from flexband.mechanics.stacking import count_samples, indices, stack
 from flexband.mechanics.structure import Beams, Cables, Mass, Structure
@@ -121,8 +121,8 @@ def assemble(mechanism: Mechanism) -> System:
 
     needed = {
         *mass,
-        *beams.couples(),
-        *cables.couples(),
+        *couples(beams.groups),
+        *couples(cables.groups),
         *couples(springs.groups),
         *angles.couples(),
         *couples(laws.groups),
@@ -151,9 +151,13 @@ def assemble(mechanism: Mechanism) -> System:
             first=indices(beams.first),
             damped=beams.damped(),
             initial=indices(beams.initial_row),
-            slot=beams.slots(slot),
+            slot=square_slots(beams.groups, slot, nowhere),
         ),
-        cables=Cables(indices(cables.first), cables.damped(), cables.slots(slot)),
+        cables=Cables(
+            first=indices(cables.first),
+            damped=cables.damped(),
+            slot=square_slots(cables.groups, slot, nowhere),
+        ),
         springs=springs.structure(numbers_of, slot, nowhere),
         terms=terms.terms(slot),
         angles=angles.structure(first_angle, mechanism.energy_row + 1, slot, nowhere),

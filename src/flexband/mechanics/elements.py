@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import combinations_with_replacement
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.mechanics.beam import Beam
 from flexband.mechanics.cable import Cable
 from flexband.mechanics.centre_line import GAUSS_POINTS, POSITIONS
-from flexband.mechanics.stacking import indices, stack
+from flexband.mechanics.stacking import stack
 
 RIGIDITY = 1e10
 """Weight of the beams' stiffness against their inertia in the projections at the start."""
@@ -50,16 +47,10 @@ class Elements:
         """Return whether the material of each element is damped in any sample."""
         return np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
 
-    def couples(self) -> Iterator[tuple[int, int]]:
-        """Return the pairs of coordinates that share an element."""
-        for e in self.first:
-            yield from combinations_with_replacement(range(e, e + self.coordinates), 2)
-
-    def slots(self, slot: Callable[[int, int], int]) -> np.ndarray:
-        """Return the matrix rows of all pairs, (elements, coordinates, coordinates)."""
-        own = range(self.coordinates)
-        rows = indices(slot(e + i, e + j) for e in self.first for i in own for j in own)
-        return rows.reshape(-1, self.coordinates, self.coordinates)
+    @property
+    def groups(self) -> list[range]:
+        """The coordinates of each."""
+        return [range(e, e + self.coordinates) for e in self.first]
 
 
 def _by_element(numbers: list[np.ndarray]) -> list[np.ndarray]:

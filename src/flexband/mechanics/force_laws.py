@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError, finite, non_negative
 from flexband.lanes import WIDTH
 from flexband.mechanics.joints import PointName
-from flexband.mechanics.loads import InTime
+from flexband.mechanics.loads import InTime, in_time
 
 Law = Callable[..., None]
 """``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.
@@ -62,8 +62,7 @@ class ForceLaw:
         if isinstance(self.points, str) or not len(self.points):
             raise InputError(f"ForceLaw points must be a list of points; got {self.points!r}")
         for k, value in enumerate(self.parameters):
-            if not callable(value):
-                finite(f"ForceLaw parameter {k}", value)
+            in_time(f"ForceLaw parameter {k}", value)
         if not callable(self.law):
             raise InputError(f"ForceLaw law must be a function; got {self.law!r}")
         compiled_law(self.law, len(self.points), len(self.parameters))
@@ -147,8 +146,7 @@ class TorsionSpring:
         finite("TorsionSpring cubic [N m/rad³]", self.cubic)
         if self.rest_angle is not None:
             finite("TorsionSpring rest_angle [rad]", self.rest_angle)
-        if not callable(self.torque):
-            finite("TorsionSpring torque [N m]", self.torque)
+        in_time("TorsionSpring torque [N m]", self.torque)
 
     def force_law(self) -> ForceLaw:
         """Return the law, whose last parameter is the angle at rest."""

@@ -10,6 +10,7 @@ import numpy as np
 from flexband.errors import InputError, known
 from flexband.mechanics.force_laws import TorsionSpring
 from flexband.mechanics.forms import Form
+from flexband.mechanics.loads import in_time
 from flexband.mechanics.sensors import Model, Plain
 
 
@@ -147,7 +148,6 @@ class SpringMoment:
         if not isinstance(spring, TorsionSpring):
             raise InputError(f"load {self.spring!r} is no TorsionSpring")
         points = (spring.first, spring.second)
-        torque = spring.torque
         rest = 0.0 if spring.rest_angle is None else spring.rest_angle
         relaxed = 1.0 if spring.rest_angle is None else 0.0
         numbers = (spring.stiffness, rest, relaxed, spring.cubic, spring.damping)
@@ -155,7 +155,7 @@ class SpringMoment:
             *(form for point in points for form in model.frame(point).normal),
             *(form for point in points for form in model.velocity(point).normal),
             *map(Form.constant, numbers),
-            Form.function(torque) if callable(torque) else Form.constant(torque),
+            in_time("torque", spring.torque),
         ]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:

@@ -49,7 +49,8 @@ class Load(Protocol):
         ...
 
 
-def _form(name: str, value: InTime) -> Form:
+def in_time(name: str, value: InTime) -> Form:
+    """Return a form; raise `InputError` for what is neither finite nor a function of time."""
     return Form.function(value) if callable(value) else Form.constant(finite(name, value))
 
 
@@ -89,11 +90,11 @@ class Force:
 
     def __post_init__(self) -> None:
         for name, value in (("x", self.x), ("y", self.y)):
-            _form(f"Force {name} [N]", value)
+            in_time(f"Force {name} [N]", value)
 
     def forces(self, model: Model) -> GeneralizedForce:
         """Return F · ∂r/∂q."""
-        frame, x, y = model.frame(self.point), _form("x", self.x), _form("y", self.y)
+        frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
         if self.following:
             return at_point(add(scale(x, frame.normal), scale(y, frame.y)), frame.position)
         return at_point((x, y), frame.position)
@@ -121,11 +122,11 @@ class Moment:
     moment: InTime
 
     def __post_init__(self) -> None:
-        _form("Moment moment [N m]", self.moment)
+        in_time("Moment moment [N m]", self.moment)
 
     def forces(self, model: Model) -> GeneralizedForce:
         """Return M ∂θ/∂q."""
-        return about(_form("moment", self.moment), model.frame(self.point).normal)
+        return about(in_time("moment", self.moment), model.frame(self.point).normal)
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,7 @@ class Spring:
             non_negative("Spring rest_length [m]", self.rest_length)
         finite("Spring cubic [N/m³]", self.cubic)
         non_negative("Spring damping [N s/m]", self.damping)
-        _form("Spring pull [N]", self.pull)
+        in_time("Spring pull [N]", self.pull)
 
     def separation(self, frame: Resolve) -> Vector:
         """Return r_first − r_second, whose length is ℓ."""

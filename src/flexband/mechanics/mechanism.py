@@ -147,7 +147,7 @@ class Mechanism:
             for row in joint.constraints(self.frame)
         ]
 
-    @property
+    @cached_property
     def guess(self) -> list[np.ndarray]:
         """The guess [1, q] for the start."""
         return [np.ones(()), *(c for body in self.bodies.values() for c in body.coordinates())]

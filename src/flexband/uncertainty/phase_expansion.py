@@ -230,26 +230,21 @@ def design_values(parts: HybridExpansion, interval_nodes: Sequence[np.ndarray]) 
     return tensor_values([parts.chebyshev(eta), parts.hermite(xi)])
 
 
-def left_out(stage: Stage, expansion: PhaseExpansion) -> tuple[np.ndarray, np.ndarray]:
-    """Return errors of predicting every run from all others, by the lower model.
+def left_out(stage: Stage, expansion: PhaseExpansion) -> np.ndarray:
+    """Return errors of predicting every run from all others by the lower model, as of `base`.
 
     y − ŷ without a run is r/(1 − h), with its residual r and its leverage h in the fit to all runs.
-    Two arrays (runs, outputs, times): of F, and of base and envelopes, without the phase.
     """
     parts = expansion.parts
     A = design_values(parts, expansion.interval_nodes)[:, lower_terms(parts)]
     project = A @ np.linalg.pinv(A)
     lever = 1 - np.minimum(np.diag(project), 1 - 1e-9)
 
-    def miss(y: np.ndarray) -> np.ndarray:
+    def predicted(y: np.ndarray) -> np.ndarray:
         flat = y.reshape(len(y), -1)
-        return ((project @ flat - flat) / lever[:, None]).reshape(y.shape)
+        return y + ((project @ flat - flat) / lever[:, None]).reshape(y.shape)
 
-    error = miss(stage.base)
-    steady = np.abs(error)
-    for c in stage.carriers:
-        z = miss(c.envelope)
-        wrong = Carrier(c.phase + miss(c.phase), c.envelope + z, c.frequency)
-        error = error + wrong.signal - c.signal
-        steady = steady + np.abs(z)
-    return error, steady
+    carriers = [
+        Carrier(predicted(c.phase), predicted(c.envelope), c.frequency) for c in stage.carriers
+    ]
+    return Stage(carriers, predicted(stage.base)).signal - stage.signal

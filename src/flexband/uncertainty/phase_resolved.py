@@ -114,9 +114,11 @@ class _Candidate(NamedTuple):
         runs, checked = stage.runs(slice(count)), stage.runs(slice(count, None))
         full = PhaseExpansion.fit(runs, random_orders, nodes)
         lower = PhaseExpansion.fit(runs, random_orders, nodes, lower=True)
-        missed, _ = left_out(runs, full)
         size = _rms(stage.signal) + 1e-300
-        error = np.hypot(_rms(missed), _rms(full.evaluate(*check) - checked.signal)) / size
+        error = (
+            np.hypot(_rms(left_out(runs, full)), _rms(full.evaluate(*check) - checked.signal))
+            / size
+        )
         base, carriers = full.layout.unpack(full.evaluate_parts(*check))
         steady = np.abs(checked.base - base)
         for (_, re, im), c in zip(carriers, checked.carriers, strict=True):

@@ -55,7 +55,7 @@ def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extr
 
         def improve(part: slice) -> None:
             c, sign = targets[target[part]].T
-            own = np.array(expansion.interval_orders), weighted, row[part], c.copy(), sign.copy()
+            own = expansion.interval_index, weighted, row[part], c.copy(), sign.copy()
             polish(*own, at[part], found[part])
 
         cores = os.cpu_count() or 1

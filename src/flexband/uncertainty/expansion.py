@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -34,19 +33,42 @@ def tensor_values(values: list[np.ndarray]) -> np.ndarray:
     return reduce(product, values)
 
 
+def tensor_index(orders: Sequence[int]) -> np.ndarray:
+    """Return the order in each variable of all products up to these, (Π (order+1), variables)."""
+    return tensor_points([np.arange(k + 1) for k in orders]).astype(int)
+
+
+def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
+    """Return the products Π_v values[v][:, index[:, v]], shape (points, terms)."""
+    chosen = (own[:, k] for own, k in zip(values, index.T, strict=True))
+    return reduce(np.multiply, chosen)
+
+
 @dataclass(frozen=True)
 class HybridExpansion:
     """The surrogate Σ_ij β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11).
 
     Attributes
     ----------
-    random_orders, interval_orders : k and q of every variable.
-    coefficients : β, shape (Π (q+1), Π (k+1), series): all times and outputs side by side.
+    random_index : the order of every Hermite polynomial in Ψ_j, shape (N, n); Ψ_0 = 1.
+    interval_index : the order of every Chebyshev polynomial in Φ_i, shape (M, m); Φ_0 = 1.
+    coefficients : β, shape (M, N, series): all times and outputs side by side. A sparse expansion
+        has zeros.
     """
 
-    random_orders: tuple[int, ...]
-    interval_orders: tuple[int, ...]
+    random_index: np.ndarray
+    interval_index: np.ndarray
     coefficients: np.ndarray
+
+    @property
+    def random_orders(self) -> tuple[int, ...]:
+        """The highest order k of every random variable."""
+        return tuple(self.random_index.max(axis=0).tolist())
+
+    @property
+    def interval_orders(self) -> tuple[int, ...]:
+        """The highest order q of every interval variable."""
+        return tuple(self.interval_index.max(axis=0).tolist())
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -55,7 +77,9 @@ class HybridExpansion:
 
     def index(self) -> np.ndarray:
         """Return the order of each term in each variable, η first, (variables, M N)."""
-        return np.indices([q + 1 for q in self.orders]).reshape(len(self.orders), -1)
+        M, N = self.coefficients.shape[:2]
+        interval, random = self.interval_index, self.random_index
+        return np.concatenate([np.repeat(interval, N, axis=0), np.tile(random, (M, 1))], axis=1).T
 
     def highest(self) -> np.ndarray:
         """Return which terms are of the highest order in a variable, (variables, M N)."""
@@ -65,7 +89,7 @@ class HybridExpansion:
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
-        return len(self.interval_orders)
+        return self.interval_index.shape[1]
 
     @staticmethod
     def design(
@@ -85,7 +109,6 @@ class HybridExpansion:
         There are as many points as terms, so the least squares of Eq. (12) interpolate, and the
         inverse factors by dimension: a small matrix for each variable in turn.
         """
-        interval_orders = tuple(len(nodes) - 1 for nodes in interval_nodes)
         transforms = [
             *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
             *(hermite_transform(k) for k in random_orders),
@@ -94,15 +117,31 @@ class HybridExpansion:
         for transform in transforms:
             beta = transform @ beta.reshape(before, len(transform), -1)
             before *= len(transform)
-        terms = math.prod(q + 1 for q in interval_orders)
-        beta = beta.reshape(terms, before // terms, -1)
-        return HybridExpansion(tuple(random_orders), interval_orders, beta)
+        interval = tensor_index([len(x) - 1 for x in interval_nodes])
+        beta = beta.reshape(len(interval), before // len(interval), -1)
+        return HybridExpansion(tensor_index(random_orders), interval, beta)
+
+    @staticmethod
+    def of_terms(index: np.ndarray, terms: np.ndarray, interval_dimension: int) -> HybridExpansion:
+        """Return the expansion with some terms only.
+
+        Parameters
+        ----------
+        index : their order in each variable, η first, shape (terms, variables).
+        terms : their coefficients, shape (terms, series).
+        """
+        m = interval_dimension
+        interval, i = np.unique(_and_one(index[:, :m]), axis=0, return_inverse=True)
+        random, j = np.unique(_and_one(index[:, m:]), axis=0, return_inverse=True)
+        beta = np.zeros((len(interval), len(random), terms.shape[1]))
+        beta[i, j] = terms
+        return HybridExpansion(random[:, :-1], interval[:, :-1], beta)
 
     @property
     def norms(self) -> np.ndarray:
         """γ_j of Eq. (15), products over the random variables."""
         norms = [hermite_norms(k)[None] for k in self.random_orders]
-        return tensor_values([np.ones((1, 1)), *norms])[0]
+        return term_values([*norms, np.ones((1, 1))], _and_one(self.random_index))[0]
 
     @property
     def weighted(self) -> np.ndarray:
@@ -112,12 +151,12 @@ class HybridExpansion:
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i at η of shape (points, m), shape (points, M)."""
         values = map(chebyshev_values, self.interval_orders, eta.T)
-        return tensor_values([np.ones((len(eta), 1)), *values])
+        return term_values([*values, np.ones((len(eta), 1))], _and_one(self.interval_index))
 
     def hermite(self, xi: np.ndarray) -> np.ndarray:
         """Return Ψ_j at ξ of shape (points, n), shape (points, N)."""
         values = map(hermite_values, self.random_orders, xi.T)
-        return tensor_values([np.ones((len(xi), 1)), *values])
+        return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
 
     def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i and its derivatives by each η_a at η, shape (points, 1 + m, M)."""
@@ -125,7 +164,8 @@ class HybridExpansion:
         T = map(chebyshev_values, self.interval_orders, eta.T)
         values = [(t, t @ chebyshev_derivative(t.shape[1] - 1)) for t in T]
         parts = [[v[a == b] for b, v in enumerate(values)] for a in range(-1, m)]
-        return np.stack([tensor_values([one, *part]) for part in parts], axis=1)
+        index = _and_one(self.interval_index)
+        return np.stack([term_values([*part, one], index) for part in parts], axis=1)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
@@ -148,3 +188,8 @@ class HybridExpansion:
         highest = self.highest().any(axis=0)
         size = np.abs(self.weighted)
         return size.reshape(highest.size, -1)[highest].sum(axis=0)
+
+
+def _and_one(index: np.ndarray) -> np.ndarray:
+    """Return an index with a further variable of order zero, so that there is at least one."""
+    return np.concatenate([index, np.zeros((len(index), 1), dtype=index.dtype)], axis=1)

@@ -15,26 +15,26 @@ STILL = 1e-13
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def polish(orders, coefficients, series, c, sign, places, values):
+def polish(index, coefficients, series, c, sign, places, values):
     """Improve `places` in place to where sign (μ + c σ) is least nearby, and `values` with them.
 
     Parameters
     ----------
-    orders : q of the Chebyshev polynomials, one a variable.
+    index : orders of the Chebyshev polynomials in every term, shape (M, m).
     coefficients : shape (all series, M, N), weighted so that σ² is a sum of squares.
     series, c, sign : which series, and which function of it, one a row.
     places, values : η, shape (rows, m), and μ + c σ there; never made worse.
     """
     m = places.shape[1]
     terms = np.empty((1 + m + m * (m + 1) // 2, coefficients.shape[2]))
-    powers = np.empty((3, m, orders.max() + 1))
+    powers = np.empty((3, m, index.max() + 1))
     basis = np.empty((terms.shape[0], coefficients.shape[1]))
     gradient, hessian, step = np.empty(m), np.empty((m, m)), np.empty(m)
     new_gradient, new_hessian = np.empty(m), np.empty((m, m))
     trial = np.empty(m)
     for row in range(len(series)):
         own, eta = coefficients[series[row]], places[row]
-        best = _value(own, orders, eta, c[row], sign[row], powers, basis, terms, gradient, hessian)
+        best = _value(own, index, eta, c[row], sign[row], powers, basis, terms, gradient, hessian)
         reach = 1.0
         for _ in range(SWEEPS):
             _newton_step(eta, gradient, hessian, step)
@@ -46,7 +46,7 @@ def polish(orders, coefficients, series, c, sign, places, values):
                 break
             value = _value(
                 own,
-                orders,
+                index,
                 trial,
                 c[row],
                 sign[row],
@@ -68,11 +68,11 @@ def polish(orders, coefficients, series, c, sign, places, values):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _value(coefficients, orders, eta, c, sign, powers, basis, terms, gradient, hessian):
+def _value(coefficients, index, eta, c, sign, powers, basis, terms, gradient, hessian):
     """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
     m = len(eta)
     _chebyshev(eta, powers)
-    _products(powers, orders, basis)
+    _products(powers, index, basis)
     np.dot(basis, coefficients, terms)
     variance = 0.0
     for j in range(1, terms.shape[1]):
@@ -119,21 +119,18 @@ def _chebyshev(eta, powers):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _products(powers, orders, basis):
+def _products(powers, index, basis):
     """Fill Φ_i, then its derivatives by each η_a, then by each pair a ≤ b, one row each."""
-    m = len(orders)
+    terms, m = index.shape
     row = 0
     for a in range(-1, m):  # −1: not differentiated
         for b in range(a, m):
             # pairs (−1, −1), (−1, b) and (a, b) in the order of the rows
-            basis[row, 0] = 1.0
-            count = 1
+            basis[row] = 1.0
             for v in range(m):
-                power, size = powers[(v == a) + (v == b), v], orders[v] + 1
-                for i in range(count - 1, -1, -1):
-                    for k in range(size - 1, -1, -1):
-                        basis[row, i * size + k] = basis[row, i] * power[k]
-                count *= size
+                power = powers[(v == a) + (v == b), v]
+                for i in range(terms):
+                    basis[row, i] *= power[index[i, v]]
             row += 1
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from flexband.errors import InputError, numbers, positive, whole
 from flexband.uncertainty.correlation import squared_exponential
@@ -37,6 +37,23 @@ class Input(Protocol):
     def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
         """Return the input for standard variables of shape (n, dimension): shape (n,)."""
         ...
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return the standard variables, shape (n, dimension), of values of shape (n,) or ()."""
+        ...
+
+
+def _column(value: np.ndarray) -> np.ndarray:
+    """Return values of shape (n,) or () as shape (n, 1).
+
+    Raises
+    ------
+    InputError
+        Where the shape is another.
+    """
+    if value.ndim > 1:
+        raise InputError(f"values must have shape (n,); got {value.shape}")
+    return value.reshape(-1, 1)
 
 
 @dataclass(frozen=True)
@@ -65,6 +82,23 @@ class Interval:
         eta = standard[:, 0]
         return 0.5 * ((1 - eta) * self.lower + (1 + eta) * self.upper)
 
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return η of values of shape (n,) or (), shape (n, 1); 0 where the bounds are one.
+
+        Raises
+        ------
+        InputError
+            Where a value is outside the bounds by more than rounding.
+        """
+        middle, radius = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
+        eta = (_column(value) - middle) / (radius or 1.0)
+        if np.any(np.abs(eta) > 1 + 1e-9):
+            worst = _column(value).ravel()[np.abs(eta).argmax()]
+            raise InputError(
+                f"values must be between {self.lower:g} and {self.upper:g}; got {worst:g}"
+            )
+        return np.clip(eta, -1.0, 1.0)
+
 
 @dataclass(frozen=True)
 class Normal:
@@ -89,6 +123,10 @@ class Normal:
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return mean + std ξ."""
         return self.mean + self.std * standard[:, 0]
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return ξ of values of shape (n,) or (), shape (n, 1)."""
+        return (_column(value) - self.mean) / self.std
 
 
 @dataclass(frozen=True)
@@ -115,6 +153,21 @@ class Uniform:
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return lower + (upper − lower) P(ξ), P being the normal distribution function."""
         return self.lower + (self.upper - self.lower) * ndtr(standard[:, 0])
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return ξ of values of shape (n,) or (), shape (n, 1).
+
+        Raises
+        ------
+        InputError
+            Where a value is not between the bounds.
+        """
+        part = (_column(value) - self.lower) / (self.upper - self.lower)
+        if np.any((part <= 0) | (part >= 1)):
+            raise InputError(
+                f"values must be between {self.lower:g} and {self.upper:g}, these not included"
+            )
+        return ndtri(part)
 
 
 @dataclass(frozen=True)
@@ -201,6 +254,21 @@ class RandomField:
         """Return the largest variance error on the domain, on 1001 positions."""
         start, end = self.expansion.nodes[[0, -1]]
         return float(self.variance_error(np.linspace(start, end, 1001)).max())
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return `value`: a field is given by its standard variables, shape (n, terms).
+
+        Raises
+        ------
+        InputError
+            Where the shape is another.
+        """
+        if value.ndim != 2 or value.shape[1] != self.dimension:
+            raise InputError(
+                f"a RandomField is given by standard variables of shape (n, {self.dimension}); "
+                f"got shape {value.shape}"
+            )
+        return value
 
     def value(self, standard: np.ndarray) -> FunctionOfPosition:
         """Return the samples as a function of position, Eq. (29).

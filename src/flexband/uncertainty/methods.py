@@ -12,11 +12,13 @@ import xarray as xr
 
 from flexband.errors import InputError, whole
 from flexband.uncertainty.bands import SIGMAS, bands
-from flexband.uncertainty.bounds import Extremes, extremes
+from flexband.uncertainty.bounds import Extremes
 from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.phase_expansion import PhaseExpansion
 from flexband.uncertainty.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
 from flexband.uncertainty.sampling import latin_hypercube_normals, random_normals, scan
 from flexband.uncertainty.space import Space
+from flexband.uncertainty.surrogate import Group, Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 """The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""
@@ -136,20 +138,21 @@ class PCCI:
         """Return Π (k+1) Π (q+1)."""
         return math.prod(order + 1 for orders in self.orders(space) for order in orders)
 
-    def expand(self, space: Space, evaluate: Evaluate) -> tuple[HybridExpansion, xr.DataArray]:
-        """Return the surrogate and the runs it is made of."""
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Return the surrogate, with `truncation`: an indicator of the expansion's own error."""
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
         values = evaluate(*HybridExpansion.design(random_orders, nodes))
         flat = values.values.reshape(len(values), -1)
-        return HybridExpansion.fit(flat, random_orders, nodes), values
+        expansion = HybridExpansion.fit(flat, random_orders, nodes)
+        group = Group(np.zeros(1, int), PhaseExpansion.direct(expansion))
+        indicator = expansion.truncation().reshape(values.shape[1:])
+        diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
+        return Surrogate(space, values[:0], (group,), diagnostics)
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
-        """Return the bands, and `truncation`: an indicator of the expansion's own error."""
-        expansion, values = self.expand(space, evaluate)
-        result = bands(space, values, extremes(expansion, SIGMAS))
-        indicator = expansion.truncation().reshape(values.shape[1:])
-        return result.assign(truncation=(values.dims[1:], indicator))
+        """Return the bands and the diagnostics."""
+        return self.expand(space, evaluate).bands()
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from numpy.polynomial import chebyshev, hermite_e
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from flexband.uncertainty.bounds import Extremes, lobatto
+from flexband.uncertainty.bounds import Extremes, extremes, lobatto
 from flexband.uncertainty.expansion import tensor_points, tensor_values
 from flexband.uncertainty.phase_expansion import PhaseExpansion
 
@@ -37,6 +37,8 @@ def phase_extremes(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list
 
     Series are the outputs and times of the response, as for `bounds.extremes`.
     """
+    if not surrogate.layout.carriers and surrogate.next_terms is None:
+        return extremes(surrogate.parts, sigmas)
     outputs, times = surrogate.layout.outputs, surrogate.layout.times
     count = max(1, min(round(outputs * times / BLOCK), times // 16))
     ends = [times * k // count for k in range(count + 1)]
@@ -51,6 +53,23 @@ def phase_extremes(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list
         )
         for k in range(len(sigmas))
     ]
+
+
+def phase_moments(surrogate: PhaseExpansion, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return μ and σ at η of shape (points, m), each of shape (points, outputs, times)."""
+    shape = (len(eta), surrogate.layout.outputs, surrogate.layout.times)
+    reach = surrogate.reach()
+    more = surrogate.next_terms is not None
+    orders = np.array([order + (more and order > 0) for order in surrogate.parts.orders], dtype=int)
+    m = surrogate.parts.interval_dimension
+    xi, weights = random_points(surrogate, orders[m:], reach[m:])
+    mean, variance = np.empty(shape), np.empty(shape)
+    for j, F in enumerate(surrogate.sections(eta, xi)):
+        flat = F.reshape(len(F), -1)
+        mean[j] = (weights @ flat).reshape(shape[1:])
+        flat -= mean[j].ravel()
+        variance[j] = np.einsum("q,qs,qs->s", weights, flat, flat).reshape(shape[1:])
+    return mean, np.sqrt(variance)
 
 
 def _block(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list[Extremes]:

@@ -111,6 +111,29 @@ class PhaseExpansion:
             parts = replace(parts, coefficients=coefficients.reshape(parts.coefficients.shape))
         return PhaseExpansion(parts, layout, tuple(interval_nodes))
 
+    @staticmethod
+    def direct(expansion: HybridExpansion) -> PhaseExpansion:
+        """Return an expansion of values as one without carriers, its series as times."""
+        return PhaseExpansion(expansion, Layout(1, expansion.coefficients.shape[2], 0), ())
+
+    @staticmethod
+    def through(
+        stage: Stage, index: np.ndarray, matrix: np.ndarray, interval_dimension: int
+    ) -> PhaseExpansion:
+        """Return the expansion with the terms of an index through as many runs.
+
+        Parameters
+        ----------
+        index : orders of the terms, η first, shape (terms, variables).
+        matrix : the terms' values in the runs, shape (runs, terms).
+        """
+        _, outputs, times = stage.base.shape
+        layout = Layout(outputs, times, len(stage.carriers))
+        terms = np.linalg.solve(matrix, layout.pack(stage))
+        return PhaseExpansion(
+            HybridExpansion.of_terms(index, terms, interval_dimension), layout, ()
+        )
+
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return F at points (points, n) and (points, m), shape (points, outputs, times)."""
         return self.layout.join(self.evaluate_parts(xi, eta))

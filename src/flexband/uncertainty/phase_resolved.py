@@ -7,25 +7,28 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.signal import fftconvolve
 
-from flexband.errors import InputError
-from flexband.uncertainty.bands import SIGMAS, bands
-from flexband.uncertainty.bounds import Extremes
 from flexband.uncertainty.decomposition import Stage, decompose
 from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.expected_error import (
+    CAUTION,
+    DOUBT,
+    apart,
+    at_all_times,
+    chosen_carriers,
+    rms,
+    running,
+    series,
+    stacked,
+    steady_miss,
+    step,
+    thinned,
+)
 from flexband.uncertainty.methods import Evaluate, ImprovedPCCI
-from flexband.uncertainty.phase_bounds import phase_extremes
 from flexband.uncertainty.phase_expansion import PhaseExpansion, left_out
 from flexband.uncertainty.polynomials import hermite_nodes
 from flexband.uncertainty.space import Space
-
-GAIN = 0.8
-"""A carrier is used for an output where it brings the error of prediction below this part."""
-
-DOUBT, CAUTION = 0.5, 0.3
-"""Where base and envelopes are off by more than `DOUBT` of the response at the check runs, the
-expansion is not trusted, and `CAUTION` of their error counts in the estimate."""
+from flexband.uncertainty.surrogate import Group, Surrogate, extremes_of
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
             return xi, eta
         return np.concatenate([xi, -xi]), np.concatenate([eta, -eta])
 
-    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
-        """Return the bands, the error expected of them, and how many carriers each output has.
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Return the surrogate, the error expected of its bands, and each output's carriers.
 
         `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
         and `trusted` those before the last. ``attrs["carrier_frequencies"]`` are in cycles a unit
@@ -81,20 +84,24 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         check = self.check_points(space)
         points = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
         values = evaluate(*points)
-        shape = values.shape[1:]
-        F = values.values.reshape(len(values), -1, shape[-1] if shape else 1)
-        step = _step(values)
-        found = [_Candidate.of(stage, random_orders, nodes, check) for stage in decompose(F, step)]
-        answer = _Answer(found, F, step)
-        result = bands(space, values, answer.extremes)
-        dims = values.dims[1:]
-        outer = dims[:-1], shape[:-1]
-        return result.assign(
-            mean_expected_error=(dims, answer.estimate[0].reshape(shape)),
-            error_bar_expected_error=(dims, answer.estimate[1].reshape(shape)),
-            carriers=(outer[0], answer.carriers.reshape(outer[1])),
-            trusted=(outer[0], answer.trusted.reshape(outer[1])),
-        ).assign_attrs(carrier_frequencies=answer.frequencies)
+        F, dt = series(values), step(values)
+        found = [_Candidate.of(stage, random_orders, nodes, check) for stage in decompose(F, dt)]
+        carriers = chosen_carriers([one.error for one in found])
+        groups, others = _models(found, carriers)
+        frequencies = [c.frequency for c in found[-1].checked.carriers]
+        times = thinned(frequencies, dt, F.shape[-1])
+        estimate, trusted = _expected(F, found, carriers, groups, others, *times)
+        dims, shape = values.dims[1:], values.shape[1:]
+        diagnostics = xr.Dataset(
+            {
+                "mean_expected_error": (dims, estimate[0].reshape(shape)),
+                "error_bar_expected_error": (dims, estimate[1].reshape(shape)),
+                "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
+                "trusted": (dims[:-1], trusted.reshape(shape[:-1])),
+            },
+            attrs={"carrier_frequencies": frequencies},
+        )
+        return Surrogate(space, values[:0], tuple(groups), diagnostics)
 
 
 class _Candidate(NamedTuple):
@@ -102,7 +109,7 @@ class _Candidate(NamedTuple):
 
     full: PhaseExpansion
     lower: PhaseExpansion
-    check: tuple[np.ndarray, np.ndarray]
+    corrected: PhaseExpansion
     checked: Stage  # the check runs, split
     error: np.ndarray  # of predicting left-out and check runs, (outputs,)
     steady: np.ndarray  # of base and envelopes at the check runs, (outputs, times)
@@ -114,108 +121,52 @@ class _Candidate(NamedTuple):
         runs, checked = stage.runs(slice(count)), stage.runs(slice(count, None))
         full = PhaseExpansion.fit(runs, random_orders, nodes)
         lower = PhaseExpansion.fit(runs, random_orders, nodes, lower=True)
-        size = _rms(stage.signal) + 1e-300
-        error = (
-            np.hypot(_rms(left_out(runs, full)), _rms(full.evaluate(*check) - checked.signal))
-            / size
+        size = rms(stage.signal) + 1e-300
+        missed = rms(full.evaluate(*check) - checked.signal)
+        error = np.hypot(rms(left_out(runs, full)), missed) / size
+        corrected = full.corrected(checked, *check)
+        return _Candidate(
+            full, lower, corrected, checked, error, steady_miss(full, checked, *check)
         )
-        base, carriers = full.layout.unpack(full.evaluate_parts(*check))
-        steady = np.abs(checked.base - base)
-        for (_, re, im), c in zip(carriers, checked.carriers, strict=True):
-            steady = steady + np.abs(c.envelope - (re + 1j * im))
-        return _Candidate(full, lower, check, checked, error, np.sqrt(np.mean(steady**2, axis=0)))
 
 
-class _Answer:
-    """For every output, the extremes by the best candidate and the error expected of them.
+def _models(
+    found: list[_Candidate], carriers: np.ndarray
+) -> tuple[list[Group], list[tuple[Group, Group]]]:
+    """Return, for each number of carriers, the best model, and pairs that tell its error.
 
-    The estimate is the largest of the change of the bands with the lower model, their change with
-    next-order terms that meet the check runs, and, where the expansion is not trusted, a part of
-    the error of base and envelopes at the check runs; its root mean square over a period to each
-    side counts. The bands have the next-order terms where there are two check runs: one does not
-    tell in which variable the response bends.
+    The best has the next-order terms where there are two check runs: one does not tell in which
+    variable the response bends. The pairs are the models without and with these terms, and the
+    lower one.
     """
-
-    def __init__(self, found: list[_Candidate], F: np.ndarray, step: float):
-        outputs, times = F.shape[1:]
-        self.frequencies = [c.frequency for c in found[-1].checked.carriers]
-        period = 1 / (self.frequencies[0] * step) if self.frequencies else times / 50
-        self.thin = slice(None, None, max(1, int(period / 2)))  # times looked at for the estimate
-        self.carriers = _chosen(found)
-        m = found[0].full.parts.interval_dimension
-        values = np.empty((len(SIGMAS), 2, outputs, times))
-        places = np.empty((len(SIGMAS), 2, outputs, times, m))
-        self.estimate = np.empty((2, outputs, times))
-        self.trusted = np.empty(outputs, dtype=bool)
-        size = _rms(F) + 1e-300
-        for k in np.unique(self.carriers):
-            which = np.flatnonzero(self.carriers == k)
-            one = found[k]
-            full = one.full.of(which)
-            terms = one.full.corrected(one.checked, *one.check).of(which)
-            two = len(one.check[0]) > 1
-            best = _extremes(terms if two else full)
-            other = _thinned(full if two else terms, self.thin)
-            values[:, :, which] = np.stack([e.values for e in best])
-            places[:, :, which] = np.stack([e.places for e in best])
-            here = np.stack([e.values for e in best])[..., self.thin]
-            plain = other if two else here
-            changes = [_apart(other, here), _apart(_thinned(one.lower.of(which), self.thin), plain)]
-            repeated = np.repeat(np.maximum(*changes), self.thin.step, axis=-1)[..., :times]
-            off = _rms(one.steady[None, which]) / size[which]
-            self.trusted[which] = off < DOUBT
-            doubt = np.where(off[:, None] < DOUBT, 0.0, CAUTION * one.steady[which])
-            self.estimate[:, which] = np.maximum(repeated, doubt)
-        self.estimate = _running(self.estimate, max(1, round(period), self.thin.step))
-        self.extremes = [
-            Extremes(v.reshape(2, -1), p.reshape(2, outputs * times, m))
-            for v, p in zip(values, places, strict=True)
-        ]
+    best, others = [], []
+    for k in np.unique(carriers):
+        which, one = np.flatnonzero(carriers == k), found[k]
+        full, terms, lower = (e.of(which) for e in (one.full, one.corrected, one.lower))
+        two = len(one.checked.base) > 1
+        best.append(Group(which, terms if two else full))
+        others.append((Group(which, full if two else terms), Group(which, lower)))
+    return best, others
 
 
-def _chosen(found: list[_Candidate]) -> np.ndarray:
-    """Return how many carriers each output gets: more only where that pays."""
-    errors = np.stack([one.error for one in found])
-    chosen = np.zeros(errors.shape[1], dtype=int)
-    for k in range(1, len(found)):
-        now = errors[chosen, np.arange(errors.shape[1])]
-        chosen = np.where(errors[k] < GAIN * now, k, chosen)
-    return chosen
+def _expected(
+    F: np.ndarray, found, carriers, groups, others, thin: slice, period: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the errors expected, (2, outputs, times), and which outputs are trusted.
 
-
-def _extremes(surrogate: PhaseExpansion) -> list[Extremes]:
-    """Return extremes with values (2, outputs, times) and places (2, outputs, times, m)."""
-    shape = (2, surrogate.layout.outputs, surrogate.layout.times)
-    return [
-        Extremes(e.values.reshape(shape), e.places.reshape(*shape, -1))
-        for e in phase_extremes(surrogate, SIGMAS)
-    ]
-
-
-def _thinned(surrogate: PhaseExpansion, times: slice) -> np.ndarray:
-    """Return the extremes' values at some times, (sigmas, 2, outputs, times)."""
-    outputs = np.arange(surrogate.layout.outputs)
-    return np.stack([e.values for e in _extremes(surrogate.of(outputs, times))])
-
-
-def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how far interval means and error bars differ, mean of both bounds, (2, …)."""
-    d = np.abs(a - b)
-    return np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
-
-
-def _running(v: np.ndarray, half: int) -> np.ndarray:
-    """Return the root mean square over ±half times."""
-    window = np.ones((1, 2 * half + 1))
-    square = v.reshape(-1, v.shape[-1]) ** 2
-    top = fftconvolve(square, window, mode="same", axes=-1)
-    count = fftconvolve(np.ones((1, v.shape[-1])), window, mode="same", axes=-1)
-    return np.sqrt(np.maximum(top / count, 0.0)).reshape(v.shape)
-
-
-def _rms(v: np.ndarray) -> np.ndarray:
-    """Return the root mean square over runs and times, (outputs,)."""
-    return np.sqrt(np.mean(v**2, axis=(0, 2)))
+    The largest of the change of the bands with the lower model, their change with the next-order
+    terms that meet the check runs, and, where the expansion is not trusted, a part of the error of
+    base and envelopes at the check runs; its root mean square over a period to each side counts.
+    """
+    here = stacked(extremes_of(groups, thin))
+    other, lower = (stacked(extremes_of(pair, thin)) for pair in zip(*others, strict=True))
+    two = len(found[0].checked.base) > 1
+    change = np.maximum(apart(other, here), apart(lower, other if two else here))
+    steady = np.stack([found[k].steady[o] for o, k in enumerate(carriers)])
+    trusted = np.sqrt(np.mean(steady**2, axis=1)) < DOUBT * (rms(F) + 1e-300)
+    doubt = np.where(trusted[:, None], 0.0, CAUTION * steady)
+    estimate = np.maximum(at_all_times(change, thin, F.shape[-1]), doubt)
+    return running(estimate, max(period, thin.step)), trusted
 
 
 def _gap(nodes: np.ndarray) -> float:
@@ -224,20 +175,3 @@ def _gap(nodes: np.ndarray) -> float:
         return float(nodes[0])
     nodes = np.sort(nodes)
     return float(np.abs((nodes[1:] + nodes[:-1]) / 2).min())
-
-
-def _step(values: xr.DataArray) -> float:
-    """Return the step of the last dimension; 1 where it has no coordinate."""
-    last = values.dims[-1]
-    if values.ndim < 2 or values.shape[-1] < 2 or last not in values.coords:
-        return 1.0
-    times = values[last].values
-    if not np.issubdtype(times.dtype, np.number):
-        return 1.0
-    steps = np.diff(times)
-    if np.ptp(steps) > 1e-6 * np.abs(steps).max():
-        raise InputError(
-            f"a phase-resolved expansion needs equidistant values of {last!r}; "
-            f"got steps from {steps.min():g} to {steps.max():g}"
-        )
-    return float(np.mean(steps))

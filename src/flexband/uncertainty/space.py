@@ -51,6 +51,43 @@ class Space:
             values[name] = one.value(standard[:, first : first + one.dimension])
         return values
 
+    def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
+
+        Parameters
+        ----------
+        values : of every input by name, shape (runs,) or one number; of a random field its standard
+            variables, shape (runs, terms).
+
+        Raises
+        ------
+        InputError
+            Where names are not those of the inputs, shapes do not fit or a value cannot be.
+        """
+        if values.keys() != self.inputs.keys():
+            raise InputError(
+                f"values must be given for {', '.join(self.inputs) or 'nothing'}; "
+                f"got {', '.join(values) or 'nothing'}"
+            )
+        columns: dict[bool, list[np.ndarray]] = {True: [], False: []}
+        for name, one in self.inputs.items():
+            try:
+                columns[one.random].append(one.standard(np.asarray(values[name], dtype=float)))
+            except (InputError, ValueError) as error:
+                raise InputError(f"{name}: {error}") from None
+        counts = {len(c) for own in columns.values() for c in own} - {1}
+        if len(counts) > 1:
+            raise InputError(f"values must be equally many; got {sorted(counts)}")
+        runs = counts.pop() if counts else 1
+        xi, eta = (
+            np.concatenate(
+                [np.zeros((runs, 0)), *(np.broadcast_to(c, (runs, c.shape[1])) for c in own)],
+                axis=1,
+            )
+            for own in (columns[True], columns[False])
+        )
+        return xi, eta
+
 
 def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
     """Raise `InputError` where the response's arguments and the inputs do not match."""

@@ -1,0 +1,76 @@
+"""Nested points in one variable: x₀, x₁, x₂, …; an expansion of order q takes the first q + 1.
+
+A run serves every order that contains it, so a sparse expansion grows by one run a term, and its
+interpolation is well posed on every downward closed set of orders (Chkifa, Cohen and Schwab, 2014).
+
+A Leja sequence takes as its next point where Π_j |x − x_j| is largest. On the interval its Lebesgue
+constants, measured, stay below q + 1. Real projections of Leja sequences of the disk (R-Leja:
+Chkifa, 2013), Clenshaw–Curtis points in another order, measure alike, with larger constants. For a
+random variable the product is weighted by the root of the density, which places points as those of
+Gauss quadrature are placed (Narayan and Jakeman, 2014); the constants grow more slowly than
+exponentially (Jantsch, Webster and Zhang, 2016). For moments the rules of Genz and Keister (1996)
+are better while they last: 1, 3 and 9 points integrate polynomials of degree 1, 5 and 15.
+
+For intervals single points are enough. For random variables orders 2k − 1 and 2k are best added
+together: an odd order alone does not better the mean. `benchmarks/points.py` measures all this.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+GENZ_KEISTER = (3**0.5, 2.861279576057058, 0.741095349994541, 4.184956017672732)
+"""The positive ones of nine points of N(0, 1), in the order of a weighted Leja sequence."""
+
+DIGITS = 10
+"""Points are rounded to so many decimals, so that they are the same on every machine."""
+
+
+def interval_sequence(count: int) -> np.ndarray:
+    """Return the first points of the Leja sequence 1, −1, 0, 0.577, … on [−1, 1], shape (count,).
+
+    It starts at the ends: there most bounds are, and products of two orders 1 reach all corners.
+    """
+    points = [1.0, -1.0]
+    while len(points) < count:
+        points = _extended(points, rate=0.0, margin=0.0, pairs=False)
+    return np.array(points[:count])
+
+
+def random_sequence(count: int) -> np.ndarray:
+    """Return the first points 0, √3, −√3, 2.86, −2.86, … for ξ ~ N(0, 1), shape (count,).
+
+    The nine points of Genz and Keister, then pairs of a Leja sequence weighted by e^{−ξ²/4}.
+    """
+    points = [0.0]
+    for point in GENZ_KEISTER:
+        points += [point, -point]
+    while len(points) < count:
+        points = _extended(points, rate=0.25, margin=4.0, pairs=True)
+    return np.array(points[:count])
+
+
+def _extended(points: list[float], rate: float, margin: float, pairs: bool) -> list[float]:
+    """Return the points and the one or two next: the largest of Σ log|x − x_j| − rate x²."""
+    return [*points, *_next(tuple(points), rate, margin, pairs)]
+
+
+@cache
+def _next(points: tuple[float, ...], rate: float, margin: float, pairs: bool) -> tuple[float, ...]:
+    """Return the next points; the search goes up to a margin beyond the outermost.
+
+    Between two points the sum is concave: its only largest value is where its slope is zero.
+    """
+    taken = np.sort(points)
+    ends = np.array([taken[0] - margin, *taken, taken[-1] + margin]) if margin else taken
+    low, high = ends[:-1].copy(), ends[1:].copy()
+    for _ in range(60):
+        middle = (low + high) / 2
+        rising = (1 / (middle[:, None] - taken)).sum(axis=1) > 2 * rate * middle
+        low, high = np.where(rising, middle, low), np.where(rising, high, middle)
+    places = np.round((low + high) / 2, DIGITS) + 0.0  # no −0
+    sizes = np.log(np.abs(places[:, None] - taken)).sum(axis=1) - rate * places**2
+    best = float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two alike
+    return (best, -best) if pairs else (best,)

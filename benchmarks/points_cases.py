@@ -1,0 +1,151 @@
+"""Points, index sets and formulas of `points.py`."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from flexband.uncertainty.expansion import HybridExpansion, tensor_points
+from flexband.uncertainty.nested import GENZ_KEISTER, interval_sequence, random_sequence
+from flexband.uncertainty.polynomials import (
+    chebyshev_values,
+    hermite_nodes,
+    hermite_values,
+    scaled_chebyshev_zeros,
+)
+
+Points = Callable[[int], np.ndarray]
+COUNT = 21  # the longest sequences, for orders up to 20
+
+
+def greedy(first: Sequence[float], rate: float, end: float, *, pairs: bool) -> np.ndarray:
+    """Return a Leja sequence weighted by e^{−rate x²}, on a grid."""
+    grid, points = np.linspace(-end, end, 40001), list(first)
+    with np.errstate(divide="ignore"):
+        while len(points) < COUNT:
+            size = np.log(np.abs(grid[:, None] - points)).sum(axis=1) - rate * grid**2
+            best = grid[np.flatnonzero(size > size.max() - 1e-9)[-1]]
+            points += [best, -best] if pairs else [best]
+    return np.array(points[:COUNT])
+
+
+def real_leja(first: list[float]) -> np.ndarray:
+    """Return Clenshaw–Curtis points: real parts of e^{iπθ}, θ = 0.b₀b₁… for j = …b₁b₀."""
+    angles = [sum((j >> b & 1) * 0.5**b for b in range(8)) for j in range(4, 200)]
+    new = dict.fromkeys(math.cos(math.pi * a) for a in angles if 0 < a < 1)
+    both = [x for a in new if a > 0 for x in (a, -a)] if first[0] == 0 else list(new)
+    return np.array(list(dict.fromkeys(np.round([*first, *both], 14)))[:COUNT])
+
+
+def nested(points: np.ndarray) -> Points:
+    """Return the points of an order."""
+    return lambda order: points[: order + 1]
+
+
+GK = [0.0, *(sign * x for x in GENZ_KEISTER for sign in (1, -1))]
+INTERVAL: dict[str, Points] = {
+    "Leja 0, pairs": nested(greedy([0.0, 1.0, -1.0], 0.0, 1.0, pairs=True)),
+    "Leja 0": nested(greedy([0.0, 1.0, -1.0], 0.0, 1.0, pairs=False)),
+    "Clenshaw–Curtis 0": nested(real_leja([0.0, 1.0, -1.0])),
+    "R-Leja 1": nested(real_leja([1.0, -1.0, 0.0])),
+    "Leja 1 (chosen)": nested(interval_sequence(COUNT)),
+    "scaled zeros": scaled_chebyshev_zeros,
+}
+RANDOM: dict[str, Points] = {
+    "√pdf Leja": nested(greedy([0.0], 0.25, 12.0, pairs=False)),
+    "√pdf Leja, pairs": nested(greedy([0.0], 0.25, 12.0, pairs=True)),
+    "pdf Leja": nested(greedy([0.0], 0.5, 12.0, pairs=False)),
+    "√3, √pdf Leja": nested(greedy(GK[:3], 0.25, 12.0, pairs=False)),
+    "√3, √pdf Leja, pairs": nested(greedy(GK[:3], 0.25, 12.0, pairs=True)),
+    "Genz–Keister, √pdf Leja (chosen)": nested(random_sequence(COUNT)),
+    "Gauss–Hermite": hermite_nodes,
+}
+CHOSEN = "Leja 1 (chosen)", "Genz–Keister, √pdf Leja (chosen)"
+
+
+def combination(orders: list[tuple[int, ...]]) -> list[tuple[tuple[int, ...], int]]:
+    """Return the tensor grids and their factors that make up the interpolation on a set."""
+    known, steps = set(orders), list(itertools.product((0, 1), repeat=len(orders[0])))
+    factors = [sum((-1) ** sum(z) for z in steps if tuple(np.add(v, z)) in known) for v in orders]
+    return [(v, c) for v, c in zip(orders, factors, strict=True) if c]
+
+
+def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, int]:
+    """Return the expansion on a set of orders, η (m of them) first, and its runs."""
+    most = np.max(orders, axis=0)
+    beta, runs = None, []
+    for v, factor in combination(orders):
+        nodes = [p(q) for p, q in zip(points, v, strict=True)]
+        runs.append(tensor_points(nodes))
+        y = f(runs[-1])
+        y = y.reshape(*(q + 1 for q in v), -1)
+        for a, (q, x) in enumerate(zip(v, nodes, strict=True)):
+            basis = chebyshev_values(q, x) if a < m else hermite_values(q, x)
+            y = np.moveaxis(np.tensordot(np.linalg.inv(basis), y, (1, a)), 0, a)
+        beta = np.zeros((*(most + 1), y.shape[-1])) if beta is None else beta
+        beta[tuple(slice(q + 1) for q in v)] += factor * y
+    count = len(np.unique(np.round(np.concatenate(runs), 9) + 0.0, axis=0))
+    beta = beta.reshape(math.prod(most[:m] + 1), -1, beta.shape[-1])
+    return HybridExpansion(tuple(most[m:]), tuple(most[:m]), beta), count
+
+
+def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
+    """Return forty smooth formulas of m intervals and n random variables, shape (·, 40)."""
+    d = m + n
+    rng, fade = np.random.default_rng(0), 0.6 ** np.arange(d)
+    A = rng.uniform(0.5, 1.0, (5, 8, d)) * rng.choice([-1, 1], (5, 8, d)) * fade
+    offset, B = rng.uniform(-0.6, 0.9, (5, 8)), rng.uniform(-1, 1, (8, d, d)) * np.outer(fade, fade)
+
+    def f(x: np.ndarray) -> np.ndarray:
+        x = x * np.repeat([1.0, 0.4], [m, n])
+        s = np.einsum("pd,kjd->kjp", x, A) + offset[..., None]
+        q = np.einsum("pa,jab,pb->jp", x, B, x)
+        parts = [np.exp(0.7 * s[0]), 1 / (1 + (0.5 * s[1] + 0.5) ** 2), np.cos(1.2 * s[2])]
+        parts += [(1 + s[3] + 0.5 * q) * np.exp(0.4 * s[3]), q + np.sin(s[4])]
+        return np.concatenate(parts).T
+
+    return f
+
+
+def total(d: int, order: int) -> list[tuple[int, ...]]:
+    return [v for v in itertools.product(range(order + 1), repeat=d) if sum(v) <= order]
+
+
+def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
+    """Return the downward closed set that takes the largest coefficients one after the other."""
+    large = np.abs(expansion.weighted).sum(axis=2).reshape([q + 1 for q in expansion.orders])
+    one, found = np.eye(large.ndim, dtype=int), [(0,) * large.ndim]
+    while len(found) < size:
+        near = {tuple(map(int, v + e)) for v in found for e in one} - set(found)
+        new = [
+            v
+            for v in near
+            if all(k < n for k, n in zip(v, large.shape, strict=True))
+            and all(tuple(map(int, v - e)) in found for e in one if v @ e)
+        ]
+        found.append(max(new, key=lambda v: (large[v], v)))
+    return found
+
+
+def with_pairs(orders: list[tuple[int, ...]], first: int) -> list[tuple[int, ...]]:
+    """Return the set with odd orders brought to the even ones above, from a variable on."""
+    tops = [[*v[:first], *(2 * ((q + 1) // 2) for q in v[first:])] for v in orders]
+    boxes = (itertools.product(*(range(q + 1) for q in top)) for top in tops)
+    return sorted(set(itertools.chain(*boxes)))
+
+
+def sets(d: int, m: int, f, most: int) -> dict[str, list[tuple[int, ...]]]:
+    """Return index sets by name; pairs are of random variables where there are any."""
+    if d == 1:
+        return {f"order {q}": total(1, q) for q in range(1, min(9, most))}
+    best = [INTERVAL["scaled zeros"]] * m + [RANDOM["Gauss–Hermite"]] * (d - m)
+    dense = fit(f, total(d, 10 if d == 2 else 6), best, m)[0]
+    found = {f"Σν ≤ {q}": total(d, q) for q in range(1, 6)}
+    found["tensor, order 1"] = list(itertools.product((0, 1), repeat=d))
+    for size in (7, 12, 20, 33, 54):
+        found[f"adaptive {size}"] = adaptive(size, dense)
+        found[f"adaptive {size}, pairs"] = with_pairs(found[f"adaptive {size}"], m % d)
+    return {name: orders for name, orders in found.items() if len(orders) <= most}

@@ -30,6 +30,11 @@ class Layout:
     times: int
     carriers: int
 
+    @staticmethod
+    def of(stage: Stage) -> Layout:
+        """Return the layout of the parts of runs."""
+        return Layout(*stage.base.shape[1:], len(stage.carriers))
+
     def pack(self, stage: Stage) -> np.ndarray:
         """Return runs as series, shape (runs, series)."""
         runs = len(stage.base)
@@ -100,8 +105,7 @@ class PhaseExpansion:
         Where `lower`, only terms up to a total order of the largest order of a variable are kept,
         by least squares: the difference tells the error.
         """
-        _, outputs, times = stage.base.shape
-        layout = Layout(outputs, times, len(stage.carriers))
+        layout = Layout.of(stage)
         values = layout.pack(stage)
         parts = HybridExpansion.fit(values, random_orders, interval_nodes)
         if lower:
@@ -115,24 +119,6 @@ class PhaseExpansion:
     def direct(expansion: HybridExpansion) -> PhaseExpansion:
         """Return an expansion of values as one without carriers, its series as times."""
         return PhaseExpansion(expansion, Layout(1, expansion.coefficients.shape[2], 0), ())
-
-    @staticmethod
-    def through(
-        stage: Stage, index: np.ndarray, matrix: np.ndarray, interval_dimension: int
-    ) -> PhaseExpansion:
-        """Return the expansion with the terms of an index through as many runs.
-
-        Parameters
-        ----------
-        index : orders of the terms, η first, shape (terms, variables).
-        matrix : the terms' values in the runs, shape (runs, terms).
-        """
-        _, outputs, times = stage.base.shape
-        layout = Layout(outputs, times, len(stage.carriers))
-        terms = np.linalg.solve(matrix, layout.pack(stage))
-        return PhaseExpansion(
-            HybridExpansion.of_terms(index, terms, interval_dimension), layout, ()
-        )
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return F at points (points, n) and (points, m), shape (points, outputs, times)."""

@@ -108,7 +108,7 @@ class Surrogate:
             for e in extremes_of(self.groups)
         ]
         result = bands(self.space, self.labels, found)
-        return result.assign(self.diagnostics.variables).assign_attrs(self.diagnostics.attrs)
+        return result.merge(self.diagnostics).assign_attrs(self.diagnostics.attrs)
 
     def _labelled(self, values: np.ndarray) -> xr.DataArray:
         coords = {k: c for k, c in self.labels.coords.items() if "sample" not in c.dims}

@@ -1,0 +1,145 @@
+"""The adaptive method: it finds the orders of every input and stops where they are enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, positive, whole
+from flexband.uncertainty.expected_error import series, step
+from flexband.uncertainty.index_sets import first_terms
+from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.nested_model import Design, NestedModel
+from flexband.uncertainty.space import Space
+from flexband.uncertainty.surrogate import Surrogate
+
+BATCH = 8
+"""Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
+
+GROWTH = 0.25
+"""Size of a batch, as a part of the runs there are."""
+
+
+@dataclass(frozen=True)
+class AdaptivePCCI:
+    """A sparse hybrid expansion that finds its orders by itself, in phases and envelopes.
+
+    Every term of the expansion has one run, at a point of nested sequences that contain the ends of
+    the intervals (the paper's improvement, Eq. (19), carried over). After each batch of runs the
+    terms that are expected to add most come next; it stops where the error expected of interval
+    mean and error bar, in parts of the error bar's mean size, is below the tolerance for every
+    output. Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
+
+    Parameters
+    ----------
+    tolerance : relative error of the bands to stop at.
+    max_runs : budget; it stops there, and says which error it expects.
+    phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
+
+    Raises
+    ------
+    InputError
+        Where the tolerance is not positive or the budget no whole number; in `propagate`, where the
+        budget does not reach for one run a variable and one more, or times are not equidistant.
+    """
+
+    tolerance: float = 0.01
+    max_runs: int = 200
+    phase_resolved: bool = True
+
+    name = "adaptive PCCI"
+
+    def __post_init__(self) -> None:
+        positive("tolerance", self.tolerance)
+        whole("max_runs", self.max_runs, 2)
+
+    @property
+    def label(self) -> str:
+        """Name and tolerance."""
+        return f"{self.name} ({100 * self.tolerance:g} %)"
+
+    def runs(self, space: Space) -> int:
+        """Return the most runs it takes.
+
+        Raises
+        ------
+        InputError
+            Where the budget is too small for the space.
+        """
+        least = 1 + space.interval_dimension + space.random_dimension
+        if self.max_runs < least:
+            raise InputError(
+                f"max_runs must be {least} or more for {least - 1} variables; got {self.max_runs}"
+            )
+        return self.max_runs
+
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Return the surrogate, the errors expected of its bands, and the orders of all variables.
+
+        `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
+        and `trusted` those before the last, `orders` the dim "variable".
+        ``attrs["expected_error"]`` is the relative one that the tolerance is for,
+        ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
+        """
+        m, n = space.interval_dimension, space.random_dimension
+        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
+        index = first_terms(m, n, min(wanted, self.runs(space)))
+        batches = [1, 1 + m + n, len(index)] if len(index) > 1 + m + n else [1, 1 + m + n]
+        values = None
+        while True:
+            design = Design(index, m)
+            done = 0 if values is None else len(values)
+            new = evaluate(*(points[done:] for points in design.points))
+            values = new if values is None else _joined(values, new)
+            model = NestedModel(
+                series(values), step(values), design, batches[-3:], self.phase_resolved
+            )
+            enough = model.relative_error <= self.tolerance and (model.tested or m + n < 3)
+            if enough or len(index) >= self.max_runs:
+                break
+            count = max(BATCH, BATCH * round(GROWTH * len(index) / BATCH))
+            more = model.next_terms(min(count, self.max_runs - len(index)))
+            if not len(more):
+                break
+            index = np.concatenate([index, more])
+            if len(more) >= BATCH // 2:
+                batches.append(len(index))
+            else:
+                batches[-1] = len(index)
+        return _surrogate(space, values[:0], model)
+
+
+def _joined(values: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
+    """Return all runs."""
+    data = np.concatenate([values.values, new.values])
+    return xr.DataArray(data, dims=new.dims, coords=new.coords)
+
+
+def _surrogate(space: Space, labels: xr.DataArray, model: NestedModel) -> Surrogate:
+    """Return the surrogate with what the model says of itself."""
+    dims, shape = labels.dims[1:], labels.shape[1:]
+    variables = [
+        name if one.dimension == 1 else f"{name}[{k}]"
+        for random in (False, True)
+        for name, one in space.inputs.items()
+        if one.random == random
+        for k in range(one.dimension)
+    ]
+    error = model.expected_error
+    diagnostics = xr.Dataset(
+        {
+            "mean_expected_error": (dims, error[0].reshape(shape)),
+            "error_bar_expected_error": (dims, error[1].reshape(shape)),
+            "carriers": (dims[:-1], model.carriers.reshape(shape[:-1])),
+            "trusted": (dims[:-1], model.trusted.reshape(shape[:-1])),
+            "orders": ("variable", model.design.index.max(axis=0)),
+        },
+        coords={"variable": variables},
+        attrs={
+            "expected_error": model.relative_error,
+            "carrier_frequencies": model.frequencies,
+        },
+    )
+    return Surrogate(space, labels, tuple(model.groups(len(model.F))), diagnostics)

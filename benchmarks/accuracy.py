@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from accuracy_cases import Case, cases
+from accuracy_cases import cases
+from accuracy_references import Case
 from harness import ROOT, options, report
 from matplotlib.figure import Figure
 

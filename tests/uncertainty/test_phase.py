@@ -1,5 +1,6 @@
 """The phase-resolved expansion against exact answers, and on responses that it is not for."""
 
+import functools
 import sys
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from ..mechanics.models import slider_crank
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))
 
-from accuracy_cases import (  # noqa: E402
+from accuracy_formulas import (  # noqa: E402
     FORMULA_INPUTS,
     TAU,
     TIMES,
@@ -35,9 +36,24 @@ from accuracy_cases import (  # noqa: E402
     fades,
     formula,
     interior,
+    kink,
+    onset,
+    pulse,
+    slow,
+    slow_kink,
     two_carriers,
     wave,
 )
+
+TRAPS = [chirp, bifurcation, beating, interior, kink, slow_kink, pulse, onset]
+TOO_SMALL = pytest.mark.xfail(
+    strict=True, reason="an eighth of the mean's error, seen by five runs"
+)
+
+
+@functools.cache
+def exact(f):
+    return formula(f).reference()
 
 
 def errors(bands, reference):
@@ -48,7 +64,7 @@ def errors(bands, reference):
 @pytest.mark.parametrize("f", [wave, damped, two_carriers])
 def test_five_runs_follow_twenty_periods(f):
     """1 % where the expansion at fixed times, with the same orders, is off by tenths."""
-    reference = formula(f).reference()
+    reference = exact(f)
     bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
     assert bands.attrs["runs"] == 5
     found = errors(bands, reference)
@@ -63,14 +79,20 @@ def test_five_runs_follow_twenty_periods(f):
 
 def test_a_carrier_that_fades_and_returns():
     bands = fb.propagate(formula(fades).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(2, 1))
-    assert max(errors(bands, formula(fades).reference())) < 0.005
+    assert max(errors(bands, exact(fades))) < 0.005
 
 
-@pytest.mark.parametrize("f", [wave, damped, fades, chirp, bifurcation, beating, interior])
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(
+    ("f", "order"),
+    [
+        pytest.param(f, k, marks=[TOO_SMALL] if (f, k) == (onset, 1) else [])
+        for f in [wave, damped, fades, slow, *TRAPS]
+        for k in (1, 2)
+    ],
+)
 def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
     """Neither where the method works nor on what it is not made for."""
-    reference = formula(f).reference()
+    reference = exact(f)
     bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(order, 1))
     true = errors(bands, reference)
     for k, name in enumerate(("mean", "error_bar")):

@@ -1,0 +1,100 @@
+"""Formulas that ring, and formulas that set traps, of a normal x and an e in [−1, 1]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from accuracy_references import Case, bands, moments, normal_rule
+
+import flexband as fb
+
+TAU = 2 * np.pi
+TIMES = np.arange(1001) * 0.02  # twenty periods of 1 Hz
+FORMULA_INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+SMOOTH, BROKEN = (280, 201), (1400, 101)
+"""Points of x and of e in the reference. Jumps and kinks in x are halfway between points of x for
+every e: steps are 0.01 in x and 0.02 in e."""
+
+
+def formula(f: Callable[..., np.ndarray], highest: int = 2) -> Case:
+    """Return f(x, e, t) over twenty periods."""
+    points = BROKEN if f in (bifurcation, kink, slow_kink) else SMOOTH
+
+    def response(x, e):
+        values = f(x[:, None], e[:, None], TIMES)
+        return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
+
+    def reference() -> xr.Dataset:
+        x, weights = normal_rule(points[0])
+        found = [
+            moments(weights, f(x[:, None], np.full((1, 1), e), TIMES))
+            for e in np.linspace(-1, 1, points[1])
+        ]
+        mean, variance = (np.stack(v) for v in zip(*found, strict=True))
+        return bands(mean, variance, points[1:], ("bound", "time"), {})
+
+    orders = [({"x": k}, {"e": 1}) for k in range(1, highest + 1)]
+    return Case(response, FORMULA_INPUTS, orders, reference)
+
+
+def wave(x, e, t):
+    return np.cos(TAU * (1 + 0.05 * e + 0.02 * x) * t)
+
+
+def damped(x, e, t):
+    w, zeta = TAU * (1 + 0.05 * x), 0.03 + 0.02 * e
+    return np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
+
+
+def two_carriers(x, e, t):
+    second = np.cos(TAU * (4 + 0.06 * e + 0.04 * x) * t)
+    return 0.2 * t + np.cos(TAU * (1 + 0.02 * x) * t) + 0.5 * second
+
+
+def fades(x, e, t):
+    return np.cos(TAU * t / 10) * np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * t)
+
+
+def slow(x, e, t):
+    """Decay without ringing."""
+    return (1 + 0.1 * x + 0.2 * e) * np.exp(-0.1 * (1 + 0.1 * x - 0.2 * e) * t)
+
+
+def chirp(x, e, t):
+    return np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * (t + 0.05 * t * t))
+
+
+def bifurcation(x, e, t):
+    side = np.where(x > 0.5 * e + 0.3, 1.0, -1.0)
+    return side * (1 - np.exp(-0.5 * t)) + 0.5 * np.cos(TAU * (1 + 0.02 * x) * t)
+
+
+def beating(x, e, t):
+    return np.cos(TAU * (1 + 0.02 * x) * t) + 0.8 * np.cos(TAU * (1.1 + 0.02 * e) * t)
+
+
+def interior(x, e, t):
+    return (1 - (e - 0.3) ** 2) * (0.5 + np.cos(TAU * (1 + 0.02 * x + 0.03 * e**2) * t))
+
+
+def kink(x, e, t):
+    """Ring beside a stop that is touched or not."""
+    touch = np.abs(x + e - 0.2) * (1 - np.exp(-0.5 * t))
+    return touch + 0.5 * np.cos(TAU * (1 + 0.02 * x) * t)
+
+
+def slow_kink(x, e, t):
+    """Touch a stop or not; nothing rings."""
+    return np.abs(x + e - 0.2) * (1 - np.exp(-0.5 * t))
+
+
+def pulse(x, e, t):
+    """Arrive sooner or later and pass."""
+    return np.exp(-(((t - 10 - 0.6 * x - 0.8 * e) / 0.4) ** 2))
+
+
+def onset(x, e, t):
+    """Arrive sooner or later and stay."""
+    return (1 + np.tanh((t - 8 - 0.6 * x - 0.8 * e) / 0.3)) / 2

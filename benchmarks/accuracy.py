@@ -18,26 +18,33 @@ from matplotlib.figure import Figure
 
 import flexband as fb
 from flexband.study.comparison import relative_error
+from flexband.uncertainty.space import Space
 
 FULL = 200
 """Samples of LHS–Scanning from which on the documentation is written."""
+
+MOST_RUNS, MOST_POINTS = 4000, 32
+"""Of a method, and of the scan of LHS–Scanning."""
 
 START, END = "<!-- accuracy -->", "<!-- end of accuracy -->"
 STYLES = {"phase-resolved PCCI": "o-", "improved PCCI": "s--", "LHS–Scanning": "^:"}
 
 
 def methods(case: Case, samples: int) -> Iterator[fb.ImprovedPCCI | fb.LHSScanning]:
-    """Return the methods to try on a case."""
-    yield from (fb.PhaseResolvedPCCI(*orders) for orders in case.orders)
-    random, interval = case.orders[-1]
-    yield fb.ImprovedPCCI(random, interval)
-    if samples >= FULL:
-        for order in (3, 5):
-            yield fb.ImprovedPCCI(
-                {name: min(order, 9 * k) for name, k in random.items()},
-                {name: min(order, 9 * q) for name, q in interval.items()},
+    """Yield the methods to try on a case, those of too many runs left out."""
+    space = Space(case.inputs)
+    tried: list[fb.ImprovedPCCI | fb.LHSScanning] = [
+        fb.PhaseResolvedPCCI(*orders) for orders in case.orders
+    ]
+    for own in case.orders[-1:]:
+        tried.append(fb.ImprovedPCCI(*own))
+        for order in (3, 5) if samples >= FULL else ():
+            tried.append(
+                fb.ImprovedPCCI(*({name: min(order, 9 * k) for name, k in o.items()} for o in own))
             )
-    yield fb.LHSScanning(samples // 2, 5)
+    points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MOST_POINTS]
+    tried += [fb.LHSScanning(samples // 2, p) for p in points[:1]]
+    yield from (method for method in tried if method.runs(space) <= MOST_RUNS)
 
 
 def percent(found: xr.DataArray, truth: xr.DataArray) -> float:

@@ -20,7 +20,7 @@ from accuracy_formulas import (
     two_carriers,
     wave,
 )
-from accuracy_mechanisms import slider_crank
+from accuracy_mechanisms import slider_crank, ten_inputs
 from accuracy_references import Case
 
 import flexband as fb
@@ -44,6 +44,7 @@ def cases() -> dict[str, Callable[[], Case]]:
         "soft link": lambda: slider_crank(**soft),
         "wide scatter, ρ∞ = 0.7": lambda: slider_crank(**wide),
         "wide scatter, ρ∞ = 1": lambda: slider_crank(1.0, **wide),
+        "four-bar, ten inputs": ten_inputs,
         "chirp (trap)": lambda: formula(chirp),
         "bifurcation (trap)": lambda: formula(bifurcation),
         "independent beating (trap)": lambda: formula(beating),

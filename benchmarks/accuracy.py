@@ -6,12 +6,13 @@ the table goes into docs/methods.md and the figure into docs/images/accuracy.png
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from accuracy_cases import cases
+from accuracy_honesty import details, estimates, notes
 from accuracy_references import Case
 from harness import ROOT, options, report
 from matplotlib.figure import Figure
@@ -25,6 +26,9 @@ FULL = 200
 
 MOST_RUNS, MOST_POINTS = 4000, 32
 """Of a method, and of the scan of LHS–Scanning."""
+
+RANGE = 5e-4, 100.0
+"""Of the figure [%]."""
 
 START, END = "<!-- accuracy -->", "<!-- end of accuracy -->"
 STYLES = {"phase-resolved PCCI": "o-", "improved PCCI": "s--", "LHS–Scanning": "^:"}
@@ -62,9 +66,11 @@ def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
 
 
 def main() -> None:
-    chosen = options(__doc__, FULL)
-    rows, points = [], {}
-    for name, make in list(cases().items())[: None if chosen.samples >= FULL else 2]:
+    chosen = options(__doc__, FULL, cases="only the cases whose names hold this text")
+    whole = chosen.samples >= FULL
+    studies = [(name, make) for name, make in cases().items() if chosen.cases in name]
+    rows, points, claims = [], {}, {}
+    for name, make in studies[: None if whole or chosen.cases else 2]:
         case = make()
         truth = case.reference()
         points[name] = {}
@@ -78,39 +84,47 @@ def main() -> None:
                 [name, method.label, str(runs), *(f"{e:.2g}" for e in errors), *own, trusted]
             )
             points[name].setdefault(method.name, []).append((runs, *errors))
+            claims[name, method.name, method.label] = dict(estimates(bands, truth))
     header = ["case", "method", "runs", "mean", "error bar", "expected", "expected", "trusted"]
-    notes = ["errors in per cent; orders are those of (random | inputs, interval | inputs)"]
-    report(chosen.output, "accuracy", header, rows, {"points": points}, notes)
-    if chosen.samples >= FULL:
+    lines = [
+        "errors in per cent; orders are those of (random | inputs, interval | inputs)",
+        *notes(claims),
+    ]
+    measured = {"points": points, "claims": details(claims)}
+    report(chosen.output, "accuracy", header, rows, measured, lines)
+    if whole and not chosen.cases:
         figure(points).savefig(ROOT / "docs" / "images" / "accuracy.png", dpi=100)
-        write_table(ROOT / "docs" / "methods.md", header, rows)
+        write_table(ROOT / "docs" / "methods.md", header, rows, lines)
 
 
 def figure(points: dict) -> Figure:
     """Draw the error of the error bar against runs, a panel a case."""
     shown = {name: own for name, own in points.items() if "trap" not in name}
-    drawing = Figure(figsize=(12, 8), layout="constrained")
-    for axes, (name, own) in zip(
-        drawing.subplots(3, 4, sharey=True).flat, shown.items(), strict=False
-    ):
+    drawing = Figure(figsize=(14, 8), layout="constrained")
+    panels = drawing.subplots(3, 5, sharey=True).flat
+    for (name, own), axes in zip(shown.items(), panels, strict=False):
         for method, found in own.items():
             runs, _, bar = np.array(sorted(found)).T
             axes.loglog(runs, bar, STYLES[method], label=method, markersize=4)
         axes.set_title(name, fontsize=9)
         axes.grid(alpha=0.3)
+        axes.set_ylim(*RANGE)
+    for axes in panels:
+        axes.set_axis_off()
     drawing.supxlabel("runs")
     drawing.supylabel("error of the interval error bar [%]")
     drawing.axes[0].legend(fontsize=7)
     return drawing
 
 
-def write_table(file: Path, header: list[str], rows: list[list[str]]) -> None:
-    """Put the table between its marks."""
+def write_table(file: Path, header: list[str], rows: list[list[str]], lines: Sequence[str]) -> None:
+    """Put the table, and lines below it, between its marks."""
     text = file.read_text(encoding="utf-8")
-    lines = ["| " + " | ".join(cells) + " |" for cells in [header, ["---"] * len(header), *rows]]
+    table = ["| " + " | ".join(cells) + " |" for cells in [header, ["---"] * len(header), *rows]]
+    table += ["", *(f"- {line}" for line in lines)]
     before, _, rest = text.partition(START)
     _, _, after = rest.partition(END)
-    file.write_text("\n".join([before + START, *lines, END]) + after, encoding="utf-8")
+    file.write_text("\n".join([before + START, *table, END]) + after, encoding="utf-8")
 
 
 if __name__ == "__main__":

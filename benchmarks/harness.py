@@ -16,12 +16,17 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy")
 
 
-def options(description: str | None, samples: int) -> argparse.Namespace:
-    """Return the command line's options: how large, how often, and where results go."""
+def options(description: str | None, samples: int, **texts: str) -> argparse.Namespace:
+    """Return the command line's options: how large, how often, and where results go.
+
+    `texts` are further ones, by name: what they mean.
+    """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--samples", type=int, default=samples, help="samples of a batch")
     parser.add_argument("--repeats", type=int, default=5, help="alternating runs")
     parser.add_argument("--output", type=Path, default=ROOT / "output" / "bench")
+    for name, meaning in texts.items():
+        parser.add_argument(f"--{name}", default="", help=meaning)
     return parser.parse_args()
 
 

@@ -46,11 +46,15 @@ if TYPE_CHECKING:
     from flexband.mechanics.simulate import simulate
     from flexband.report.drawing import draw
     from flexband.study.study import Study
+    from flexband.uncertainty.adaptive import AdaptivePCCI
     from flexband.uncertainty.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs import Interval, Normal, RandomField, Uniform
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
     from flexband.uncertainty.phase_resolved import PhaseResolvedPCCI
-    from flexband.uncertainty.propagate import propagate
+    from flexband.uncertainty.propagate import expand, propagate
+    from flexband.uncertainty.surrogate import Surrogate
+    from flexband.uncertainty.surrogate_files import load_surrogate, save_surrogate
+    from flexband.uncertainty.verification import verify
 
 _MODULES = {
     "errors": ["AssemblyError", "InputError", "SimulationError"],
@@ -80,7 +84,7 @@ _MODULES = {
     "uncertainty.correlation": ["exponential", "squared_exponential"],
     "uncertainty.inputs": ["Interval", "Normal", "RandomField", "Uniform"],
     "uncertainty.methods": ["PCCI", "ImprovedPCCI", "LHSScanning", "MonteCarlo"],
-    "uncertainty.propagate": ["propagate"],
+    "uncertainty.propagate": ["expand", "propagate"],
     "mechanics.sections": ["Circle", "GeneralSection", "Rectangle"],
     "mechanics.energy_sensors": ["ElasticEnergy", "KineticEnergy", "PotentialEnergy", "Work"],
     "mechanics.section_sensors": ["SectionForces", "Strain", "Stress"],
@@ -88,6 +92,10 @@ _MODULES = {
     "mechanics.gears": ["Gear", "Rack"],
     "report.drawing": ["draw"],
     "uncertainty.phase_resolved": ["PhaseResolvedPCCI"],
+    "uncertainty.adaptive": ["AdaptivePCCI"],
+    "uncertainty.surrogate": ["Surrogate"],
+    "uncertainty.surrogate_files": ["load_surrogate", "save_surrogate"],
+    "uncertainty.verification": ["verify"],
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -95,6 +103,7 @@ __version__ = version("flexband")
 __all__ = [
     "PCCI",
     "Acceleration",
+    "AdaptivePCCI",
     "Angle",
     "AngularVelocity",
     "AssemblyError",
@@ -146,6 +155,7 @@ __all__ = [
     "Strain",
     "Stress",
     "Study",
+    "Surrogate",
     "TorsionSpring",
     "Uniform",
     "Velocity",
@@ -155,11 +165,15 @@ __all__ = [
     "draw",
     "dynamic_response",
     "equilibrium",
+    "expand",
     "exponential",
+    "load_surrogate",
     "modes",
     "propagate",
+    "save_surrogate",
     "simulate",
     "squared_exponential",
+    "verify",
 ]
 
 

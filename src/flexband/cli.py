@@ -23,6 +23,7 @@ from rich.progress import (
 from rich.table import Table
 
 import flexband as fb
+from flexband.netcdf import write_netcdf
 from flexband.report.figures import (
     bands_figure,
     drawable_outputs,
@@ -34,7 +35,7 @@ from flexband.report.figures import (
 from flexband.report.html import write_report
 from flexband.report.tables import error_table, summary_table
 from flexband.study.comparison import compare
-from flexband.study.files import load_study, write_netcdf
+from flexband.study.files import load_study
 from flexband.uncertainty.methods import Method
 
 app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)

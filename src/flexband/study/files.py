@@ -1,12 +1,10 @@
-"""Studies from Python files, and bands to NetCDF files."""
+"""Studies from Python files."""
 
 from __future__ import annotations
 
 import runpy
 import sys
 from pathlib import Path
-
-import xarray as xr
 
 from flexband.errors import InputError
 from flexband.study.study import Study
@@ -27,11 +25,3 @@ def load_study(file: Path) -> Study:
     if not isinstance(study, Study):
         raise InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
     return study
-
-
-def write_netcdf(bands: xr.Dataset, file: Path) -> None:
-    """Write bands as a NetCDF file, complete or not at all."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    partial = file.with_suffix(".partial")
-    bands.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
-    partial.replace(file)

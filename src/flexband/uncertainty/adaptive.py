@@ -110,6 +110,10 @@ class AdaptivePCCI:
                 batches[-1] = len(index)
         return _surrogate(space, values[:0], model)
 
+    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+        """Return the bands and the diagnostics."""
+        return self.expand(space, evaluate).bands()
+
 
 def _joined(values: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
     """Return all runs."""

@@ -72,10 +72,10 @@ def track(
     places = np.linspace(0, times - 1, int((times - 1) / stride) + 1)
     at = np.unique(np.round(places).astype(int))
     smooth = max(1, round(SMOOTHING / (frequency * dt * stride)))
-    turned, z = np.zeros((len(F), len(at))), split(F, psi, half, at)
+    turned, (z, part) = np.zeros((len(F), len(at))), split(F, psi, half, at)
     for k in range(passes):
-        z = split(F, psi, half, at) if k else z
-        turned = turning(z, scale, smooth)
+        z, part = split(F, psi, half, at) if k else (z, part)
+        turned = turning(z * np.sqrt(part), scale, smooth)
         psi = psi + CubicSpline(at, turned, axis=-1)(np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
@@ -89,8 +89,13 @@ def track(
     return Carrier(psi + shift[:, None], CubicSpline(at, z, axis=-1)(np.arange(times)), frequency)
 
 
-def split(F: np.ndarray, psi: np.ndarray, half: int, at: np.ndarray) -> np.ndarray:
-    """Return the envelope z₀, shape (runs, outputs, len(at)), of the carrier of phase ψ.
+def split(
+    F: np.ndarray, psi: np.ndarray, half: int, at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the envelope z₀ of the carrier of phase ψ, and its part of what is not slow.
+
+    Both have shape (runs, outputs, len(at)). The part is the carrier's energy in the window over
+    that of the carrier and of what neither it nor the slow part explains.
 
     With the basis τ^p e^{imψ}, m = 0, ±1, the normal equations' entries are window sums of
     τ^{p+q} e^{i(m′−m)ψ}, the same for all outputs, and their right-hand sides of τ^p F e^{−imψ}.
@@ -109,7 +114,11 @@ def split(F: np.ndarray, psi: np.ndarray, half: int, at: np.ndarray) -> np.ndarr
     ring = window_sums(F * e.conj()[:, None], half, DEGREE, at)
     right = np.stack([*slow, *ring, *(r.conj() for r in ring)], axis=-1)
     z = np.linalg.solve(G, np.moveaxis(right, 1, 3))
-    return 2 * np.moveaxis(z[:, :, DEGREE + 1], 2, 1)
+    rest = window_sums(F * F, half, 0, at)[0]
+    rest = rest - np.moveaxis(np.sum(z * np.moveaxis(right, 1, 3).conj(), axis=2).real, 1, 2)
+    envelope = 2 * np.moveaxis(z[:, :, DEGREE + 1], 2, 1)
+    own = np.abs(envelope) ** 2 / 2 * np.real(sums[0][0])
+    return envelope, own / np.maximum(own + np.maximum(rest, 0.0), 1e-300)
 
 
 def window_sums(g: np.ndarray, half: int, powers: int, at: np.ndarray) -> list[np.ndarray]:

@@ -79,6 +79,14 @@ class Method(Protocol):
         ...
 
 
+class Expanding(Method, Protocol):
+    """A method that makes a surrogate."""
+
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Run the response where the method wants it and return the surrogate."""
+        ...
+
+
 @dataclass(frozen=True)
 class PCCI:
     """Polynomial-Chaos–Chebyshev-Interval method, Eqs. (11)–(18).
@@ -145,7 +153,8 @@ class PCCI:
         values = evaluate(*HybridExpansion.design(random_orders, nodes))
         flat = values.values.reshape(len(values), -1)
         expansion = HybridExpansion.fit(flat, random_orders, nodes)
-        group = Group(np.zeros(1, int), PhaseExpansion.direct(expansion))
+        outputs = math.prod(values.shape[1:-1])
+        group = Group(np.arange(outputs), PhaseExpansion.direct(expansion, outputs))
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
         return Surrogate(space, values[:0], (group,), diagnostics)

@@ -37,7 +37,7 @@ HIGHEST_ORDER = 20
 SAFETY = 2.0
 """Factor of the estimate: without it the median of true errors is twice as large."""
 
-LEAST_SURPRISE = 0.1
+LEAST_SURPRISE = 0.01
 """Terms that turn out smaller than expected lower what is expected of others to this at most."""
 
 OTHER = 0.3

@@ -33,7 +33,8 @@ class Layout:
     @staticmethod
     def of(stage: Stage) -> Layout:
         """Return the layout of the parts of runs."""
-        return Layout(*stage.base.shape[1:], len(stage.carriers))
+        _, outputs, times = stage.base.shape
+        return Layout(outputs, times, len(stage.carriers))
 
     def pack(self, stage: Stage) -> np.ndarray:
         """Return runs as series, shape (runs, series)."""
@@ -116,9 +117,10 @@ class PhaseExpansion:
         return PhaseExpansion(parts, layout, tuple(interval_nodes))
 
     @staticmethod
-    def direct(expansion: HybridExpansion) -> PhaseExpansion:
-        """Return an expansion of values as one without carriers, its series as times."""
-        return PhaseExpansion(expansion, Layout(1, expansion.coefficients.shape[2], 0), ())
+    def direct(expansion: HybridExpansion, outputs: int) -> PhaseExpansion:
+        """Return an expansion of values as one without carriers."""
+        times = expansion.coefficients.shape[2] // outputs
+        return PhaseExpansion(expansion, Layout(outputs, times, 0), ())
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return F at points (points, n) and (points, m), shape (points, outputs, times)."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, whole
 from flexband.uncertainty.inputs import Input
-from flexband.uncertainty.methods import Method
+from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.space import Response, Space, check_names, evaluate, locate_fields
+from flexband.uncertainty.surrogate import Surrogate
 
 
 def propagate(
@@ -30,7 +32,8 @@ def propagate(
         as a function of position), and returns an array of shape (n, ...). A labelled array
         (`xarray.DataArray`) passes its labels on to the result.
     inputs : name -> `Interval`, `Normal`, `Uniform` or `RandomField`; one kind alone will do.
-    method : `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `LHSScanning` or `MonteCarlo`.
+    method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `LHSScanning` or
+        `MonteCarlo`.
     batch : most runs in one call of the response. Bands do not depend on it.
     most_runs : a method that takes more is refused before it begins.
     progress : called as ``progress(done, total)`` after every batch.
@@ -47,28 +50,72 @@ def propagate(
         Where inputs and the response's arguments do not match, the method takes too many runs, or
         the response returns NaN or the wrong shape.
     """
-    whole("batch", batch, 1)
-    if isinstance(method, type) or not callable(getattr(method, "solve", None)):
-        raise InputError(f"method must be one like ImprovedPCCI(2, 2); got {method!r}")
-    check_names(response, inputs)
-    located, explored = locate_fields(response, inputs)
-    space = Space(located)
-    total = method.runs(space)
-    if total > most_runs:
-        raise InputError(
-            f"{method!r} would take {total} runs, with {space.random_dimension} random and "
-            f"{space.interval_dimension} interval variables; most_runs is {most_runs}"
-        )
-    done = 0
+    runs = _Runs.of(response, inputs, method, batch, most_runs, progress)
+    return method.solve(runs.space, runs).assign_attrs(runs.attributes())
 
-    def advance(runs: int) -> None:
-        nonlocal done
-        done += runs
-        if progress is not None:
-            progress(done, total)
 
-    def run(xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        return evaluate(response, space, xi, eta, batch, advance)
+def expand(
+    response: Response,
+    inputs: Mapping[str, Input],
+    method: Expanding,
+    *,
+    batch: int = 2048,
+    most_runs: int = 1_000_000,
+    progress: Callable[[int, int], object] | None = None,
+) -> Surrogate:
+    """Return the surrogate of a response: to evaluate, to save, to take moments and bands of.
 
-    result = method.solve(space, run)
-    return result.assign_attrs(runs=done + explored, method=repr(method))
+    Parameters and errors are those of `propagate`; the method is one that expands the response:
+    `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands()`` is what
+    `propagate` returns.
+    """
+    runs = _Runs.of(response, inputs, method, batch, most_runs, progress)
+    if not callable(getattr(method, "expand", None)):
+        raise InputError(f"method must be one that expands the response; got {method!r}")
+    surrogate = method.expand(runs.space, runs)
+    return replace(surrogate, diagnostics=surrogate.diagnostics.assign_attrs(runs.attributes()))
+
+
+@dataclass
+class _Runs:
+    """The response as a function of ξ and η that counts its evaluations."""
+
+    response: Response
+    space: Space
+    method: Method
+    batch: int
+    total: int
+    progress: Callable[[int, int], object]
+    explored: int
+    done: int = 0
+
+    @staticmethod
+    def of(response, inputs, method, batch, most_runs, progress) -> _Runs:
+        """Check what the user gave, and find the domains of fields."""
+        whole("batch", batch, 1)
+        if isinstance(method, type) or not callable(getattr(method, "solve", None)):
+            raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
+        check_names(response, inputs)
+        located, explored = locate_fields(response, inputs)
+        space = Space(located)
+        total = method.runs(space)
+        if total > most_runs:
+            raise InputError(
+                f"{method!r} would take {total} runs, with {space.random_dimension} random and "
+                f"{space.interval_dimension} interval variables; most_runs is {most_runs}"
+            )
+        report = progress or (lambda done, total: None)
+        return _Runs(response, space, method, batch, total, report, explored)
+
+    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        return evaluate(self.response, self.space, xi, eta, self.batch, self._advance)
+
+    def _advance(self, runs: int) -> None:
+        self.done += runs
+        self.progress(self.done, self.total)
+
+    def attributes(self) -> dict[str, object]:
+        """Return what is known of the runs after the last one, and report that it was the last."""
+        if self.done < self.total:
+            self.progress(self.done, self.done)
+        return {"runs": self.done + self.explored, "method": repr(self.method)}

@@ -90,13 +90,16 @@ class Surrogate:
         Parameters and errors are those of `evaluate`, for the interval inputs alone.
         """
         _, eta = Space(self.space.intervals).standardized(intervals)
+        mean, std = map(self._labelled, self.standard_moments(eta))
+        return xr.Dataset({"mean": mean, "std": std})
+
+    def standard_moments(self, eta: np.ndarray) -> np.ndarray:
+        """Return μ and σ at η of shape (points, m), shape (2, points, …)."""
         outputs = sum(len(group.outputs) for group in self.groups)
         found = np.empty((2, len(eta), outputs, self.groups[0].expansion.layout.times))
         for which, expansion in self.groups:
             found[:, :, which] = phase_moments(expansion, eta)
-        shape = (len(eta), *self.labels.shape[1:])
-        mean, std = (self._labelled(v.reshape(shape)) for v in found)
-        return xr.Dataset({"mean": mean, "std": std})
+        return found.reshape(2, len(eta), *self.labels.shape[1:])
 
     def bands(self) -> xr.Dataset:
         """Return interval mean and interval error bar, with the diagnostics."""

@@ -44,7 +44,7 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         "inputs": {name: _described(name, one) for name, one in surrogate.space.inputs.items()},
         "dims": labels.dims,
         "shape": labels.shape,
-        "named": {name: values.dims for name, values in named.items()},
+        "named": {name: (values.dims, values.attrs) for name, values in named.items()},
         "attributes": told.attrs,
         "groups": len(surrogate.groups),
     }
@@ -72,7 +72,7 @@ def load_surrogate(file: str | Path) -> Surrogate:
             arrays = dict(opened.items())
         about = json.loads(str(arrays["about"]))
         inputs = {name: _made(one) for name, one in about["inputs"].items()}
-        named = {k: (dims, arrays[k]) for k, dims in about["named"].items()}
+        named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
         groups = tuple(_group(arrays, f"groups/{k}/") for k in range(about["groups"]))
         labels = xr.DataArray(
             np.zeros(about["shape"]), dims=about["dims"], coords=_under("coords/", named)

@@ -32,9 +32,9 @@ def verify(
 
     Returns
     -------
-    Dataset with dims (bound, outputs …): `surrogate` and `simulated` bounds, their `difference`, the
-    number `at` of the time on the last dimension, and `rms_difference` of runs and surrogate over
-    all times. ``attrs["runs"]`` is the number of runs.
+    Dataset with dims (bound, outputs …): `surrogate` and `simulated` bounds, their `difference`,
+    the number `at` of the time on the last dimension, and `rms_difference` of runs and surrogate
+    over all times. ``attrs["runs"]`` is the number of runs.
 
     Raises
     ------

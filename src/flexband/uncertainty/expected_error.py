@@ -68,17 +68,22 @@ def chosen_carriers(errors: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def steady_miss(
-    expansion: PhaseExpansion, unseen: Stage, xi: np.ndarray, eta: np.ndarray
+    expansion: PhaseExpansion,
+    unseen: Stage,
+    xi: np.ndarray,
+    eta: np.ndarray,
+    weight: np.ndarray | float = 1.0,
 ) -> np.ndarray:
     """Return how far base and envelopes miss runs at ξ and η, shape (outputs, times).
 
-    Phases are left out: where they are off, extremes over η hardly move.
+    Runs count by a weight of shape (runs, 1, 1), or all alike. Phases are left out: where they are
+    off, extremes over η hardly move.
     """
     base, carriers = expansion.layout.unpack(expansion.evaluate_parts(xi, eta))
     miss = np.abs(unseen.base - base)
     for (_, re, im), c in zip(carriers, unseen.carriers, strict=True):
         miss = miss + np.abs(c.envelope - (re + 1j * im))
-    return np.sqrt(np.mean(miss**2, axis=0))
+    return np.sqrt(np.mean((weight * miss) ** 2, axis=0))
 
 
 def thinned(frequencies: Sequence[float], dt: float, times: int) -> tuple[slice, int]:

@@ -77,11 +77,11 @@ class TermSizes:
             total += float(self.sizes[nu].sum())
         return total
 
-    def next_terms(self, count: int, highest: int) -> np.ndarray:
+    def next_terms(self, count: int, highest: np.ndarray) -> np.ndarray:
         """Return the further terms that are expected to be largest, shape (count, variables).
 
         Their lower terms are among the known or come before them. There are fewer where all terms
-        up to the highest order are known.
+        up to the highest order of every variable are known.
         """
         known = self.sizes.copy()
         waiting = {nu: self._sum(nu) for mu in known for nu in self._above(mu, highest)}
@@ -98,12 +98,12 @@ class TermSizes:
     def _sum(self, nu: Orders) -> float:
         return float(self.expected(nu).sum())
 
-    def _above(self, mu: Orders, highest: int) -> Iterator[Orders]:
+    def _above(self, mu: Orders, highest: np.ndarray) -> Iterator[Orders]:
         """Yield the terms one order above μ whose lower ones are all there."""
         for v in range(len(mu)):
             nu = _moved(mu, v, 1)
             lower = (_moved(nu, w, -1) for w, k in enumerate(nu) if k)
-            if nu[v] <= highest and nu not in self.sizes and all(k in self.sizes for k in lower):
+            if nu[v] <= highest[v] and nu not in self.sizes and all(k in self.sizes for k in lower):
                 yield nu
 
 

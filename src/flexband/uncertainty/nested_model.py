@@ -33,14 +33,19 @@ from flexband.uncertainty.phase_expansion import Layout, PhaseExpansion
 from flexband.uncertainty.polynomials import chebyshev_values, hermite_norms, hermite_values
 from flexband.uncertainty.surrogate import Group, extremes_of
 
-HIGHEST_ORDER = 20
+HIGHEST_INTERVAL, HIGHEST_RANDOM = 20, 8
+"""Orders; runs of random variables stay within 4.2 standard deviations."""
+
 SAFETY = 2.0
 """Factor of the estimate: without it the median of true errors is twice as large."""
 
-LEAST_SURPRISE = 0.01
+LEAST_SURPRISE = 0.003
 """Terms that turn out smaller than expected lower what is expected of others to this at most."""
 
-OTHER = 0.3
+WITHIN = 3.0
+"""ξ² up to which a run counts in full; further out by the root of the density."""
+
+OTHER = 0.5
 """Part of the mean's error that is expected in the error bar too, and the other way round."""
 
 NEGLIGIBLE = 1e-10
@@ -64,8 +69,14 @@ class Design:
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (terms, n) and (terms, m)."""
         m = self.interval_dimension
-        eta = interval_sequence(HIGHEST_ORDER + 1)[self.index[:, :m]]
-        return random_sequence(HIGHEST_ORDER + 1)[self.index[:, m:]], eta
+        eta = interval_sequence(HIGHEST_INTERVAL + 1)[self.index[:, :m]]
+        return random_sequence(HIGHEST_RANDOM + 1)[self.index[:, m:]], eta
+
+    @property
+    def highest(self) -> np.ndarray:
+        """The highest order there may be in each variable."""
+        m, d = self.interval_dimension, self.index.shape[1]
+        return np.repeat([HIGHEST_INTERVAL, HIGHEST_RANDOM], [m, d - m])
 
     @property
     def matrix(self) -> np.ndarray:
@@ -79,7 +90,7 @@ class Design:
     @property
     def norms(self) -> np.ndarray:
         """√E[Ψ²] of the terms, shape (terms,)."""
-        norms = hermite_norms(HIGHEST_ORDER)[self.index[:, self.interval_dimension :]]
+        norms = hermite_norms(HIGHEST_RANDOM)[self.index[:, self.interval_dimension :]]
         return np.sqrt(norms.prod(axis=1))
 
 
@@ -132,8 +143,10 @@ class NestedModel:
         """
         model, unseen = self._expansion(stage, before), stage.runs(slice(before, now))
         xi, eta = (v[before:now] for v in self.design.points)
-        error = rms(model.evaluate(xi, eta) - unseen.signal) / self.size
-        return error, steady_miss(model, unseen, xi, eta)
+        far = np.sum(np.maximum(xi**2 - WITHIN, 0.0), axis=1)
+        weight = np.exp(-far / 4)[:, None, None]
+        error = rms(weight * (model.evaluate(xi, eta) - unseen.signal)) / self.size
+        return error, steady_miss(model, unseen, xi, eta, weight)
 
     def groups(self, terms: int) -> list[Group]:
         """Return the model with the first terms, by the number of carriers."""
@@ -167,7 +180,8 @@ class NestedModel:
 
     def next_terms(self, count: int) -> np.ndarray:
         """Return the next terms, shape (count, variables) or fewer."""
-        return TermSizes(self.design.index, self.sizes).next_terms(count, HIGHEST_ORDER)
+        known = TermSizes(self.design.index, self.sizes)
+        return known.next_terms(count, self.design.highest)
 
     @cached_property
     def _bands(self) -> list[np.ndarray]:
@@ -178,27 +192,38 @@ class NestedModel:
     def expected_error(self) -> np.ndarray:
         """The errors expected of interval mean and error bar, shape (2, outputs, times).
 
-        The change of the bands by the last batch, times what further terms are expected to add over
-        what those of the batch have added; further terms are expected to surprise as those of the
-        batch did.
+        The change of the bands by a batch, times what further terms are expected to add over what
+        those of the batch have added. Before a batch of expected terms has been run, not less than
+        the change itself.
+        """
+        change = apart(self._bands[-1], self._bands[-2])
+        change = change + OTHER * change[::-1]
+        added = max(self._added, float(self._relative(change).max()), 1e-300)
+        factor = SAFETY * self._ahead / added
+        error = change * (factor if self.tested else max(factor, 1.0))
+        missed = np.minimum(self._missed, self.size[:, None])
+        doubt = np.where(self.trusted[:, None], 0.0, CAUTION * missed)
+        error = np.maximum(at_all_times(error, self.thin, self.F.shape[-1]), doubt)
+        return running(error, max(self.period, self.thin.step))
+
+    @property
+    def _ahead(self) -> float:
+        """What as many further terms as in the last batch are expected to add.
+
+        They are expected to surprise as those of the batch did.
         """
         before, now = self.batches[-2:]
         index, sizes = self.design.index, self.sizes
-        added = float(sizes[:, before:now].sum())
         foreseen = TermSizes(index[:before], sizes[:, :before]).total(index[before:now])
         known = TermSizes(index, sizes)
-        ahead = known.total(known.next_terms(now - before, HIGHEST_ORDER))
-        surprise = max(LEAST_SURPRISE, added / max(foreseen, 1e-300))
-        ahead = min(ahead * surprise, max(added, ahead))
-        change = apart(self._bands[-1], self._bands[-2])
-        moved = self._relative(change).max()
-        factor = SAFETY * ahead / max(added, moved, 1e-300)
-        if not self.tested:
-            factor = max(factor, 1.0)
-        change = change + OTHER * change[::-1]
-        doubt = np.where(self.trusted[:, None], 0.0, CAUTION * self._missed)
-        error = np.maximum(factor * at_all_times(change, self.thin, self.F.shape[-1]), doubt)
-        return running(error, max(self.period, self.thin.step))
+        ahead = known.total(known.next_terms(now - before, self.design.highest + now))
+        surprise = max(LEAST_SURPRISE, self._added / max(foreseen, 1e-300))
+        return min(ahead * surprise, max(self._added, ahead))
+
+    @property
+    def _added(self) -> float:
+        """What the terms of the last batch have added."""
+        return float(self.sizes[:, self.batches[-2] : self.batches[-1]].sum())
 
     @property
     def tested(self) -> bool:

@@ -1,0 +1,223 @@
+"""The adaptive method: its sets of orders, its bands, its errors, and what it refuses."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import flexband as fb
+from flexband.study.comparison import relative_error
+from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.index_sets import TermSizes, first_terms
+from flexband.uncertainty.nested_model import Design
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS))
+
+from accuracy_formulas import (  # noqa: E402
+    beating,
+    bifurcation,
+    chirp,
+    damped,
+    fades,
+    formula,
+    pulse,
+    two_carriers,
+    wave,
+)
+
+
+def closed_below(index):
+    """Return whether every lower neighbour of every term is there."""
+    known = set(map(tuple, index.tolist()))
+    lower = [(*nu[:v], k - 1, *nu[v + 1 :]) for nu in known for v, k in enumerate(nu) if k]
+    return all(mu in known for mu in lower)
+
+
+@given(st.integers(1, 6), st.integers(0, 4), st.integers(1, 40), st.integers(0, 10_000))
+def test_sets_of_terms_are_downward_closed(m, n, count, seed):
+    index = first_terms(m, n, max(count, 1 + m + n))
+    assert closed_below(index)
+    sizes = np.random.default_rng(seed).random((3, len(index)))
+    more = TermSizes(index, sizes).next_terms(12, np.full(m + n, 6))
+    grown = np.concatenate([index, more])
+    assert closed_below(grown)
+    assert len(np.unique(grown, axis=0)) == len(grown)
+
+
+def test_sizes_of_products_are_foreseen():
+    """Where variables do not interact, a_ν is the product of the decays; the largest is next."""
+    index = first_terms(2, 0, 6)
+    decay = np.array([0.5, 0.1])
+    sizes = np.prod(decay**index, axis=1)[None]
+    known = TermSizes(index, sizes)
+    assert known.expected((3, 0)) == pytest.approx(0.125)
+    assert known.expected((2, 1)) == pytest.approx(0.025)
+    more = known.next_terms(3, np.full(2, 9))
+    np.testing.assert_array_equal(more, [[3, 0], [4, 0], [5, 0]])
+    assert known.total(more) == pytest.approx(0.125 + 0.0625 + 0.03125)
+
+
+def test_even_terms_are_not_hidden_by_odd_ones():
+    index = np.array([[0, 0], [1, 0], [0, 1], [2, 0], [0, 2], [1, 1]])
+    sizes = np.array([[1.0, 0.0, 0.0, 0.25, 0.25, 0.0]])
+    known = TermSizes(index, sizes)
+    assert known.rates[0] == pytest.approx(0.5)
+    more = known.next_terms(8, np.full(2, 9)).tolist()
+    assert [2, 2] in more
+    assert [4, 0] in more
+
+
+@given(st.integers(0, 3), st.integers(0, 2), st.integers(0, 10_000))
+def test_a_sparse_expansion_interpolates_its_runs(m, n, seed):
+    if m + n == 0:
+        return
+    rng = np.random.default_rng(seed)
+    index = first_terms(m, n, 1 + m + n)
+    known = TermSizes(index, rng.random((2, len(index))))
+    index = np.concatenate([index, known.next_terms(10, np.full(m + n, 4))])
+    design = Design(index, m)
+    values = rng.standard_normal((len(index), 3))
+    terms = np.linalg.solve(design.matrix, values)
+    expansion = HybridExpansion.of_terms(index, terms, m)
+    np.testing.assert_allclose(expansion.evaluate(*design.points), values, atol=1e-8)
+
+
+def test_a_polynomial_is_found_exactly_with_its_own_orders():
+    """Four inputs, of which one does nothing; orders found are those of the polynomial."""
+
+    def response(a, b, x, y):
+        del b
+        return 2 + (1 + 0.5 * a + 0.2 * (a**2 - 1)) * (1 + x) + 0.3 * (4 * y**3 - 3 * y)
+
+    inputs = {
+        "x": fb.Interval(-1.0, 1.0), "a": fb.Normal(0.0, 1.0),
+        "y": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0),
+    }  # fmt: skip
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(1e-6, max_runs=60))
+    assert bands.attrs["runs"] < 60
+    assert bands.attrs["expected_error"] < 1e-6
+    std = np.sqrt(0.25 + 2 * 0.04)
+    np.testing.assert_allclose(bands["mean"], [2 - 0.3, 4 + 0.3], rtol=1e-9)
+    top = 2 + 2 * (1 + std) + 0.3
+    assert float(bands["error_bar"][1]) == pytest.approx(top, rel=1e-9)
+    assert list(bands["variable"].values) == ["x", "y", "a", "b"]
+    orders = dict(zip(bands["variable"].values, bands["orders"].values, strict=True))
+    assert orders["y"] >= 3
+    assert orders["a"] >= 2
+    assert orders["b"] <= 2
+
+
+@pytest.mark.parametrize("f", [wave, damped, two_carriers])
+def test_twelve_runs_follow_twenty_periods(f):
+    case = formula(f)
+    bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))
+    truth = case.reference()
+    assert bands.attrs["runs"] <= 12
+    for name in ("mean", "error_bar"):
+        assert float(relative_error(bands[name], truth[name])) < 0.002
+    assert bool(bands["trusted"])
+
+
+@pytest.mark.parametrize("f", [fades, chirp, bifurcation, beating, pulse])
+def test_no_convergence_is_claimed_that_is_not_there(f):
+    case = formula(f)
+    bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, max_runs=32))
+    truth = case.reference()
+    size = np.abs(bands["error_bar"]).mean()
+    true = max(float(abs(bands[v] - truth[v]).mean() / size) for v in ("mean", "error_bar"))
+    assert bands.attrs["expected_error"] > true / 5
+    if true > 0.05:
+        assert not bool(bands["trusted"])
+        assert bands.attrs["runs"] == 32
+
+
+def test_values_at_fixed_times_where_phases_are_not_resolved():
+    case = formula(wave)
+    method = fb.AdaptivePCCI(0.01, max_runs=24, phase_resolved=False)
+    bands = fb.propagate(case.response, case.inputs, method)
+    assert bands.attrs["runs"] == 24
+    assert int(bands["carriers"]) == 0
+    assert bands.attrs["expected_error"] > 0.05
+
+
+def test_twenty_inputs():
+    """An additive function with one product: bounds and moments are known."""
+    m, n = 10, 10
+    weights = 0.7 ** np.arange(10)
+
+    def response(**values):
+        x = np.stack([values[f"x{k}"] for k in range(m)])
+        a = np.stack([values[f"a{k}"] for k in range(n)])
+        return 10 + weights @ x + weights @ a + 0.3 * x[0] * a[0] + 0.2 * x[0] * x[1]
+
+    inputs = {f"x{k}": fb.Interval(-1.0, 1.0) for k in range(m)}
+    inputs |= {f"a{k}": fb.Normal(0.0, 1.0) for k in range(n)}
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.001, max_runs=100))
+    assert bands.attrs["runs"] <= 72
+    total = weights.sum()
+    np.testing.assert_allclose(bands["mean"][1], 10 + total + 0.2, rtol=1e-6)
+    rest = (weights[1:] ** 2).sum()
+    top = 10 + total + 0.2 + np.sqrt(1.3**2 + rest)
+    assert float(bands["error_bar"][1]) == pytest.approx(top, rel=1e-6)
+
+
+def test_a_random_field_of_many_terms():
+    """The mean square of a field over its length has known moments."""
+    field = fb.RandomField(1.0, 0.2, correlation_length=0.2, domain=(0.0, 1.0))
+    assert field.dimension >= 6
+    x = np.linspace(0.0, 1.0, 41)
+
+    def response(stiffness, load):
+        return load * np.mean(stiffness(x) ** 2, axis=1)
+
+    inputs = {"stiffness": field, "load": fb.Interval(1.0, 2.0)}
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(1e-3, max_runs=120))
+    basis = 0.2 * field.expansion.basis(x)
+    square = basis @ basis.T / len(x)  # mean of the squared fluctuation, a quadratic form in ξ
+    linear = 2 * basis.mean(axis=1)
+    mean = 1 + np.trace(square)
+    std = np.sqrt(linear @ linear + 2 * np.sum(square**2))
+    np.testing.assert_allclose(bands["mean"], [mean, 2 * mean], rtol=2e-3)
+    assert float(bands["error_bar"][1]) == pytest.approx(2 * (mean + std), rel=2e-3)
+    assert bands.sizes["variable"] == 1 + field.dimension
+
+
+def test_the_batch_and_the_order_of_inputs_do_not_change_bands():
+    case = formula(damped)
+    one = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
+    told = []
+    two = fb.propagate(
+        case.response,
+        dict(reversed(case.inputs.items())),
+        fb.AdaptivePCCI(),
+        batch=3,
+        progress=lambda *done: told.append(done),
+    )
+    xr.testing.assert_equal(one.drop_attrs(), two.drop_attrs())
+    assert told[-1] == (one.attrs["runs"],) * 2
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: fb.AdaptivePCCI(0.0), "tolerance must be positive; got 0"),
+        (lambda: fb.AdaptivePCCI(0.01, max_runs=1), "max_runs must be 2 or more; got 1"),
+        (lambda: fb.AdaptivePCCI(0.01, max_runs=2.5), "max_runs must be a whole number"),  # type: ignore
+        (
+            lambda: fb.propagate(
+                lambda x, y, z: x + y + z,
+                {k: fb.Interval(0.0, 1.0) for k in "xyz"},
+                fb.AdaptivePCCI(0.01, max_runs=3),
+            ),
+            "max_runs must be 4 or more for 3 variables; got 3",
+        ),
+    ],
+)
+def test_bad_input_is_refused(call, text):
+    with pytest.raises(fb.InputError, match=text):
+        call()

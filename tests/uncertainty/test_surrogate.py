@@ -1,0 +1,138 @@
+"""Surrogates: evaluated, saved, and held against fresh runs."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import flexband as fb
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS))
+
+from accuracy_formulas import damped, formula, wave  # noqa: E402
+
+METHODS = [
+    fb.AdaptivePCCI(0.01),
+    fb.PhaseResolvedPCCI(2, 1),
+    fb.PhaseResolvedPCCI(1, 1),
+    fb.ImprovedPCCI(3, 3),
+]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_bands_of_a_surrogate_are_those_of_propagate(method):
+    case = formula(damped)
+    surrogate = fb.expand(case.response, case.inputs, method)
+    xr.testing.assert_identical(surrogate.bands(), fb.propagate(case.response, case.inputs, method))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_saved_surrogate_is_the_same(method, tmp_path):
+    case = formula(wave)
+    surrogate = fb.expand(case.response, case.inputs, method)
+    file = tmp_path / "deep" / "wave.npz"
+    fb.save_surrogate(surrogate, file)
+    again = fb.load_surrogate(file)
+    xr.testing.assert_identical(again.bands(), surrogate.bands())
+    points = {"x": np.array([0.3, -1.0]), "e": np.array([0.5, -0.2])}
+    xr.testing.assert_identical(again.evaluate(**points), surrogate.evaluate(**points))
+    assert [f.name for f in file.parent.iterdir()] == ["wave.npz"]
+
+
+def test_values_and_moments_are_those_of_the_response():
+    case = formula(wave)
+    surrogate = fb.expand(case.response, case.inputs, fb.AdaptivePCCI(0.001))
+    points = {"x": np.array([0.3, -1.0, 1.7]), "e": np.array([0.5, -0.2, 1.0])}
+    np.testing.assert_allclose(surrogate.evaluate(**points), case.response(**points), atol=2e-3)
+    moments = surrogate.moments(e=0.5)
+    t = surrogate.labels["time"].values
+    w, s = 2 * np.pi * 1.025 * t, 2 * np.pi * 0.02 * t
+    mean = np.exp(-(s**2) / 2) * np.cos(w)
+    square = (1 + np.exp(-2 * s**2) * np.cos(2 * w)) / 2
+    np.testing.assert_allclose(moments["mean"][0], mean, atol=2e-3)
+    np.testing.assert_allclose(moments["std"][0] ** 2, square - mean**2, atol=2e-3)
+    assert surrogate.evaluate(x=0.0, e=[0.0, 0.5]).shape == (2, len(t))
+
+
+def field_response(stiffness, load, angle):
+    x = np.linspace(0.0, 1.0, 5)
+    F = np.stack([load / stiffness(x).mean(axis=1), load * np.sin(angle)], axis=1)
+    return xr.DataArray(F, dims=("sample", "output"), coords={"output": ["u", "v"]})
+
+
+FIELD_INPUTS = {
+    "stiffness": fb.RandomField(2.0, 0.1, correlation_length=1.0, domain=(0.0, 1.0)),
+    "load": fb.Interval(1.0, 2.0),
+    "angle": fb.Uniform(0.0, 1.0),
+}
+
+
+def test_fields_are_given_by_their_standard_variables(tmp_path):
+    surrogate = fb.expand(field_response, FIELD_INPUTS, fb.ImprovedPCCI(8, 1))
+    terms = FIELD_INPUTS["stiffness"].dimension
+    xi = np.linspace(-1, 1, 3 * terms).reshape(3, terms)
+    field = FIELD_INPUTS["stiffness"].value(xi)
+    points = {"load": np.array([1.0, 1.5, 2.0]), "angle": np.array([0.3, 0.5, 0.7])}
+    found = surrogate.evaluate(stiffness=xi, **points)
+    np.testing.assert_allclose(found, field_response(field, **points), atol=1e-3)
+    fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    again = fb.load_surrogate(tmp_path / "s.npz")
+    xr.testing.assert_identical(again.evaluate(stiffness=xi, **points), found)
+
+
+def test_verification_runs_find_what_the_surrogate_misses():
+    """Against moments known exactly, and with an expansion that is wrong."""
+    case = formula(damped)
+    good = fb.verify(fb.expand(case.response, case.inputs, fb.AdaptivePCCI(0.001)), case.response)
+    assert good.attrs["runs"] == 16
+    assert float(abs(good["difference"]).max()) < 5e-3
+    assert float(good["rms_difference"].max()) < 5e-3
+    poor = fb.expand(case.response, case.inputs, fb.ImprovedPCCI(1, 1))
+    found = fb.verify(poor, case.response, samples=64)
+    assert float(found["rms_difference"].min()) > 0.2
+    np.testing.assert_allclose(found["difference"], found["simulated"] - found["surrogate"])
+
+
+def test_verification_of_intervals_alone_is_exact():
+    """The bound of (1 + x)² on the surrogate of order one is off by its second order."""
+    inputs = {"x": fb.Interval(0.0, 1.0)}
+    surrogate = fb.expand(lambda x: (1 + x) ** 2, inputs, fb.PCCI(0, 1))
+    found = fb.verify(surrogate, lambda x: (1 + x) ** 2)
+    assert found.attrs["runs"] == 2
+    np.testing.assert_allclose(found["simulated"], [1.0, 4.0])
+    np.testing.assert_allclose(found["surrogate"], [0.875, 3.875])
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda s: s.evaluate(x=0.0), "values must be given for x, e; got x"),
+        (lambda s: s.evaluate(x=0.0, e=2.0), "e: values must be between -1 and 1; got 2"),
+        (lambda s: s.evaluate(x=[0.0, 1.0], e=[0.0, 0.1, 0.2]), "values must be equally many"),
+        (lambda s: s.moments(x=0.0), "values must be given for e; got x"),
+        (lambda s: fb.load_surrogate("nowhere.npz"), "there is no file nowhere.npz"),
+        (lambda s: fb.verify(s, lambda x, e: x, samples=1), "samples must be 2 or more"),
+        (
+            lambda s: fb.expand(lambda x: x, {"x": fb.Interval(0, 1)}, fb.LHSScanning(9, 2)),  # type: ignore
+            "method must be one that expands the response",
+        ),
+    ],
+)
+def test_bad_input_is_refused(call, text):
+    case = formula(wave)
+    surrogate = fb.expand(case.response, case.inputs, fb.ImprovedPCCI(1, 1))
+    with pytest.raises(fb.InputError, match=text):
+        call(surrogate)
+
+
+def test_what_cannot_be_saved_or_loaded_is_refused(tmp_path):
+    field = fb.RandomField(1.0, 0.1, 1.0, domain=(0.0, 1.0), correlation=lambda d: np.exp(-(d**2)))
+    surrogate = fb.expand(lambda f: f(np.zeros(1))[:, 0], {"f": field}, fb.ImprovedPCCI(1, 0))
+    with pytest.raises(fb.InputError, match="f: a RandomField is saved with the correlations"):
+        fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    (tmp_path / "t.npz").write_bytes(b"no archive")
+    with pytest.raises(fb.InputError, match="holds no surrogate"):
+        fb.load_surrogate(tmp_path / "t.npz")

@@ -32,7 +32,7 @@ inputs = {
     "stiffness": fb.Normal(STIFFNESS, 0.005 * STIFFNESS),  # N m/rad
 }
 response = fb.dynamic_response(balance_wheel, duration=2.0, step=5e-4)
-study = fb.Study(response, inputs, fb.ImprovedPCCI(random_order=3, interval_order=3))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 
 def picture(drawing, plot):

@@ -44,7 +44,7 @@ inputs = {
     "youngs_modulus": fb.Normal(2.8e9, 0.2e9),  # Pa
 }
 response = fb.dynamic_response(four_bar, duration=0.35, step=1e-3)
-study = fb.Study(response, inputs, fb.ImprovedPCCI(random_order=2, interval_order=2))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 
 def picture(drawing, plot):

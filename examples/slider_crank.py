@@ -45,7 +45,7 @@ inputs = {
 response = fb.dynamic_response(
     slider_crank, duration=0.6, step=1e-3, integrator=fb.GeneralizedAlpha(spectral_radius=0.7)
 )
-study = fb.Study(response, inputs, fb.ImprovedPCCI(random_order=3, interval_order=3))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 
 def picture(drawing, plot):

@@ -48,7 +48,7 @@ def suspension(damping, stiffness):
 
 inputs = {"damping": fb.Interval(3500.0, 5500.0), "stiffness": fb.Normal(45e3, 3e3)}  # N s/m, N/m
 response = fb.dynamic_response(suspension, duration=2.0, step=2e-3)
-study = fb.Study(response, inputs, fb.ImprovedPCCI(random_order=2, interval_order=3))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 
 def picture(drawing, plot):

@@ -33,7 +33,7 @@ from flexband.report.figures import (
     variance_error_figure,
 )
 from flexband.report.html import write_report
-from flexband.report.tables import error_table, summary_table
+from flexband.report.tables import error_table, remarks, summary_table, verification_table
 from flexband.study.comparison import compare
 from flexband.study.files import load_study
 from flexband.uncertainty.methods import Method
@@ -45,6 +45,7 @@ console = Console()
 class MethodName(StrEnum):
     """Methods by the names they have on the command line."""
 
+    ADAPTIVE_PCCI = "adaptive-pcci"
     PHASE_RESOLVED_PCCI = "phase-resolved-pcci"
     IMPROVED_PCCI = "improved-pcci"
     PCCI = "pcci"
@@ -53,6 +54,7 @@ class MethodName(StrEnum):
 
 
 METHODS: dict[MethodName, Method] = {
+    MethodName.ADAPTIVE_PCCI: fb.AdaptivePCCI(),
     MethodName.PHASE_RESOLVED_PCCI: fb.PhaseResolvedPCCI(1, 1),
     MethodName.IMPROVED_PCCI: fb.ImprovedPCCI(3, 3),
     MethodName.PCCI: fb.PCCI(3, 3),
@@ -85,19 +87,26 @@ def run(
     file: File,
     output: Output = Path("output"),
     method: Annotated[MethodName | None, typer.Option(help="Use this method instead.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Of adaptive PCCI.")] = None,
+    max_runs: Annotated[int | None, typer.Option(help="Of adaptive PCCI.")] = None,
     random_order: Annotated[int | None, typer.Option(help="k, of PCCI methods.")] = None,
     interval_order: Annotated[int | None, typer.Option(help="q, of PCCI methods.")] = None,
     samples: Annotated[int | None, typer.Option(help="N, of sampling methods.")] = None,
     points: Annotated[int | None, typer.Option(help="p, of sampling methods.")] = None,
     seed: Annotated[int | None, typer.Option(help="Of the random numbers.")] = None,
+    verify: Annotated[
+        int, typer.Option(help="Fresh runs at each extreme that a PCCI method finds.", min=0)
+    ] = 0,
 ) -> None:
-    """Run the study in FILE; write bands.nc, figures and a report.
+    """Run the study in FILE; write bands.nc, surrogate.npz, figures and a report.
 
     Options of a method change the study's own one, or the one of --method.
     """
     with _reported_errors():
         study = load_study(file)
-        options = {
+        options: dict[str, float | None] = {
+            "tolerance": tolerance,
+            "max_runs": max_runs,
             "random_order": random_order,
             "interval_order": interval_order,
             "samples": samples,
@@ -108,8 +117,16 @@ def run(
         study = study.using(_changed(base, options))
         label = study.method.label
         output.mkdir(parents=True, exist_ok=True)
+        expands = callable(getattr(study.method, "expand", None))
+        if verify and not expands:
+            raise fb.InputError(f"{study.method.name} has no surrogate for --verify")
+        surrogate = None
         with _progress() as bar:
-            bands = study.run(progress=_task(bar, label))
+            if expands:
+                surrogate = study.expand(progress=_task(bar, label))
+                bands = surrogate.bands()
+            else:
+                bands = study.run(progress=_task(bar, label))
         write_netcdf(bands, output / "bands.nc")
         figures = {
             f"bands_{_slug(name)}": (
@@ -122,7 +139,17 @@ def run(
         header, rows = summary_table(bands)
         page = write_report(output, title, header, rows, figures)
         _print_table(title, header, rows)
+        for line in remarks(bands):
+            console.print(line, markup=False)
         console.print(f"Report: {page}\nData:   {output / 'bands.nc'}")
+        if surrogate is not None:
+            fb.save_surrogate(surrogate, output / "surrogate.npz")
+            console.print(f"Model:  {output / 'surrogate.npz'}")
+            if verify:
+                checked = fb.verify(surrogate, study.response, samples=verify, seed=seed or 0)
+                write_netcdf(checked, output / "verification.nc")
+                title = f"Fresh runs at the extremes of the error bar: {checked.attrs['runs']}"
+                _print_table(title, *verification_table(checked))
 
 
 @app.command("compare")
@@ -136,16 +163,16 @@ def compare_methods(
         str, typer.Option(help="Orders k,q of PCCI and improved PCCI, separated by blanks.")
     ] = "1,1 1,2 2,2 3,3",
 ) -> None:
-    """Compare PCCI, improved and phase-resolved, on the study in FILE against LHS–Scanning.
+    """Compare PCCI methods on the study in FILE against LHS–Scanning.
 
-    The phase-resolved one takes the first of the orders.
+    The phase-resolved one takes the first of the orders, the adaptive one finds its own.
     """
     with _reported_errors():
         study = load_study(file).located()
         pairs = _orders(orders)
         output.mkdir(parents=True, exist_ok=True)
         methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
-        methods.append(fb.PhaseResolvedPCCI(*pairs[0]))
+        methods += [fb.PhaseResolvedPCCI(*pairs[0]), fb.AdaptivePCCI()]
         nominal = study.nominal()
         with _progress() as bar:
             results = compare(
@@ -172,8 +199,7 @@ def compare_methods(
                 chosen = [results[0]] + [
                     r
                     for r in results
-                    if r.method
-                    in (fb.PCCI(k, q), fb.ImprovedPCCI(k, q), fb.PhaseResolvedPCCI(k, q))
+                    if r.method in (fb.PCCI(k, q), fb.ImprovedPCCI(k, q), fb.AdaptivePCCI())
                 ]
                 figures[f"bands_{_slug(name)}_{k}_{q}"] = (
                     f"Interval mean and interval error bar of {name}, k = {k}, q = {q}",
@@ -198,7 +224,7 @@ def compare_methods(
         console.print(f"Report: {page}")
 
 
-def _changed(method: Method, options: dict[str, int | None]) -> Method:
+def _changed(method: Method, options: dict[str, float | None]) -> Method:
     """Return the method with the options that are given.
 
     Raises

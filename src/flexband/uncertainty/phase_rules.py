@@ -16,7 +16,7 @@ from flexband.uncertainty.expansion import tensor_index, tensor_points, tensor_v
 MOST_POINTS = 600
 """Of a rule for ξ that resolves the phase."""
 
-MOST_TERMS, MOST_SPARSE = 160, 64
+MOST_TERMS, MOST_SPARSE = 160, 130
 """Of the polynomials in η that gentle moments are expanded in, of a tensor product and of a
 simplex; at least those of order 2."""
 

@@ -25,7 +25,7 @@ NEWTON = 4
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def by_saddles(
+def by_saddles(  # noqa: PLR0912
     coefficients,
     interval_term,
     random_term,
@@ -155,7 +155,7 @@ def _hermite(xi, orders, powers, terms):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _contour(phase, orders, powers, saddle, frame):
+def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     """Fill s and L, and return whether there is a saddle nearby, and det L."""
     n = len(saddle)
     step, curve = np.empty(n, np.complex128), np.empty((n, n), np.complex128)

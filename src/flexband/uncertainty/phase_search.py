@@ -141,7 +141,7 @@ def _workspace(m, index, width):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _descend(chosen, index, turning, c, sign, eta, work):
+def _descend(chosen, index, turning, c, sign, eta, work):  # noqa: PLR0912
     """Move η to where sign (μ + c σ) is least nearby, by quasi-Newton steps; return it."""
     m = len(eta)
     gradient, step, trial, new_gradient, along, image, hessian = work[3:]

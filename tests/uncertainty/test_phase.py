@@ -175,7 +175,7 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     terms = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
     values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
     targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
-    basis = terms.chebyshev(points)
+    basis = np.ascontiguousarray(terms.chebyshev(points))
     search(gentle, index, basis, points, beside, 1, turning, targets, 3, values, places)
     np.testing.assert_allclose(values, 0.5, atol=1e-8)
     np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)

@@ -29,7 +29,7 @@ from flexband.uncertainty.phase_rules import (
 from flexband.uncertainty.phase_saddles import SATURATED, WIDE, by_saddles
 from flexband.uncertainty.phase_search import search
 
-BLOCKS, SHORTEST = 16, 16
+BLOCKS, SHORTEST = 12, 32
 """Blocks of times and the fewest times in one; early ones, whose phases have not moved far, take
 fewer points."""
 
@@ -142,7 +142,7 @@ def _block(terms: _Terms, outputs: int, targets, values, places, times: slice) -
     with_xi = np.any(terms.index[:, m:] > 0, axis=1)
     mixed = terms.reach((terms.index[:, :m].T > 0) & with_xi)
     still = terms.saturated(turning)
-    highest = 2 * orders[:m] + np.ceil(np.where(reach[:m] > 0, 2 + 8 * mixed, 0)).astype(int)
+    highest = 2 * orders[:m] + np.ceil(np.where(reach[:m] > 0, 1 + 8 * mixed, 0)).astype(int)
     highest = np.where(orders[:m] > 0, 2 * orders[:m] if still else highest, 0)
     index = gentle_index(expansion.interval_index, highest.tolist())
     eta = leja(index.max(initial=0) + 1)[index]

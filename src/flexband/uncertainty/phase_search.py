@@ -18,9 +18,12 @@ ENOUGH = 1e-9
 FIRST = 0.05
 """Length of the first step."""
 
+FEW = 16
+"""Points of a matrix product: so small that the library does not start threads of its own."""
+
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def search(
+def search(  # noqa: PLR0912
     gentle, index, basis, points, neighbours, outputs, turning, targets, starts, values, places
 ):
     """Fill bounds `values`, (targets, outputs, times), and their `places`, (…, m).
@@ -46,7 +49,8 @@ def search(
     eta = np.empty(m)
     work = _workspace(m, index, own + carriers)
     for t in range(times):
-        np.dot(basis, gentle[t], scanned)
+        for k in range(0, len(points), FEW):
+            np.dot(basis[k : k + FEW], gentle[t], scanned[k : k + FEW])
         for p in range(len(points)):
             _turn(scanned[p, outputs * own :], turning, turns[p])
         for o in range(outputs):

@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 import flexband as fb
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.bounds import lobatto
 from flexband.uncertainty.carriers import track
 from flexband.uncertainty.decomposition import decompose
-from flexband.uncertainty.expansion import HybridExpansion, tensor_points
-from flexband.uncertainty.phase_bounds import least
+from flexband.uncertainty.expansion import HybridExpansion
 from flexband.uncertainty.phase_expansion import PhaseExpansion
+from flexband.uncertainty.phase_moments import turning_parts
+from flexband.uncertainty.phase_rules import scan_points
+from flexband.uncertainty.phase_search import search
 from flexband.uncertainty.polynomials import scaled_chebyshev_zeros
 
 from ..mechanics.models import slider_crank
@@ -188,13 +189,18 @@ def test_a_carriers_phase_and_envelope_are_found():
 
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
-    """By parabolas in θ, at the ends of the box as well."""
-    counts = [49, 37]
-    x, y = tensor_points([lobatto(count) for count in counts]).T
-    values = ((x - a) ** 2 + 2 * (y - b) ** 2 + 0.5)[:, None]
-    found, place = least(values, counts)
-    assert abs(float(found[0]) - 0.5) < 3e-4  # 2e-3 where the points alone count
-    np.testing.assert_allclose(place[0], (a, b), atol=0.01)
+    """Of (x − a)² + 2 (y − b)² + ½, from the best of 49 points of a scan."""
+    index = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [0, 2]])
+    bowl = [a**2 + 2 * b**2 + 2.0, -2 * a, 0.5, -4 * b, 1.0]
+    gentle = np.stack([bowl, np.zeros(5)], axis=1)[None]
+    points, beside = scan_points(np.array([5, 5]), np.zeros(2))
+    terms = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
+    values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
+    targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
+    basis = np.ascontiguousarray(terms.chebyshev(points))
+    search(gentle, index, basis, points, beside, 1, turning, targets, 3, values, places)
+    np.testing.assert_allclose(values, 0.5, atol=1e-8)
+    np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)
 
 
 def test_responses_without_time_and_with_uneven_times():

@@ -29,12 +29,12 @@ class AdaptivePCCI:
     Every term of the expansion has one run, at a point of nested sequences that contain the ends of
     the intervals (the paper's improvement, Eq. (19), carried over). After each batch of runs the
     terms that are expected to add most come next; it stops where the error expected of interval
-    mean and error bar, in parts of the error bar's mean size, is below the tolerance for every
+    mean and error bar, in parts of the error bar's mean width, is below the tolerance for every
     output. Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
 
     Parameters
     ----------
-    tolerance : relative error of the bands to stop at.
+    tolerance : error of the bands to stop at, in parts of the mean width of the error bar.
     max_runs : budget; it stops there, and says which error it expects.
     phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
 

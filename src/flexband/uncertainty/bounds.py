@@ -13,11 +13,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import qmc
 
 from flexband.uncertainty.expansion import HybridExpansion, tensor_points
-from flexband.uncertainty.polish import polish
+from flexband.uncertainty.polish import polish, sweep
 
-LARGEST_SCAN = 20_000
+LARGEST_SCAN = 2000
+MOST_VERTICES = 64
+"""Vertices whose slopes are looked at all at once; where there are more, every row is polished."""
+
 CHUNK = 500_000  # numbers in a temporary array: as many as the processor's cache holds
 
 
@@ -38,6 +42,7 @@ class Extremes:
 def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extremes]:
     """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
     grid = scan_grid(expansion.interval_orders)
+    coarse = math.prod(2 * q + 3 for q in expansion.interval_orders if q) > LARGEST_SCAN
     terms, random_terms, series = expansion.coefficients.shape
     targets = np.array([(c, sign) for c in sigmas for sign in (1, -1)])  # least sign (μ + c σ)
     values = np.empty((len(targets), series))
@@ -56,6 +61,8 @@ def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extr
         def improve(part: slice) -> None:
             c, sign = targets[target[part]].T
             own = expansion.interval_index, weighted, row[part], c.copy(), sign.copy()
+            if coarse:
+                sweep(*own, at[part], found[part])
             polish(*own, at[part], found[part])
 
         cores = os.cpu_count() or 1
@@ -75,6 +82,8 @@ def _scan(
     """
     mean, std = expansion.moments(grid)
     vertices = np.flatnonzero(np.all(np.abs(grid) == 1, axis=1))
+    if len(vertices) > MOST_VERTICES:
+        vertices = vertices[:0]
     slopes = _slopes(expansion, grid[vertices])
     values, starts, settled = [], [], []
     series = np.arange(mean.shape[1])
@@ -103,10 +112,16 @@ def _slopes(expansion: HybridExpansion, points: np.ndarray) -> tuple[np.ndarray,
 
 
 def scan_grid(orders: Sequence[int]) -> np.ndarray:
-    """Return Chebyshev–Lobatto points with the ends, about two a wave of the highest order."""
+    """Return Chebyshev–Lobatto points with the ends, about two a wave of the highest order.
+
+    Fewer where these are too many; where even the vertices are, quasi-random vertices.
+    """
     counts = [2 * order + 3 if order else 1 for order in orders]
     while math.prod(counts) > LARGEST_SCAN and max(counts) > 2:
         counts[counts.index(max(counts))] -= 1
+    if math.prod(counts) > LARGEST_SCAN:
+        u = qmc.Sobol(len(counts), rng=np.random.default_rng(0)).random(1024)
+        return np.where(u < 0.5, -1.0, 1.0) * (np.array(counts) > 1)
     return tensor_points([lobatto(count) for count in counts])
 
 

@@ -237,18 +237,26 @@ class NestedModel:
 
     @property
     def trusted(self) -> np.ndarray:
-        """Whether each output's base and envelopes were foreseen at all, shape (outputs,)."""
-        return np.sqrt(np.mean(self._missed**2, axis=1)) < DOUBT * self.size
+        """Whether each output's base and envelopes were foreseen at all, shape (outputs,).
+
+        Outputs that are round-off are not looked at.
+        """
+        missed = np.sqrt(np.mean(self._missed**2, axis=1))
+        return (missed < DOUBT * self.size) | (self.size < NEGLIGIBLE * self.size.max())
 
     def _relative(self, error: np.ndarray) -> np.ndarray:
-        """Return errors in parts of the error bar's mean size, shape (2, outputs)."""
-        bar = np.abs(np.stack([self._bands[-1][1, 0], self._bands[-1][2, 1]])).mean(axis=(0, 2))
-        counts = bar > NEGLIGIBLE * bar.max()
-        return error.mean(axis=-1) * counts / np.where(counts, bar, 1.0)
+        """Return errors in parts of the error bar's mean width, shape (2, outputs).
+
+        A band that is narrower than round-off counts as that wide.
+        """
+        width = (self._bands[-1][2, 1] - self._bands[-1][1, 0]).mean(axis=-1)
+        least = NEGLIGIBLE * np.maximum(self.size, NEGLIGIBLE * self.size.max())
+        counts = self.size > NEGLIGIBLE * self.size.max()
+        return error.mean(axis=-1) * counts / np.maximum(width, np.maximum(least, 1e-300))
 
     @property
     def relative_error(self) -> float:
-        """The largest error expected, in parts of the error bar's mean size."""
+        """The largest error expected, in parts of the error bar's mean width."""
         return float(self._relative(self.expected_error).max())
 
 

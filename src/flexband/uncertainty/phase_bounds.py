@@ -1,35 +1,51 @@
-"""Moments of a phase-resolved surrogate by quadrature, and their extremes over the intervals.
+"""Bounds of the moments of a phase-resolved surrogate over the intervals.
 
-Both take as many points as the phase needs: a function of ξ or η whose phase moves by `reach` has
-about reach/π waves.
+A moment oscillates in η as fast as the phases turn, but what it is made of does not: phases and
+gentle moments (`phase_moments`) are found at few η, expanded in polynomials, and put together where
+the extremes are searched (`phase_search`).
 """
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Iterator
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import chebyshev, hermite_e
-from scipy.special import ndtri
-from scipy.stats import qmc
 
-from flexband.uncertainty.bounds import Extremes, extremes, lobatto
-from flexband.uncertainty.expansion import tensor_points, tensor_values
-from flexband.uncertainty.phase_expansion import PhaseExpansion
+from flexband.uncertainty.bounds import Extremes, extremes
+from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.phase_expansion import Layout, PhaseExpansion
+from flexband.uncertainty.phase_moments import (
+    by_points,
+    put_together,
+    table_width,
+    turning_parts,
+)
+from flexband.uncertainty.phase_rules import (
+    gentle_index,
+    leja,
+    resolving_rule,
+    saddle_rule,
+    scan_points,
+    sobol_normal,
+)
+from flexband.uncertainty.phase_saddles import SATURATED, WIDE, by_saddles
+from flexband.uncertainty.phase_search import search
 
-MOST_POINTS = 4096
-"""Of a rule for ξ, or of a grid of η."""
+BLOCKS, SHORTEST = 12, 32
+"""Blocks of times and the fewest times in one; early ones, whose phases have not moved far, take
+fewer points."""
 
-STILL = 0.2
-"""A reach [rad] below which Gauss–Hermite points are enough."""
+SPARE = 512
+"""Points ξ for phases without saddles."""
 
-TAIL = 4.5
-"""Standard deviations that the trapezoidal rule goes to."""
+STARTS = 3
+"""Places from which an extreme is looked for."""
 
-BLOCK = 4000
-"""Series in a block of times; early blocks, whose phases have not moved far, take fewer points."""
+NEGLIGIBLE = 1e-9
+"""Part of the largest coefficient below which one of a gentle moment is left out."""
 
 
 def phase_extremes(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list[Extremes]:
@@ -37,171 +53,150 @@ def phase_extremes(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list
 
     Series are the outputs and times of the response, as for `bounds.extremes`.
     """
-    if not surrogate.layout.carriers and surrogate.next_terms is None:
-        return extremes(surrogate.parts, sigmas)
-    outputs, times = surrogate.layout.outputs, surrogate.layout.times
-    count = max(1, min(round(outputs * times / BLOCK), times // 16))
-    ends = [times * k // count for k in range(count + 1)]
-    all_outputs = np.arange(outputs)
-    blocks = [
-        _block(surrogate.of(all_outputs, slice(a, b)), sigmas) for a, b in itertools.pairwise(ends)
-    ]
-    return [
-        Extremes(
-            np.concatenate([b[k].values for b in blocks], axis=2).reshape(2, -1),
-            np.concatenate([b[k].places for b in blocks], axis=2).reshape(2, outputs * times, -1),
-        )
-        for k in range(len(sigmas))
-    ]
+    parts, layout = surrogate.complete(), surrogate.layout
+    if not layout.carriers:
+        return extremes(parts, sigmas)
+    targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)])
+    series, m = (layout.outputs, layout.times), parts.interval_dimension
+    values = np.empty((len(targets), *series))
+    places = np.empty((len(targets), *series, m))
+    terms = _Terms.of(parts, layout)
+
+    def solve(times: slice) -> None:
+        _block(terms.of_times(times), layout.outputs, targets, values[..., times], places, times)
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        list(pool.map(solve, _blocks(layout.times)))
+    values = values.reshape(len(sigmas), 2, -1)
+    places = places.reshape(len(sigmas), 2, -1, m)
+    return [Extremes(v, p) for v, p in zip(values, places, strict=True)]
 
 
-def phase_moments(surrogate: PhaseExpansion, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return μ and σ at η of shape (points, m), each of shape (points, outputs, times)."""
-    shape = (len(eta), surrogate.layout.outputs, surrogate.layout.times)
-    reach = surrogate.reach()
-    more = surrogate.next_terms is not None
-    orders = np.array([order + (more and order > 0) for order in surrogate.parts.orders], dtype=int)
-    m = surrogate.parts.interval_dimension
-    xi, weights = random_points(surrogate, orders[m:], reach[m:])
-    mean, variance = np.empty(shape), np.empty(shape)
-    for j, F in enumerate(surrogate.sections(eta, xi)):
-        flat = F.reshape(len(F), -1)
-        mean[j] = (weights @ flat).reshape(shape[1:])
-        flat -= mean[j].ravel()
-        variance[j] = np.einsum("q,qs,qs->s", weights, flat, flat).reshape(shape[1:])
-    return mean, np.sqrt(variance)
+@dataclass(frozen=True)
+class _Terms:
+    """The parts as a list of terms that are not zero.
 
-
-def _block(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list[Extremes]:
-    """Return the bounds of one block, values (2, outputs, times) and places (…, m).
-
-    μ and σ² are found on Chebyshev–Lobatto points, interpolated to three times as many in each
-    variable, and the best point is refined by parabolas.
+    coefficients : (times, terms, parts): base, then φ, Re Z and Im Z of each carrier.
+    index : (terms, variables), η first.
     """
-    reach = surrogate.reach()
-    more = surrogate.next_terms is not None
-    orders = np.array([order + (more and order > 0) for order in surrogate.parts.orders], dtype=int)
-    m = surrogate.parts.interval_dimension
-    xi, weights = random_points(surrogate, orders[m:], reach[m:])
-    counts = _counts(orders[:m], reach[:m])
-    eta = tensor_points([lobatto(count) for count in counts])
-    shape = (len(eta), surrogate.layout.outputs, surrogate.layout.times)
-    mean, variance = np.empty(shape), np.empty(shape)
-    for j, F in enumerate(surrogate.sections(eta, xi)):
-        flat = F.reshape(len(F), -1)
-        mean[j] = (weights @ flat).reshape(shape[1:])
-        flat -= mean[j].ravel()
-        variance[j] = np.einsum("q,qs,qs->s", weights, flat, flat).reshape(shape[1:])
-    fine = [count if count == 1 else 3 * count - 2 for count in counts]
-    for values in (mean, variance):
-        values.shape = (len(eta), -1)
-    mean, variance = (_interpolated(values, counts, fine) for values in (mean, variance))
-    std = np.sqrt(np.maximum(variance, 0.0))
-    found = []
-    for c in sigmas:
-        target = mean + c * std
-        ends = [least(sign * target, fine) for sign in (1.0, -1.0)]
-        values = np.stack([ends[0][0], -ends[1][0]])
-        places = np.stack([place for _, place in ends])
-        found.append(Extremes(values.reshape(2, *shape[1:]), places.reshape(2, *shape[1:], m)))
+
+    expansion: HybridExpansion
+    coefficients: np.ndarray
+    index: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    phases: slice
+
+    @staticmethod
+    def of(expansion: HybridExpansion, layout: Layout) -> _Terms:
+        M, N, series = expansion.coefficients.shape
+        flat = expansion.coefficients.reshape(M * N, series)
+        keep = np.flatnonzero(flat.any(axis=1))
+        base, carriers = layout.unpack(flat[keep])
+        parts = np.concatenate([base, *itertools.chain(*carriers)], axis=1)
+        return _Terms(
+            expansion,
+            np.ascontiguousarray(np.moveaxis(parts, 2, 0)),
+            expansion.index().T[keep],
+            keep // N,
+            keep % N,
+            slice(layout.outputs, None, 1 + 2 * layout.outputs),
+        )
+
+    def of_times(self, times: slice) -> _Terms:
+        """Return the terms at some times."""
+        coefficients = self.coefficients[times]
+        return _Terms(self.expansion, coefficients, self.index, self.i, self.j, self.phases)
+
+    def reach(self, which: np.ndarray) -> np.ndarray:
+        """Return how far phases are moved by some terms (…, terms) at most [rad]."""
+        size = np.abs(self.coefficients[:, :, self.phases])
+        return np.einsum("vk,tkc->vtc", which.astype(float), size).max(axis=(1, 2), initial=0.0)
+
+    def slope(self) -> np.ndarray:
+        """Return ∂φ/∂ξ in the middle, (times × carriers, n)."""
+        m = self.expansion.interval_dimension
+        first = (self.index.sum(axis=1) == 1)[:, None] * self.index[:, m:]
+        return np.einsum("kv,tkc->tcv", first, self.coefficients[:, :, self.phases])
+
+    def saturated(self, turning: np.ndarray) -> bool:
+        """Return whether all averages over ξ of what turns vanish, at all η and times."""
+        m, phases = self.expansion.interval_dimension, self.coefficients[:, :, self.phases]
+        random = self.index[:, m:]
+        others = self.index.sum(axis=1) > 1
+        weight = others * random.sum(axis=1) * WIDE ** np.maximum(random.sum(axis=1) - 1, 0)
+        bend = np.einsum("k,tkc->tc", weight, np.abs(phases))
+        slope = self.slope()
+        for c, d, s in turning:
+            one = slope[:, c] + s * slope[:, d] * (s != 0)
+            most = bend[:, c] + bend[:, d] * (s != 0)
+            if np.any(np.linalg.norm(one, axis=1) - most < SATURATED):
+                return False
+        return True
+
+
+def standard_moments(surrogate: PhaseExpansion, eta: np.ndarray) -> np.ndarray:
+    """Return μ and σ at η of shape (points, m), shape (2, points, outputs, times)."""
+    parts, layout = surrogate.complete(), surrogate.layout
+    outputs, times = layout.outputs, layout.times
+    if not layout.carriers:
+        return np.stack(parts.moments(eta)).reshape(2, len(eta), outputs, times)
+    terms, found = _Terms.of(parts, layout), np.empty((2, len(eta), outputs, times))
+    for times in _blocks(layout.times):
+        table = _table(terms.of_times(times), outputs, layout.carriers, eta)
+        found[..., times] = np.moveaxis(put_together(table, outputs, layout.carriers), 1, 3)
     return found
 
 
-def _counts(orders: np.ndarray, reach: np.ndarray) -> list[int]:
-    """Return the points of every η."""
-    counts = [
-        1 if q == 0 else math.ceil(q + 2 + (a > 0.3) * (1.5 * a + 2 * np.cbrt(a)))
-        for q, a in zip(orders, reach, strict=True)
-    ]
-    while math.prod(counts) > MOST_POINTS:
-        counts = [max(2, count - 1) if count > 1 else 1 for count in counts]
-    return counts
+def _blocks(times: int) -> list[slice]:
+    """Return slices of the times."""
+    count = max(1, min(BLOCKS, times // SHORTEST))
+    ends = [times * k // count for k in range(count + 1)]
+    return list(itertools.starmap(slice, itertools.pairwise(ends)))
 
 
-def _interpolated(values: np.ndarray, counts: list[int], fine: list[int]) -> np.ndarray:
-    """Return values (points, series) of a Lobatto grid on a finer one, variable by variable."""
-    before = 1
-    for count, many in zip(counts, fine, strict=True):
-        coarse = chebyshev.chebvander(lobatto(count), count - 1)
-        step = chebyshev.chebvander(lobatto(many), count - 1) @ np.linalg.inv(coarse)
-        values = step @ values.reshape(before, count, -1)
-        before *= many
-    return values.reshape(before, -1)
+def _table(terms: _Terms, outputs: int, carriers: int, eta: np.ndarray) -> np.ndarray:
+    """Return the gentle moments at η of shape (points, m), shape (times, points, width)."""
+    expansion, m = terms.expansion, terms.expansion.interval_dimension
+    n, turning = terms.index.shape[1] - m, turning_parts(carriers)
+    orders, reach = terms.index.max(axis=0), terms.reach(terms.index.T > 0)
+    rule = None
+    if not terms.saturated(turning):
+        rule = resolving_rule(orders[m:], reach[m:], terms.slope().reshape(-1, n))
+    table = np.empty((len(terms.coefficients), len(eta), table_width(outputs, carriers)))
+    own = terms.coefficients, terms.i, terms.j, expansion.chebyshev(eta)
+    if rule is None:
+        random, norms = expansion.random_index, expansion.norms
+        points, spare = saddle_rule(n), sobol_normal(n, SPARE)
+        by_saddles(*own, random, norms, *points, spare, outputs, turning, table)
+    else:
+        xi, weights = rule
+        by_points(*own, expansion.hermite(xi), weights, outputs, turning, table)
+    return table
 
 
-def least(values: np.ndarray, counts: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least of values (points, series) on a Lobatto grid, and where, (series, m).
-
-    In each variable the bottom of the parabola through the best point and its neighbours in
-    θ = arccos(−η), of which all functions of η are even.
-    """
-    best, series = values.argmin(axis=0), np.arange(values.shape[1])
-    bottom = values[best, series]
-    gain, places = np.zeros_like(bottom), np.zeros((len(series), len(counts)))
-    where = np.stack(np.unravel_index(best, counts)) if counts else np.zeros((0, len(series)), int)
-    for a, count in enumerate(counts):
-        if count < 3:
-            places[:, a] = lobatto(count)[where[a]]
-            continue
-        sides = []
-        for step in (-1, 1):
-            k = where.copy()
-            k[a] = (count - 1) - np.abs(count - 1 - np.abs(where[a] + step))
-            sides.append(values[np.ravel_multi_index(tuple(k), counts), series])
-        bend = sides[0] + sides[1] - 2 * bottom
-        slope = sides[1] - sides[0]
-        curved = np.where(bend > 0, bend, np.inf)
-        gain += slope**2 / (8 * curved)
-        places[:, a] = -np.cos(np.pi / (count - 1) * (where[a] - slope / (2 * curved)))
-    return bottom - gain, places
-
-
-def random_points(
-    surrogate: PhaseExpansion, orders: np.ndarray, reach: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points ξ, shape (points, n), and weights of the expectation.
-
-    They are products of rules in one variable, along axes turned with the phase: the normal
-    density does not change by a rotation. Where the phase moves with several ξ, the axes are the
-    principal directions of ∂φ/∂ξ over times and carriers: it then moves along few of them, often
-    one, and the others take few points.
-    """
-    n = len(orders)
-    axes, moving = np.eye(n), np.flatnonzero((orders > 0) & (reach >= STILL))
-    if len(moving) > 1:
-        m = surrogate.parts.interval_dimension
-        index, phases = surrogate.parts.index(), surrogate.phases()
-        flat = phases.reshape(-1, phases.shape[2])
-        alone = index.sum(axis=0) == 1
-        first = [np.flatnonzero(alone & (index[m + v] == 1))[0] for v in moving]
-        slope = flat[first].T
-        turned = np.linalg.svd(slope, full_matrices=False)[2]
-        axes[np.ix_(moving, moving)] = turned
-        bent = reach[moving] - np.abs(slope).max(axis=0)
-        orders, reach = orders.copy(), reach.copy()
-        reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
-        orders[moving] = orders[moving].max() + 1
-    rules = list(_rules(orders, reach))
-    if math.prod(len(points) for points, _ in rules) <= MOST_POINTS:
-        weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
-        return tensor_points([points for points, _ in rules]) @ axes, weights
-    xi = ndtri(qmc.Sobol(n, rng=np.random.default_rng(0)).random(MOST_POINTS)) @ axes
-    return xi, np.full(len(xi), 1 / len(xi))
-
-
-def _rules(orders: np.ndarray, reach: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield points and weights of E over one ξ, for He_j, j ≤ k, times e^{iaξ}, |a| ≤ 2 reach.
-
-    Gauss–Hermite where the phase stands still; otherwise the trapezoidal rule, exact to e^{−12}
-    where its step is at most 2π/(2 reach + 5).
-    """
-    for order, a in zip(orders, reach, strict=True):
-        if order == 0:
-            yield np.zeros(1), np.ones(1)
-            continue
-        if a < STILL:
-            x, w = hermite_e.hermegauss(int(order) + 1 + 2 * (a > 0))
-        else:
-            x = np.linspace(-TAIL, TAIL, math.ceil(2 * TAIL * (2 * a + 5) / (2 * np.pi)) + 1)
-            w = np.exp(-x * x / 2)
-        yield x, w / w.sum()
+def _block(terms: _Terms, outputs: int, targets, values, places, times: slice) -> None:
+    """Fill the bounds and their places of one block of times."""
+    expansion, m = terms.expansion, terms.expansion.interval_dimension
+    carriers = (terms.coefficients.shape[2] - outputs) // (1 + 2 * outputs)
+    turning = turning_parts(carriers)
+    orders, reach = terms.index.max(axis=0), terms.reach(terms.index.T > 0)
+    with_xi = np.any(terms.index[:, m:] > 0, axis=1)
+    mixed = terms.reach((terms.index[:, :m].T > 0) & with_xi)
+    still = terms.saturated(turning)
+    highest = 2 * orders[:m] + np.ceil(np.where(reach[:m] > 0, 1 + 8 * mixed, 0)).astype(int)
+    highest = np.where(orders[:m] > 0, 2 * orders[:m] if still else highest, 0)
+    index = gentle_index(expansion.interval_index, highest.tolist())
+    eta = leja(index.max(initial=0) + 1)[index]
+    table = _table(terms, outputs, carriers, eta)
+    polynomials = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((len(index), 1, 0)))
+    transform = np.linalg.inv(polynomials.chebyshev(eta))
+    gentle = transform @ table
+    size = np.abs(gentle).max(axis=0)
+    matter = np.any(np.abs(gentle) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))
+    gentle, index = np.ascontiguousarray(gentle[:, matter]), index[matter]
+    points, beside = scan_points(2 * orders[:m], reach[:m] * (not still))
+    basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, matter])
+    found = np.empty((*values.shape, m))
+    search(gentle, index, basis, points, beside, outputs, turning, targets, STARTS, values, found)
+    places[..., times, :] = found

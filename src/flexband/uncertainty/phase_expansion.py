@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from math import factorial, sqrt
 
 import numpy as np
-from numpy.polynomial import hermite_e
+from numpy.polynomial import chebyshev, hermite_e
 
 from flexband.uncertainty.carriers import Carrier
 from flexband.uncertainty.decomposition import Stage
@@ -133,20 +133,29 @@ class PhaseExpansion:
             values = values + self.next_values(xi, eta) @ self.next_terms
         return values
 
-    def sections(self, eta: np.ndarray, xi: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield F at all ξ, shape (points of ξ, outputs, times), for one η after the other."""
-        phi, psi = self.parts.chebyshev(eta), self.parts.hermite(xi)
-        M, N, series = self.parts.coefficients.shape
-        rows = (phi @ self.parts.coefficients.reshape(M, -1)).reshape(-1, N, series)
-        count = sum(q > 0 for q in self.parts.interval_orders)
-        own = np.zeros((len(xi), series))
-        if self.next_terms is not None:
-            here = np.zeros((len(eta), xi.shape[1]))
-            rows[:, 0] += self.next_values(here, eta)[:, :count] @ self.next_terms[:count]
-            here = np.zeros((len(xi), eta.shape[1]))
-            own = self.next_values(xi, here)[:, count:] @ self.next_terms[count:]
-        for row in rows:
-            yield self.layout.join(psi @ row + own)
+    def complete(self) -> HybridExpansion:
+        """Return the parts with the terms of the next order as terms like the others."""
+        if self.next_terms is None:
+            return self.parts
+        m, index = self.parts.interval_dimension, self.parts.index().T
+        terms = self.parts.coefficients.reshape(len(index), -1)
+        own = iter(self.next_terms)
+        more = []  # variable, orders, coefficients
+        for v, nodes in enumerate(self.interval_nodes):
+            if len(nodes) > 1:
+                roots = chebyshev.chebfromroots(nodes) / _largest(nodes)
+                more.append((v, np.arange(len(roots)), roots[:, None] * next(own)))
+        for v, k in enumerate(self.parts.random_orders):
+            if k:
+                more.append((m + v, [k + 1], next(own)[None] / sqrt(factorial(k + 1))))
+        for v, orders, values in more:
+            alone = np.zeros((len(orders), index.shape[1]), dtype=int)
+            alone[:, v] = orders
+            index, terms = np.concatenate([index, alone]), np.concatenate([terms, values])
+        index, which = np.unique(index, axis=0, return_inverse=True)
+        summed = np.zeros((len(index), terms.shape[1]))
+        np.add.at(summed, which.ravel(), terms)
+        return HybridExpansion.of_terms(index, summed, m)
 
     def next_values(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return terms of the next order that vanish at all runs, shape (points, variables).
@@ -154,11 +163,10 @@ class PhaseExpansion:
         Π_i (η − η_i), largest value one, and He_{k+1}(ξ)/√(k+1)!, of variables that are expanded.
         """
         values = [np.zeros((len(xi), 0))]
-        fine = np.linspace(-1, 1, 101)[:, None]
         for nodes, e in zip(self.interval_nodes, eta.T, strict=True):
             if len(nodes) > 1:
-                largest = np.abs(np.prod(fine - nodes, axis=1)).max()
-                values.append(np.prod(e[:, None] - nodes, axis=1, keepdims=True) / largest)
+                product = np.prod(e[:, None] - nodes, axis=1, keepdims=True)
+                values.append(product / _largest(nodes))
         for k, x in zip(self.parts.random_orders, xi.T, strict=True):
             if k:
                 term = hermite_e.hermeval(x, np.eye(k + 2)[k + 1]) / sqrt(factorial(k + 1))
@@ -205,24 +213,11 @@ class PhaseExpansion:
             next_terms=None if self.next_terms is None else self.next_terms[:, columns],
         )
 
-    def phases(self) -> np.ndarray:
-        """Return the coefficients of the phases, shape (M, N, carriers × times)."""
-        _, carriers = self.layout.unpack(self.parts.coefficients)
-        M, N, _ = self.parts.coefficients.shape
-        phases = [phase.reshape(M, N, -1) for phase, _, _ in carriers]
-        return np.concatenate([np.zeros((M, N, 0)), *phases], axis=2)
 
-    def reach(self) -> np.ndarray:
-        """Return how far phases move with every variable, η first [rad].
-
-        For a unit of ξ, or for η from the middle to an end: the largest sum of |coefficients|.
-        """
-        size = np.abs(self.phases())
-        if not size.shape[2]:
-            return np.zeros(len(self.parts.orders))
-        index = self.parts.index()
-        flat = size.reshape(-1, size.shape[2])
-        return np.array([flat[index[v] > 0].sum(axis=0).max() for v in range(len(index))])
+def _largest(nodes: np.ndarray) -> float:
+    """Return the largest value of |Π_i (η − η_i)| in [−1, 1]."""
+    fine = np.linspace(-1, 1, 101)[:, None]
+    return float(np.abs((fine - nodes).prod(axis=1)).max())
 
 
 def lower_terms(parts: HybridExpansion) -> np.ndarray:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from flexband.uncertainty.bands import SIGMAS, bands
 from flexband.uncertainty.bounds import Extremes
-from flexband.uncertainty.phase_bounds import phase_extremes, phase_moments
+from flexband.uncertainty.phase_bounds import phase_extremes, standard_moments
 from flexband.uncertainty.phase_expansion import PhaseExpansion
 from flexband.uncertainty.space import Space
 
@@ -98,7 +98,7 @@ class Surrogate:
         outputs = sum(len(group.outputs) for group in self.groups)
         found = np.empty((2, len(eta), outputs, self.groups[0].expansion.layout.times))
         for which, expansion in self.groups:
-            found[:, :, which] = phase_moments(expansion, eta)
+            found[:, :, which] = standard_moments(expansion, eta)
         return found.reshape(2, len(eta), *self.labels.shape[1:])
 
     def bands(self) -> xr.Dataset:

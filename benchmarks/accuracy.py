@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 import flexband as fb
 from flexband.study.comparison import relative_error
+from flexband.uncertainty.methods import Method
 from flexband.uncertainty.space import Space
 
 FULL = 200
@@ -31,15 +32,23 @@ RANGE = 5e-4, 100.0
 """Of the figure [%]."""
 
 START, END = "<!-- accuracy -->", "<!-- end of accuracy -->"
-STYLES = {"phase-resolved PCCI": "o-", "improved PCCI": "s--", "LHS–Scanning": "^:"}
+STYLES = {
+    "adaptive PCCI": "D-",
+    "phase-resolved PCCI": "o-",
+    "improved PCCI": "s--",
+    "LHS–Scanning": "^:",
+}
 
 
-def methods(case: Case, samples: int) -> Iterator[fb.ImprovedPCCI | fb.LHSScanning]:
+BUDGET = 96
+"""Runs of the adaptive method where its tolerance is not met."""
+
+
+def methods(case: Case, samples: int) -> Iterator[Method]:
     """Yield the methods to try on a case, those of too many runs left out."""
     space = Space(case.inputs)
-    tried: list[fb.ImprovedPCCI | fb.LHSScanning] = [
-        fb.PhaseResolvedPCCI(*orders) for orders in case.orders
-    ]
+    tried: list[Method] = [fb.AdaptivePCCI(tolerance, BUDGET) for tolerance in (0.01, 0.001)]
+    tried += [fb.PhaseResolvedPCCI(*orders) for orders in case.orders]
     for own in case.orders[-1:]:
         tried.append(fb.ImprovedPCCI(*own))
         for order in (3, 5) if samples >= FULL else ():

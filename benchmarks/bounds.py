@@ -17,7 +17,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import xarray as xr
-from accuracy_cases import FORMULA_INPUTS, wave
+from accuracy_formulas import FORMULA_INPUTS, wave
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb

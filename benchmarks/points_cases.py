@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from flexband.uncertainty.expansion import HybridExpansion, tensor_points
+from flexband.uncertainty.expansion import HybridExpansion, tensor_index, tensor_points
 from flexband.uncertainty.nested import GENZ_KEISTER, interval_sequence, random_sequence
 from flexband.uncertainty.polynomials import (
     chebyshev_values,
@@ -89,7 +89,7 @@ def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, i
         beta[tuple(slice(q + 1) for q in v)] += factor * y
     count = len(np.unique(np.round(np.concatenate(runs), 9) + 0.0, axis=0))
     beta = beta.reshape(math.prod(most[:m] + 1), -1, beta.shape[-1])
-    return HybridExpansion(tuple(most[m:]), tuple(most[:m]), beta), count
+    return HybridExpansion(tensor_index(most[m:]), tensor_index(most[:m]), beta), count
 
 
 def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:

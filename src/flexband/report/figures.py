@@ -109,7 +109,10 @@ def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
     """Draw relative errors of one output against runs, one line a kind of method."""
     figure = Figure(figsize=(11, 4.2), layout="constrained")
     own = [r for r in results if r.errors]
-    runs = sorted({r.runs for r in own})
+    runs: list[int] = []
+    for count in sorted({r.runs for r in own}):
+        if not runs or count > 1.15 * runs[-1]:  # numbers that have room beside each other
+            runs.append(count)
     for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
         for k, name in enumerate(dict.fromkeys(r.method.name for r in own)):
             points = [

@@ -59,7 +59,7 @@ def test_sizes_of_products_are_foreseen():
     assert known.expected((2, 1)) == pytest.approx(0.025)
     more = known.next_terms(3, np.full(2, 9))
     np.testing.assert_array_equal(more, [[3, 0], [4, 0], [5, 0]])
-    assert known.total(more) == pytest.approx(0.125 + 0.0625 + 0.03125)
+    assert known.total(more) == pytest.approx([0.125 + 0.0625 + 0.03125])
 
 
 def test_even_terms_are_not_hidden_by_odd_ones():

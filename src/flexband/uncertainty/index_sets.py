@@ -69,12 +69,15 @@ class TermSizes:
                 found = np.minimum(found, own)
         return found
 
-    def total(self, index: np.ndarray) -> float:
-        """Return the sum of the sizes expected of further terms, each after those before it."""
-        total = 0.0
+    def total(self, index: np.ndarray) -> np.ndarray:
+        """Return the sum of the sizes expected of further terms, each after those before it.
+
+        Shape (parts,).
+        """
+        total = np.zeros(self.rates.shape[1])
         for nu in map(tuple, index.tolist()):
             self.sizes[nu] = self.expected(nu)
-            total += float(self.sizes[nu].sum())
+            total += self.sizes[nu]
         return total
 
     def next_terms(self, count: int, highest: np.ndarray) -> np.ndarray:

@@ -36,12 +36,16 @@ from flexband.uncertainty.surrogate import Group, extremes_of
 HIGHEST_INTERVAL, HIGHEST_RANDOM = 20, 8
 """Orders; runs of random variables stay within 4.2 standard deviations."""
 
-SAFETY = 2.4
+SAFETY = 1.5
 """Factor of the estimate, so that over the cases of `benchmarks/accuracy.py` true errors are as
 often larger as smaller."""
 
 LEAST_SURPRISE = 0.003
 """Terms that turn out smaller than expected lower what is expected of others to this at most."""
+
+RESOLUTION = 5e-5
+"""Of an output's size: with carriers an expected error is never below, for the split of runs is not
+better than that."""
 
 WITHIN = 3.0
 """ξ² up to which a run counts in full; further out by the root of the density."""
@@ -159,30 +163,34 @@ class NestedModel:
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """How much every term adds to the response, (parts, terms), in parts of an output's size.
+        """How much every term adds to each output, in parts of its size.
 
-        Bases, envelopes and phases are parts, of each group of outputs; a phase counts with the
-        constant term of the envelopes.
+        Shape (parts, outputs, terms). Base, envelopes and phases are parts; a phase counts with the
+        constant term of the envelope. Parts that an output does not have are zero.
         """
-        found = []
+        most, outputs = int(self.carriers.max(initial=0)), len(self.size)
+        found = np.zeros((1 + 2 * most, outputs, len(self.F)))
         for k in np.unique(self.carriers):
             which = np.flatnonzero(self.carriers == k)
             layout, terms = self._terms(self.stages[k], len(self.F))
             base, carriers = layout.unpack(np.abs(terms) * self.design.norms[:, None])
             scale = self.size[which][:, None]
-            found.append(_mean(base[:, which] / scale))
+            parts = [base[:, which] / scale]
             for phase, re, im in carriers:
                 envelope = np.hypot(re, im)[:, which] / scale
-                found += [
-                    _mean(envelope),
-                    _mean(phase * np.sqrt(np.mean(envelope[0] ** 2, axis=0))),
-                ]
-        return np.stack(found)
+                parts += [envelope, phase * envelope[0]]
+            for part, own in zip(parts, found, strict=False):
+                own[which] = np.sqrt(np.mean(part**2, axis=-1)).T
+        return found
 
     def next_terms(self, count: int) -> np.ndarray:
         """Return the next terms, shape (count, variables) or fewer."""
-        known = TermSizes(self.design.index, self.sizes)
+        known = TermSizes(self.design.index, self._rows(len(self.F)))
         return known.next_terms(count, self.design.highest)
+
+    def _rows(self, count: int) -> np.ndarray:
+        """Return the sizes of the first terms, shape (parts × outputs, count)."""
+        return self.sizes[:, :, :count].reshape(-1, count)
 
     @cached_property
     def _bands(self) -> list[np.ndarray]:
@@ -199,32 +207,34 @@ class NestedModel:
         """
         change = apart(self._bands[-1], self._bands[-2])
         change = change + OTHER * change[::-1]
-        added = max(self._added, float(self._relative(change).max()), 1e-300)
-        factor = self._ahead / added
-        error = change * (SAFETY * factor if self.tested else max(factor, 1.0))
+        added = np.maximum(self._added, self._relative(change).max(axis=0))
+        factor = (self._ahead / np.maximum(added, 1e-300))[:, None]
+        error = change * (SAFETY * factor if self.tested else np.maximum(factor, 1.0))
         missed = np.minimum(self._missed, self.size[:, None])
-        doubt = np.where(self.trusted[:, None], 0.0, CAUTION * missed)
+        least = RESOLUTION * self.size * (self.carriers > 0)
+        doubt = np.where(self.trusted[:, None], least[:, None], CAUTION * missed)
         error = np.maximum(at_all_times(error, self.thin, self.F.shape[-1]), doubt)
         return running(error, max(self.period, self.thin.step))
 
     @property
-    def _ahead(self) -> float:
-        """What as many further terms as in the last batch are expected to add.
+    def _ahead(self) -> np.ndarray:
+        """What as many further terms as in the last batch are expected to add, (outputs,).
 
         They are expected to surprise as those of the batch did.
         """
         before, now = self.batches[-2:]
-        index, sizes = self.design.index, self.sizes
-        foreseen = TermSizes(index[:before], sizes[:, :before]).total(index[before:now])
-        known = TermSizes(index, sizes)
+        index, shape = self.design.index, (-1, len(self.size))
+        foreseen = TermSizes(index[:before], self._rows(before)).total(index[before:now])
+        known = TermSizes(index, self._rows(now))
         ahead = known.total(known.next_terms(now - before, self.design.highest + now))
-        surprise = max(LEAST_SURPRISE, self._added / max(foreseen, 1e-300))
-        return min(ahead * surprise, max(self._added, ahead))
+        foreseen, ahead = (v.reshape(shape).sum(axis=0) for v in (foreseen, ahead))
+        surprise = np.maximum(LEAST_SURPRISE, self._added / np.maximum(foreseen, 1e-300))
+        return np.minimum(ahead * surprise, np.maximum(self._added, ahead))
 
     @property
-    def _added(self) -> float:
-        """What the terms of the last batch have added."""
-        return float(self.sizes[:, self.batches[-2] : self.batches[-1]].sum())
+    def _added(self) -> np.ndarray:
+        """What the terms of the last batch have added, shape (outputs,)."""
+        return self.sizes[:, :, self.batches[-2] : self.batches[-1]].sum(axis=(0, 2))
 
     @property
     def tested(self) -> bool:
@@ -259,8 +269,3 @@ class NestedModel:
     def relative_error(self) -> float:
         """The largest error expected, in parts of the error bar's mean width."""
         return float(self._relative(self.expected_error).max())
-
-
-def _mean(part: np.ndarray) -> np.ndarray:
-    """Return the root mean square over outputs and times, shape (terms,)."""
-    return np.sqrt(np.mean(part**2, axis=(1, 2)))

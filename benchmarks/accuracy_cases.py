@@ -42,6 +42,7 @@ def cases() -> dict[str, Callable[[], Case]]:
         "slider–crank, ρ∞ = 1": lambda: slider_crank(1.0),
         "selective element": lambda: slider_crank(integration=fb.SelectiveIntegration()),
         "soft link": lambda: slider_crank(**soft),
+        "soft link, displacement": lambda: slider_crank(**soft, displacement=True),
         "wide scatter, ρ∞ = 0.7": lambda: slider_crank(**wide),
         "wide scatter, ρ∞ = 1": lambda: slider_crank(1.0, **wide),
         "four-bar, ten inputs": ten_inputs,

@@ -28,8 +28,13 @@ def slider_crank(
     tolerance: float = 0.03,
     integration=None,
     elements: int = 3,
+    displacement: bool = False,
 ) -> Case:
-    """Return the paper's mechanism; E [Pa] with its relative scatter, the crank's tolerance."""
+    """Return the paper's mechanism; E [Pa] with its relative scatter, the crank's tolerance.
+
+    Outputs are the reactions at A, or the displacement of the link's middle.
+    """
+    sensors = {"middle": fb.Position("link.middle")} if displacement else {"F": fb.Reaction("A")}
     example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
 
     def builder(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
@@ -38,7 +43,7 @@ def slider_crank(
         )
         change = {} if integration is None else {"integration": integration}
         link = replace(model.bodies["link"], elements=elements, **change)
-        return replace(model, bodies={**model.bodies, "link": link})
+        return replace(model, bodies={**model.bodies, "link": link}, sensors=sensors)
 
     inputs = example["inputs"] | {
         "crank_length": _within(0.2, tolerance),
@@ -71,7 +76,7 @@ def slider_crank(
             ]
         )
         mean, variance = (np.tensordot(onto, v, 1) for v in found)
-        labels = {"output": ["F_X", "F_Y"]}
+        labels = {"output": [f"{name}_{axis}" for name in sensors for axis in "XY"]}
         return bands(mean, variance, (161, 5), ("bound", "output", "time"), labels)
 
     return Case(response, inputs, [orders(1, 1, 1), orders(2, 1, 1)], reference)

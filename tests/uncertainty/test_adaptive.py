@@ -136,6 +136,14 @@ def test_no_convergence_is_claimed_that_is_not_there(f):
         assert bands.attrs["runs"] == 32
 
 
+def test_what_one_batch_missed_is_not_forgotten_by_the_next():
+    """The last batch of fourteen runs goes along one variable, where nothing is amiss."""
+    case = formula(bifurcation)
+    bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, max_runs=14))
+    assert not bool(bands["trusted"])
+    assert bands.attrs["expected_error"] > 0.1
+
+
 def test_values_at_fixed_times_where_phases_are_not_resolved():
     case = formula(wave)
     method = fb.AdaptivePCCI(0.01, max_runs=24, phase_resolved=False)

@@ -14,7 +14,8 @@ import flexband as fb
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))
 
-from accuracy_formulas import damped, formula, wave  # noqa: E402
+from accuracy_formulas import damped, formula, two_carriers, wave  # noqa: E402
+from accuracy_references import moments, normal_rule  # noqa: E402
 
 METHODS = [
     fb.AdaptivePCCI(0.01),
@@ -57,6 +58,17 @@ def test_values_and_moments_are_those_of_the_response():
     np.testing.assert_allclose(moments["mean"][0], mean, atol=2e-3)
     np.testing.assert_allclose(moments["std"][0] ** 2, square - mean**2, atol=2e-3)
     assert surrogate.evaluate(x=0.0, e=[0.0, 0.5]).shape == (2, len(t))
+
+
+def test_moments_of_two_carriers():
+    case = formula(two_carriers)
+    surrogate = fb.expand(case.response, case.inputs, fb.AdaptivePCCI(0.005))
+    assert int(surrogate.diagnostics["carriers"]) == 2
+    x, weights = normal_rule(281)
+    mean, variance = moments(weights, case.response(x=x, e=np.full_like(x, -0.4)).values)
+    found = surrogate.moments(e=-0.4)
+    np.testing.assert_allclose(found["mean"][0], mean, atol=5e-3)
+    np.testing.assert_allclose(found["std"][0] ** 2, variance, atol=5e-3)
 
 
 def field_response(stiffness, load, angle):
@@ -105,6 +117,15 @@ def test_verification_runs_find_what_the_surrogate_misses():
     found = fb.verify(poor, case.response, samples=64)
     assert float(found["rms_difference"].min()) > 0.2
     np.testing.assert_allclose(found["difference"], found["simulated"] - found["surrogate"])
+
+
+def test_verification_corrects_the_standard_deviation():
+    """x + x³/2 has the variance 7.75; through its values at ±1 it is 1.5 x."""
+    inputs = {"x": fb.Normal(0.0, 1.0)}
+    surrogate = fb.expand(lambda x: x + 0.5 * x**3, inputs, fb.PCCI(1, 0))
+    found = fb.verify(surrogate, lambda x: x + 0.5 * x**3, samples=2000)
+    np.testing.assert_allclose(found["surrogate"], [-1.5, 1.5])
+    np.testing.assert_allclose(found["simulated"], [-np.sqrt(7.75), np.sqrt(7.75)], rtol=0.05)
 
 
 def test_verification_of_intervals_alone_is_exact():

@@ -11,15 +11,15 @@ from flexband.errors import InputError, positive, whole
 from flexband.uncertainty.batch_model import BATCH, BatchModel
 from flexband.uncertainty.expected_error import series, step
 from flexband.uncertainty.methods import Evaluate
-from flexband.uncertainty.nested_model import Design, NestedModel
-from flexband.uncertainty.regression_model import LEAST_RUNS, RegressionModel, Samples
+from flexband.uncertainty.nested_model import NestedModel
+from flexband.uncertainty.regression_model import LEAST_RUNS, RegressionModel
 from flexband.uncertainty.space import Space
 from flexband.uncertainty.surrogate import Surrogate
 
 GROWTH = 0.25
 """Size of a batch, as a part of the runs there are."""
 
-MOST_INTERPOLATED = 96
+MOST_INTERPOLATED = 64
 """Runs that interpolation may start with; where it takes more, terms are found by regression."""
 
 
@@ -33,6 +33,9 @@ class AdaptivePCCI:
     mean and error bar, in parts of the error bar's mean width, is below the tolerance for every
     output. Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
 
+    With many variables, as those of a random field, where that would start with more than 64 runs
+    or more than the budget, few terms out of all are found by sparse regression, from 16 runs on.
+
     Parameters
     ----------
     tolerance : error of the bands to stop at, in parts of the mean width of the error bar.
@@ -43,7 +46,7 @@ class AdaptivePCCI:
     ------
     InputError
         Where the tolerance is not positive or the budget no whole number; in `propagate`, where the
-        budget does not reach for one run a variable and one more, or times are not equidistant.
+        budget is below 16 runs and below one a variable and one more, or times are not equidistant.
     """
 
     tolerance: float = 0.01
@@ -77,6 +80,11 @@ class AdaptivePCCI:
             )
         return self.max_runs
 
+    def _model(self, first: int) -> type[BatchModel]:
+        """Return what to fit where interpolation would start with so many runs."""
+        many = first > min(self.max_runs, MOST_INTERPOLATED)
+        return RegressionModel if many and self.max_runs >= LEAST_RUNS else NestedModel
+
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, the errors expected of its bands, and the orders of all variables.
 
@@ -86,10 +94,8 @@ class AdaptivePCCI:
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         m, n = space.interval_dimension, space.random_dimension
-        many = 1 + m + 2 * n > min(self.max_runs, MOST_INTERPOLATED)
-        regress = many and self.max_runs >= LEAST_RUNS
-        start, fit = (Samples, RegressionModel) if regress else (Design, NestedModel)
-        design, batches = start.start(m, n, self.runs(space))
+        fit = self._model(1 + m + 2 * n)
+        design, batches = fit.start(m, n, self.runs(space))
         values = None
         while True:
             done = 0 if values is None else len(values)

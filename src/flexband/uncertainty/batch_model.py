@@ -10,6 +10,7 @@ import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -43,13 +44,24 @@ NEGLIGIBLE = 1e-10
 """An output below this part of the largest one is round-off."""
 
 
+class Runs(Protocol):
+    """Where runs are."""
+
+    @property
+    def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """ξ and η, shapes (runs, n) and (runs, m)."""
+        ...
+
+    def __len__(self) -> int: ...
+
+
 class BatchModel(ABC):
     """The models after every batch.
 
     Parameters
     ----------
     F : all runs, shape (runs, outputs, times), at steps of dt.
-    points : their ξ and η, shapes (runs, n) and (runs, m).
+    design : where they are.
     batches : how many runs there were after the last three batches or fewer, this one included.
     phase_resolved : whether carriers are looked for.
     """
@@ -58,11 +70,11 @@ class BatchModel(ABC):
         self,
         F: np.ndarray,
         dt: float,
-        points: tuple[np.ndarray, np.ndarray],
+        design: Runs,
         batches: Sequence[int],
         phase_resolved: bool,
     ):
-        self.F, self.points, self.batches = F, points, batches
+        self.F, self.points, self.batches = F, design.points, batches
         self.stages = decompose(F, dt) if phase_resolved else [Stage([], F)]
         self.size = rms(F) + 1e-300
         errors, self.misses = [], []
@@ -73,6 +85,15 @@ class BatchModel(ABC):
         self.carriers = chosen_carriers(errors)
         self.frequencies = [c.frequency for c in self.stages[-1].carriers]
         self.thin, self.period = thinned(self.frequencies, dt, F.shape[-1])
+
+    @staticmethod
+    @abstractmethod
+    def start(m: int, n: int, most: int) -> tuple[Runs, list[int]]:
+        """Return the first runs in m variables η and n variables ξ, and where their batches end."""
+
+    @abstractmethod
+    def extended(self, count: int) -> Runs:
+        """Return the design with so many further runs, or fewer."""
 
     @abstractmethod
     def _terms(self, stage: Stage, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -158,12 +179,17 @@ class BatchModel(ABC):
         missed = np.sqrt(np.mean(self._missed**2, axis=1))
         return (missed < DOUBT * self.size) | (self.size < NEGLIGIBLE * self.size.max())
 
+    @property
+    def _width(self) -> np.ndarray:
+        """The error bar's mean width, shape (outputs,)."""
+        return (self._bands[-1][2, 1] - self._bands[-1][1, 0]).mean(axis=-1)
+
     def _relative(self, error: np.ndarray) -> np.ndarray:
         """Return errors in parts of the error bar's mean width, shape (2, outputs).
 
         A band that is narrower than round-off counts as that wide.
         """
-        width = (self._bands[-1][2, 1] - self._bands[-1][1, 0]).mean(axis=-1)
+        width = self._width
         least = NEGLIGIBLE * np.maximum(self.size, NEGLIGIBLE * self.size.max())
         counts = self.size > NEGLIGIBLE * self.size.max()
         return error.mean(axis=-1) * counts / np.maximum(width, np.maximum(least, 1e-300))

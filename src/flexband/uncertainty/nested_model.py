@@ -74,25 +74,22 @@ class Design:
     def __len__(self) -> int:
         return len(self.index)
 
-    @staticmethod
-    def start(m: int, n: int, most: int) -> tuple[Design, list[int]]:
-        """Return the first terms, as far as the budget reaches, and after how many batches end."""
-        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        index = first_terms(m, n, min(wanted, most))
-        return Design(index, m), [1, 1 + m + n] + [len(index)] * (len(index) > 1 + m + n)
-
 
 class NestedModel(BatchModel):
-    """The models after every batch of terms: sparse interpolation.
-
-    Parameters are those of `BatchModel`, with the design in place of the points.
-    """
+    """The models after every batch of terms: sparse interpolation."""
 
     def __init__(
         self, F: np.ndarray, dt: float, design: Design, batches: Sequence[int], phase_resolved: bool
     ):
         self.design, self.matrix = design, design.matrix
-        super().__init__(F, dt, design.points, batches, phase_resolved)
+        super().__init__(F, dt, design, batches, phase_resolved)
+
+    @staticmethod
+    def start(m: int, n: int, most: int) -> tuple[Design, list[int]]:
+        """Return the first terms, as far as the budget reaches, and where their batches end."""
+        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
+        index = first_terms(m, n, min(wanted, most))
+        return Design(index, m), [1, 1 + m + n] + [len(index)] * (len(index) > 1 + m + n)
 
     @property
     def _pairs(self) -> list[tuple[int, int]]:

@@ -22,10 +22,10 @@ from flexband.uncertainty.sparse_regression import (
 
 LEAST_RUNS = 2 * BATCH
 
-SAFETY = 2.0
+SAFETY = 1.0
 """Factor of the estimate, so that true errors are as often larger as smaller."""
 
-LEAST_FALL = 0.03
+LEAST_FALL = 0.2
 """A batch lowers what is expected to this part at most: a small leave-one-out error may be luck,
 until the next batch has met it."""
 
@@ -49,18 +49,9 @@ class Samples:
     def __len__(self) -> int:
         return self.count
 
-    @staticmethod
-    def start(m: int, n: int, most: int) -> tuple[Samples, list[int]]:
-        """Return the first runs, and after how many batches end."""
-        del most
-        return Samples(LEAST_RUNS, m, n), [BATCH, LEAST_RUNS]
-
 
 class RegressionModel(BatchModel):
-    """The models after every batch of runs: each part by terms of its own.
-
-    Parameters are those of `BatchModel`, with the samples in place of the points.
-    """
+    """The models after every batch of runs: each part by terms of its own."""
 
     def __init__(
         self,
@@ -76,7 +67,13 @@ class RegressionModel(BatchModel):
         self.values = normalized_values(self.index, *design.points)
         self.varied = rms(F - F.mean(axis=0))
         self._fits: dict[tuple[int, int], list[tuple[np.ndarray, Fit]]] = {}
-        super().__init__(F, dt, design.points, batches, phase_resolved)
+        super().__init__(F, dt, design, batches, phase_resolved)
+
+    @staticmethod
+    def start(m: int, n: int, most: int) -> tuple[Samples, list[int]]:
+        """Return the fewest runs, and where their batches end."""
+        del most
+        return Samples(LEAST_RUNS, m, n), [BATCH, LEAST_RUNS]
 
     def extended(self, count: int) -> Samples:
         """Return the samples with so many more."""
@@ -150,6 +147,11 @@ class RegressionModel(BatchModel):
         The leave-one-out error, or what was missed in the last batch times its fall.
         """
         return np.maximum(self._left_out(len(self.F)), super()._missed * self._fall)
+
+    @property
+    def _width(self) -> np.ndarray:
+        """The error bar's mean width, not less than the runs' own: a constant alone has none."""
+        return np.maximum(super()._width, 2 * self.F.std(axis=0).mean(axis=-1))
 
     @property
     def trusted(self) -> np.ndarray:

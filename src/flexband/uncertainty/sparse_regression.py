@@ -100,7 +100,8 @@ def sparse_fit(
 ) -> Fit:
     """Return the fit of the series by some of the candidates.
 
-    Candidates are those of order one, those in one variable, or all, whichever are found best.
+    Candidates are those of order one, those in one variable, all, or those of order one with the
+    products of what does most: whichever are found best.
 
     Parameters
     ----------
@@ -110,12 +111,16 @@ def sparse_fit(
     """
     y, orders = compressed(weight * series), index.sum(axis=1)
     merit = PREFER_LOW ** np.maximum(orders - 1, 0)
-    kinds = orders <= 1, np.count_nonzero(index, axis=1) <= 1, orders >= 0
-    paths = []
-    for kind in map(np.flatnonzero, kinds):
+
+    def path(kind: np.ndarray) -> tuple[float, float, np.ndarray]:
         error, correction, which = _taken(values[:, kind], y, merit[kind])
-        paths.append((error, correction, kind[which]))
-    _, correction, which = min(paths, key=lambda path: path[0])
+        return error, correction, np.flatnonzero(kind)[which]
+
+    pure = np.count_nonzero(index, axis=1) <= 1
+    found = [path(orders <= 1), path(pure), path(orders >= 0)]
+    first = index[found[0][2][1:2]].any(axis=0)  # the variable that does most, if any
+    found.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
+    _, correction, which = min(found, key=lambda path: path[0])
     coefficients, left_out = least_squares(values[:, which], series)
     return Fit(which, coefficients, left_out, correction)
 

@@ -152,7 +152,7 @@ def test_an_oscillator_whose_frequency_is_a_field():
 
 def test_runs_are_the_same_every_time():
     inputs = normals(30, x=fb.Interval(-1.0, 1.0))
-    one, two = (fb.propagate(ringing, inputs, fb.AdaptivePCCI(max_runs=24)) for _ in range(2))
+    one, two = (fb.propagate(ringing, inputs, fb.AdaptivePCCI(max_runs=16)) for _ in range(2))
     xr.testing.assert_identical(one, two)
 
 

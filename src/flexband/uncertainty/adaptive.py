@@ -19,7 +19,7 @@ from flexband.uncertainty.surrogate import Surrogate
 GROWTH = 0.25
 """Size of a batch, as a part of the runs there are."""
 
-MOST_INTERPOLATED = 64
+MOST_INTERPOLATED = 48
 """Runs that interpolation may start with; where it takes more, terms are found by regression."""
 
 
@@ -33,7 +33,7 @@ class AdaptivePCCI:
     mean and error bar, in parts of the error bar's mean width, is below the tolerance for every
     output. Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
 
-    With many variables, as those of a random field, where that would start with more than 64 runs
+    With many variables, as those of a random field, where that would start with more than 48 runs
     or more than the budget, few terms out of all are found by sparse regression, from 16 runs on.
 
     Parameters

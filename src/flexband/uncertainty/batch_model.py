@@ -34,9 +34,6 @@ from flexband.uncertainty.surrogate import Group, extremes_of
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
 
-WITHIN = 3.0
-"""ξ² up to which a run counts in full; further out by the root of the density."""
-
 OTHER = 0.5
 """Part of the mean's error that is expected in the error bar too, and the other way round."""
 
@@ -134,10 +131,13 @@ class BatchModel(ABC):
         """
         model, unseen = self._expansion(stage, before), stage.runs(slice(before, now))
         xi, eta = (v[before:now] for v in self.points)
-        far = np.sum(np.maximum(xi**2 - WITHIN, 0.0), axis=1)
-        weight = np.exp(-far / 4)[:, None, None]
+        weight = self._weight(xi)[:, None, None]
         error = rms(weight * (model.evaluate(xi, eta) - unseen.signal)) / self.size
         return error, steady_miss(model, unseen, xi, eta, weight)
+
+    def _weight(self, xi: np.ndarray) -> np.ndarray:
+        """Return how much the misses of runs at ξ count, shape (runs,)."""
+        return np.ones(len(xi))
 
     def groups(self, count: int) -> list[Group]:
         """Return the model that the first runs tell, by the number of carriers."""

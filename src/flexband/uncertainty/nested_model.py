@@ -22,6 +22,9 @@ from flexband.uncertainty.polynomials import chebyshev_values, hermite_norms, he
 HIGHEST_INTERVAL, HIGHEST_RANDOM = 20, 8
 """Orders; runs of random variables stay within 4.2 standard deviations."""
 
+WITHIN = 3.0
+"""ξ² up to which a run counts in full; further out by the root of the density."""
+
 SAFETY = 2.4
 """Factor of the estimate, so that over the cases of `benchmarks/accuracy.py` true errors are as
 often larger as smaller."""
@@ -96,6 +99,9 @@ class NestedModel(BatchModel):
         """The last batch, and those before that have had runs in every variable."""
         pairs = super()._pairs
         return [p for p in pairs if p[0] > self.design.index.shape[1] or p == pairs[-1]]
+
+    def _weight(self, xi: np.ndarray) -> np.ndarray:
+        return np.exp(-np.sum(np.maximum(xi**2 - WITHIN, 0.0), axis=1) / 4)
 
     def _terms(self, stage: Stage, count: int) -> tuple[np.ndarray, np.ndarray]:
         values = Layout.of(stage).pack(stage.runs(slice(count)))

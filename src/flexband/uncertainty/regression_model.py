@@ -25,9 +25,9 @@ LEAST_RUNS = 2 * BATCH
 SAFETY = 1.0
 """Factor of the estimate, so that true errors are as often larger as smaller."""
 
-LEAST_FALL = 0.2
-"""A batch lowers what is expected to this part at most: a small leave-one-out error may be luck,
-until the next batch has met it."""
+LEAST_FALL, LEAST_SEEN = 0.2, 0.8
+"""A batch lowers what is expected of the bands, and of further runs, to these parts at most: a
+small leave-one-out error may be luck, until the next batch has met it."""
 
 
 @dataclass(frozen=True)
@@ -141,12 +141,18 @@ class RegressionModel(BatchModel):
         return np.clip(now / np.maximum(before, 1e-300), LEAST_FALL, 1.0)
 
     @property
+    def _pairs(self) -> list[tuple[int, int]]:
+        """The last batch."""
+        return super()._pairs[-1:]
+
+    @property
     def _missed(self) -> np.ndarray:
         """How far base and envelopes miss further runs, shape (outputs, times).
 
         The leave-one-out error, or what was missed in the last batch times its fall.
         """
-        return np.maximum(self._left_out(len(self.F)), super()._missed * self._fall)
+        seen = super()._missed * np.maximum(self._fall, LEAST_SEEN)
+        return np.maximum(self._left_out(len(self.F)), seen)
 
     @property
     def _width(self) -> np.ndarray:

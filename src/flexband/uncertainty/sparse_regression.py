@@ -9,7 +9,7 @@ too small, and it is corrected by T = N/(N − P) (1 + tr (AᵀA)⁻¹), with th
 It is too small as well since the terms were chosen by the same runs, the more so the more there are
 to choose from: at 48 runs and 900 candidates, noise is fitted as well as a response. So it counts
 with the number of choices, as T e² C(K, P)^{3/N} for P of K candidates, and candidates of few kinds
-are tried before all of them. `benchmarks/regression.py` measures that.
+are tried beside all of them.
 """
 
 from __future__ import annotations

@@ -8,18 +8,19 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, positive, whole
+from flexband.uncertainty.batch_model import BATCH, BatchModel
 from flexband.uncertainty.expected_error import series, step
-from flexband.uncertainty.index_sets import first_terms
 from flexband.uncertainty.methods import Evaluate
-from flexband.uncertainty.nested_model import Design, NestedModel
+from flexband.uncertainty.nested_model import NestedModel
+from flexband.uncertainty.regression_model import LEAST_RUNS, RegressionModel
 from flexband.uncertainty.space import Space
 from flexband.uncertainty.surrogate import Surrogate
 
-BATCH = 8
-"""Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
-
 GROWTH = 0.25
 """Size of a batch, as a part of the runs there are."""
+
+MOST_INTERPOLATED = 48
+"""Runs that interpolation may start with; where it takes more, terms are found by regression."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ class AdaptivePCCI:
     mean and error bar, in parts of the error bar's mean width, is below the tolerance for every
     output. Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
 
+    With many variables, as those of a random field, where that would start with more than 48 runs
+    or more than the budget, few terms out of all are found by sparse regression, from 16 runs on.
+
     Parameters
     ----------
     tolerance : error of the bands to stop at, in parts of the mean width of the error bar.
@@ -42,7 +46,7 @@ class AdaptivePCCI:
     ------
     InputError
         Where the tolerance is not positive or the budget no whole number; in `propagate`, where the
-        budget does not reach for one run a variable and one more, or times are not equidistant.
+        budget is below 16 runs and below one a variable and one more, or times are not equidistant.
     """
 
     tolerance: float = 0.01
@@ -68,12 +72,18 @@ class AdaptivePCCI:
         InputError
             Where the budget is too small for the space.
         """
-        least = 1 + space.interval_dimension + space.random_dimension
+        variables = space.interval_dimension + space.random_dimension
+        least = min(1 + variables, LEAST_RUNS)
         if self.max_runs < least:
             raise InputError(
-                f"max_runs must be {least} or more for {least - 1} variables; got {self.max_runs}"
+                f"max_runs must be {least} or more for {variables} variables; got {self.max_runs}"
             )
         return self.max_runs
+
+    def _model(self, first: int) -> type[BatchModel]:
+        """Return what to fit where interpolation would start with so many runs."""
+        many = first > min(self.max_runs, MOST_INTERPOLATED)
+        return RegressionModel if many and self.max_runs >= LEAST_RUNS else NestedModel
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, the errors expected of its bands, and the orders of all variables.
@@ -84,30 +94,25 @@ class AdaptivePCCI:
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         m, n = space.interval_dimension, space.random_dimension
-        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        index = first_terms(m, n, min(wanted, self.runs(space)))
-        batches = [1, 1 + m + n, len(index)] if len(index) > 1 + m + n else [1, 1 + m + n]
+        fit = self._model(1 + m + 2 * n)
+        design, batches = fit.start(m, n, self.runs(space))
         values = None
         while True:
-            design = Design(index, m)
             done = 0 if values is None else len(values)
             new = evaluate(*(points[done:] for points in design.points))
             values = new if values is None else _joined(values, new)
-            model = NestedModel(
-                series(values), step(values), design, batches[-3:], self.phase_resolved
-            )
+            model = fit(series(values), step(values), design, batches[-3:], self.phase_resolved)
             enough = model.relative_error <= self.tolerance and (model.tested or m + n < 3)
-            if enough or len(index) >= self.max_runs:
+            if enough or len(design) >= self.max_runs:
                 break
-            count = max(BATCH, BATCH * round(GROWTH * len(index) / BATCH))
-            more = model.next_terms(min(count, self.max_runs - len(index)))
-            if not len(more):
+            count = max(BATCH, BATCH * round(GROWTH * len(design) / BATCH))
+            known, design = len(design), model.extended(min(count, self.max_runs - len(design)))
+            if len(design) == known:
                 break
-            index = np.concatenate([index, more])
-            if len(more) >= BATCH // 2:
-                batches.append(len(index))
+            if len(design) - known >= BATCH // 2:
+                batches.append(len(design))
             else:
-                batches[-1] = len(index)
+                batches[-1] = len(design)
         return _surrogate(space, values[:0], model)
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
@@ -121,7 +126,7 @@ def _joined(values: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(data, dims=new.dims, coords=new.coords)
 
 
-def _surrogate(space: Space, labels: xr.DataArray, model: NestedModel) -> Surrogate:
+def _surrogate(space: Space, labels: xr.DataArray, model: BatchModel) -> Surrogate:
     """Return the surrogate with what the model says of itself."""
     dims, shape = labels.dims[1:], labels.shape[1:]
     variables = [
@@ -138,7 +143,7 @@ def _surrogate(space: Space, labels: xr.DataArray, model: NestedModel) -> Surrog
             "error_bar_expected_error": (dims, error[1].reshape(shape)),
             "carriers": (dims[:-1], model.carriers.reshape(shape[:-1])),
             "trusted": (dims[:-1], model.trusted.reshape(shape[:-1])),
-            "orders": ("variable", model.design.index.max(axis=0)),
+            "orders": ("variable", model.orders),
         },
         coords={"variable": variables},
         attrs={

@@ -36,6 +36,11 @@ class Layout:
         _, outputs, times = stage.base.shape
         return Layout(outputs, times, len(stage.carriers))
 
+    @property
+    def size(self) -> int:
+        """Number of series."""
+        return self.times * (self.outputs * (1 + 2 * self.carriers) + self.carriers)
+
     def pack(self, stage: Stage) -> np.ndarray:
         """Return runs as series, shape (runs, series)."""
         runs = len(stage.base)
@@ -65,10 +70,17 @@ class Layout:
             F -= im * np.sin(phase)
         return F
 
+    def parts(self) -> Iterator[np.ndarray]:
+        """Yield the series of base, phases and envelopes, (outputs or 1, times) or both of Z."""
+        base, carriers = self.unpack(np.arange(self.size))
+        yield base
+        for phase, re, im in carriers:
+            yield phase
+            yield np.concatenate([re, im])
+
     def columns(self, outputs: np.ndarray, times: slice) -> np.ndarray:
         """Return the series of some outputs and times."""
-        total = self.outputs * self.times * (1 + 2 * self.carriers) + self.times * self.carriers
-        base, carriers = self.unpack(np.arange(total))
+        base, carriers = self.unpack(np.arange(self.size))
         parts = [base[outputs][:, times]]
         for phase, re, im in carriers:
             parts += [phase[:, times], re[outputs][:, times], im[outputs][:, times]]
@@ -184,21 +196,12 @@ class PhaseExpansion:
         square = self.parts.coefficients.reshape(highest.shape[1], -1) ** 2
         energy = highest[np.array(self.parts.orders) > 0].astype(float) @ square
         terms = np.zeros((B.shape[1], miss.shape[1]))
-        for columns in self._groups():
+        for columns in map(np.ravel, self.layout.parts()):
             w = energy[:, columns].sum(axis=1)
             w = w / max(w.sum(), 1e-300) + 1e-6
             gain = (w[:, None] * B.T) @ np.linalg.pinv((B * w) @ B.T, rcond=1e-3)
             terms[:, columns] = gain @ miss[:, columns]
         return replace(self, next_terms=terms)
-
-    def _groups(self) -> Iterator[np.ndarray]:
-        """Return the series of base, phases and envelopes, each by itself."""
-        lay = self.layout
-        base, carriers = lay.unpack(np.arange(self.parts.coefficients.shape[2]))
-        yield base.ravel()
-        for phase, re, im in carriers:
-            yield phase.ravel()
-            yield np.concatenate([re.ravel(), im.ravel()])
 
     def of(self, outputs: np.ndarray, times: slice = slice(None)) -> PhaseExpansion:
         """Return the surrogate of some outputs and times."""

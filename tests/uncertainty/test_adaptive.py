@@ -153,6 +153,20 @@ def test_values_at_fixed_times_where_phases_are_not_resolved():
     assert bands.attrs["expected_error"] > 0.05
 
 
+def test_phases_need_equidistant_times_and_values_do_not():
+    times = np.array([0.0, 1.0, 3.0, 3.5])
+
+    def response(x, e):
+        values = (x + e)[:, None] * times
+        return xr.DataArray(values, dims=("sample", "time"), coords={"time": times})
+
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(0.0, 2.0)}
+    with pytest.raises(fb.InputError, match="equidistant values of 'time'; got steps from 0.5 to"):
+        fb.propagate(response, inputs, fb.AdaptivePCCI())
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(phase_resolved=False))
+    np.testing.assert_allclose(bands["error_bar"], [-1 * times, 3 * times], atol=1e-9)
+
+
 def test_twenty_inputs():
     """An additive function with one product: bounds and moments are known."""
     m, n = 10, 10

@@ -101,7 +101,8 @@ class AdaptivePCCI:
             done = 0 if values is None else len(values)
             new = evaluate(*(points[done:] for points in design.points))
             values = new if values is None else _joined(values, new)
-            model = fit(series(values), step(values), design, batches[-3:], self.phase_resolved)
+            dt = step(values) if self.phase_resolved else 1.0
+            model = fit(series(values), dt, design, batches[-3:], self.phase_resolved)
             enough = model.relative_error <= self.tolerance and (model.tested or m + n < 3)
             if enough or len(design) >= self.max_runs:
                 break

@@ -48,7 +48,8 @@ def step(values: xr.DataArray) -> float:
     if np.ptp(steps) > 1e-6 * np.abs(steps).max():
         raise InputError(
             f"a phase-resolved expansion needs equidistant values of {last!r}; "
-            f"got steps from {steps.min():g} to {steps.max():g}"
+            f"got steps from {steps.min():g} to {steps.max():g} "
+            "(AdaptivePCCI(phase_resolved=False) takes any)"
         )
     return float(np.mean(steps))
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from flexband.uncertainty.bounds import Extremes, extremes
 from flexband.uncertainty.expansion import HybridExpansion
+from flexband.uncertainty.nested import interval_sequence
 from flexband.uncertainty.phase_expansion import Layout, PhaseExpansion
 from flexband.uncertainty.phase_moments import (
     by_points,
@@ -25,7 +26,6 @@ from flexband.uncertainty.phase_moments import (
 )
 from flexband.uncertainty.phase_rules import (
     gentle_index,
-    leja,
     resolving_rule,
     saddle_rule,
     scan_points,
@@ -187,7 +187,7 @@ def _block(terms: _Terms, outputs: int, targets, values, places, times: slice) -
     highest = 2 * orders[:m] + np.ceil(np.where(reach[:m] > 0, 1 + 8 * mixed, 0)).astype(int)
     highest = np.where(orders[:m] > 0, 2 * orders[:m] if still else highest, 0)
     index = gentle_index(expansion.interval_index, highest.tolist())
-    eta = leja(index.max(initial=0) + 1)[index]
+    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
     table = _table(terms, outputs, carriers, eta)
     polynomials = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((len(index), 1, 0)))
     transform = np.linalg.inv(polynomials.chebyshev(eta))

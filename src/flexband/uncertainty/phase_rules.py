@@ -151,20 +151,6 @@ def _closed(index: np.ndarray) -> np.ndarray:
     return np.array(sorted(known), dtype=int).reshape(len(known), index.shape[1])
 
 
-def leja(count: int) -> np.ndarray:
-    """Return points of [−1, 1] each as far from all before it as can be: 0, 1, −1 and so on.
-
-    With order ν_v in place of which one, they are the points at which polynomials of any set of
-    orders that has all lower ones can be interpolated.
-    """
-    points, fine = [0.0, 1.0, -1.0], -np.cos(np.linspace(0, np.pi, 2001))
-    while len(points) < count:
-        far = np.log(np.maximum(np.abs(fine[:, None] - points), 1e-300)).sum(axis=1)
-        points.append(float(fine[far.argmax()]))
-        points.append(-points[-1])
-    return np.array(points[:count])
-
-
 def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return η for a scan, and which of these points are next to each, (points, count).
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from flexband.uncertainty.polish import _chebyshev, _newton_step
+from flexband.uncertainty.polish import chebyshev_powers, newton_step
 
 SWEEPS = 40
 ENOUGH = 1e-9
@@ -159,7 +159,7 @@ def _descend(chosen, index, turning, c, sign, eta, work):  # noqa: PLR0912
             hessian[a, b] = size if a == b else 0.0
     reach, fresh = 1.0, True
     for _ in range(SWEEPS):
-        _newton_step(eta, gradient, hessian, step)
+        newton_step(eta, gradient, hessian, step)
         gain = 0.0
         for a in range(m):
             trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
@@ -210,7 +210,7 @@ def _value(chosen, index, turning, c, sign, eta, work, gradient):
     m, parts = len(eta), len(turning)
     carriers = _carriers(parts)
     own = 2 + 2 * carriers + 2 * parts
-    _chebyshev(eta, powers)
+    chebyshev_powers(eta, powers)
     basis[:] = 1.0
     for a in range(-1, m):  # −1: not differentiated
         for v in range(m):

@@ -37,7 +37,7 @@ def polish(index, coefficients, series, c, sign, places, values):
         best = _value(own, index, eta, c[row], sign[row], powers, basis, terms, gradient, hessian)
         reach = 1.0
         for _ in range(SWEEPS):
-            _newton_step(eta, gradient, hessian, step)
+            newton_step(eta, gradient, hessian, step)
             gain = 0.0
             for a in range(m):
                 trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
@@ -85,7 +85,7 @@ def sweep(index, coefficients, series, c, sign, places, values):
                 for x in (-1.0, 0.0, 1.0):
                     trial[:] = places[row]
                     trial[a] = x
-                    _chebyshev(trial, powers)
+                    chebyshev_powers(trial, powers)
                     for i in range(len(index)):
                         own[i] = 1.0
                         for v in range(m):
@@ -100,7 +100,7 @@ def sweep(index, coefficients, series, c, sign, places, values):
 def _value(coefficients, index, eta, c, sign, powers, basis, terms, gradient, hessian):
     """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
     m = len(eta)
-    _chebyshev(eta, powers)
+    chebyshev_powers(eta, powers)
     _products(powers, index, basis)
     np.dot(basis, coefficients, terms)
     variance = 0.0
@@ -131,7 +131,7 @@ def _dot(terms, a, b):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _chebyshev(eta, powers):
+def chebyshev_powers(eta, powers):
     """Fill T_i, T_i′ and T_i″ of every variable by their recurrences."""
     for a in range(len(eta)):
         x = eta[a]
@@ -164,7 +164,7 @@ def _products(powers, index, basis):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _newton_step(eta, gradient, hessian, step):
+def newton_step(eta, gradient, hessian, step):
     """Fill a descent step in the variables that no bound holds: (H + τ I)⁻¹ of −gradient.
 
     τ is zero where the Hessian of the free variables is positive definite, and grows until it is.

@@ -161,7 +161,7 @@ def test_phases_need_equidistant_times_and_values_do_not():
         return xr.DataArray(values, dims=("sample", "time"), coords={"time": times})
 
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(0.0, 2.0)}
-    with pytest.raises(fb.InputError, match="equidistant values of 'time'; got steps from 0.5 to"):
+    with pytest.raises(fb.InputError, match="equidistant values of 'time'"):
         fb.propagate(response, inputs, fb.AdaptivePCCI())
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(phase_resolved=False))
     np.testing.assert_allclose(bands["error_bar"], [-1 * times, 3 * times], atol=1e-9)

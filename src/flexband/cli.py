@@ -137,10 +137,11 @@ def run(
         }
         title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
         header, rows = summary_table(bands)
-        page = write_report(output, title, header, rows, figures)
+        told = remarks(bands)
+        page = write_report(output, title, header, rows, figures, told)
         _print_table(title, header, rows)
-        for line in remarks(bands):
-            console.print(line, markup=False)
+        for line in told:
+            console.print(line, markup=False, highlight=False)
         console.print(f"Report: {page}\nData:   {output / 'bands.nc'}")
         if surrogate is not None:
             fb.save_surrogate(surrogate, output / "surrogate.npz")

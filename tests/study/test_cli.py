@@ -69,6 +69,24 @@ def test_run_by_another_method(study_file, tmp_path):
         assert bands.attrs["method"].startswith("LHSScanning(samples=7, points=3")
 
 
+def test_fresh_runs_and_what_the_method_says(study_file, tmp_path):
+    out = tmp_path / "out"
+    result = call("run", study_file, "--output", out, "--method", "adaptive-pcci",
+                  "--tolerance", 0.001, "--max-runs", 9, "--verify", 4)  # fmt: skip
+    assert result.exit_code == 0, result.output
+    plain = " ".join(result.output.split())
+    assert "Orders: rate" in plain
+    assert "Fresh runs at the extremes of the error bar: 16" in plain
+    assert ("NOT met" in plain) == (xr.open_dataset(out / "bands.nc").expected_error > 0.001)
+    assert "Orders: rate" in (out / "report.html").read_text(encoding="utf-8")
+    assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
+    with xr.open_dataset(out / "verification.nc", engine="scipy") as checked:
+        assert float(abs(checked["difference"]).max()) < 0.01
+    none = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--verify", 4)
+    assert none.exit_code == 1
+    assert "has no surrogate for --verify" in none.output
+
+
 def test_options_change_the_studys_own_method(study_file, tmp_path):
     result = call("run", study_file, "--output", tmp_path / "out", "--interval-order", 2)
     assert result.exit_code == 0, result.output

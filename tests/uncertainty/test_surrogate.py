@@ -145,6 +145,13 @@ def test_verification_of_intervals_alone_is_exact():
         (lambda s: s.evaluate(x=0.0, e=2.0), "e: values must be between -1 and 1; got 2"),
         (lambda s: s.evaluate(x=[0.0, 1.0], e=[0.0, 0.1, 0.2]), "values must be equally many"),
         (lambda s: s.moments(x=0.0), "values must be given for e; got x"),
+        (lambda s: s.evaluate(x=np.nan, e=0.0), "x: values must be finite; got nan"),
+        (lambda s: s.evaluate(x=abs, e=0.0), "x: float"),
+        (lambda s: fb.save_surrogate(s, Path(__file__).parent), "is a folder; give the name"),
+        (
+            lambda s: fb.verify(s, lambda x, e: np.zeros((len(x), 2))),
+            "response must be the surrogate's, of shape",
+        ),
         (lambda s: fb.load_surrogate("nowhere.npz"), "there is no file nowhere.npz"),
         (lambda s: fb.verify(s, lambda x, e: x, samples=1), "samples must be 2 or more"),
         (
@@ -158,6 +165,12 @@ def test_bad_input_is_refused(call, text):
     surrogate = fb.expand(case.response, case.inputs, fb.ImprovedPCCI(1, 1))
     with pytest.raises(fb.InputError, match=text):
         call(surrogate)
+
+
+def test_a_surrogate_says_what_it_is_of_in_a_line():
+    case = formula(wave)
+    surrogate = fb.expand(case.response, case.inputs, fb.ImprovedPCCI(1, 1))
+    assert repr(surrogate) == "<Surrogate of x, e; time 1001>"
 
 
 def test_what_cannot_be_saved_or_loaded_is_refused(tmp_path):

@@ -23,6 +23,7 @@ def write_report(
     header: Sequence[str],
     rows: Sequence[Sequence[str]],
     figures: Mapping[str, tuple[str, Figure]],
+    remarks: Sequence[str] = (),
 ) -> Path:
     """Write ``report.html`` and a PNG for every figure; return the page's path.
 
@@ -30,9 +31,11 @@ def write_report(
     ----------
     header, rows : the table.
     figures : file name without suffix -> (caption, figure).
+    remarks : paragraphs below the table.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [f"<h1>{escape(title)}</h1>", _table(header, rows)]
+    parts += [f"<p>{escape(line)}</p>" for line in remarks]
     for name, (caption, figure) in figures.items():
         figure.savefig(folder / f"{name}.png", dpi=120)
         text = escape(caption)

@@ -44,9 +44,15 @@ def remarks(bands: xr.Dataset) -> list[str]:
         found = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in found))
     if "expected_error" in bands.attrs:
+        error, tolerance = bands.attrs["expected_error"], bands.attrs["tolerance"]
         lines.append(
-            f"Expected error: {100 * bands.attrs['expected_error']:.2g} % of the error bar"
+            f"Expected error, mean over time: {100 * error:.2g} % of the error bar's width"
         )
+        if error > tolerance:
+            lines.append(
+                f"The tolerance of {100 * tolerance:g} % is NOT met: give more runs (--max-runs), "
+                "or leave out outputs that cannot be followed"
+            )
     if "trusted" in bands:
         doubtful = [
             name or "response"

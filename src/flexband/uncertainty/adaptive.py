@@ -39,7 +39,8 @@ class AdaptivePCCI:
     Parameters
     ----------
     tolerance : error of the bands to stop at, in parts of the mean width of the error bar.
-    max_runs : budget; it stops there, and says which error it expects.
+    max_runs : budget; it stops there, or where it has all terms up to order 20 of intervals and 8
+        of random variables, and says which error it expects.
     phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
 
     Raises
@@ -90,7 +91,8 @@ class AdaptivePCCI:
 
         `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
         and `trusted` those before the last, `orders` the dim "variable".
-        ``attrs["expected_error"]`` is the relative one that the tolerance is for,
+        ``attrs["expected_error"]`` is the relative one that ``attrs["tolerance"]`` is for, larger
+        where the budget or the orders (20 of intervals, 8 of random variables) did not reach;
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         m, n = space.interval_dimension, space.random_dimension
@@ -114,7 +116,7 @@ class AdaptivePCCI:
                 batches.append(len(design))
             else:
                 batches[-1] = len(design)
-        return _surrogate(space, values[:0], model)
+        return _surrogate(space, values[:0], model, self.tolerance)
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
         """Return the bands and the diagnostics."""
@@ -127,7 +129,9 @@ def _joined(values: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(data, dims=new.dims, coords=new.coords)
 
 
-def _surrogate(space: Space, labels: xr.DataArray, model: BatchModel) -> Surrogate:
+def _surrogate(
+    space: Space, labels: xr.DataArray, model: BatchModel, tolerance: float
+) -> Surrogate:
     """Return the surrogate with what the model says of itself."""
     dims, shape = labels.dims[1:], labels.shape[1:]
     variables = [
@@ -149,6 +153,7 @@ def _surrogate(space: Space, labels: xr.DataArray, model: BatchModel) -> Surroga
         coords={"variable": variables},
         attrs={
             "expected_error": model.relative_error,
+            "tolerance": tolerance,
             "carrier_frequencies": model.frequencies,
         },
     )

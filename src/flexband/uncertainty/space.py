@@ -73,8 +73,10 @@ class Space:
         for name, one in self.inputs.items():
             try:
                 columns[one.random].append(one.standard(np.asarray(values[name], dtype=float)))
-            except (InputError, ValueError) as error:
+            except (InputError, ValueError, TypeError) as error:
                 raise InputError(f"{name}: {error}") from None
+            if not np.isfinite(columns[one.random][-1]).all():
+                raise InputError(f"{name}: values must be finite; got {values[name]}")
         counts = {len(c) for own in columns.values() for c in own} - {1}
         if len(counts) > 1:
             raise InputError(f"values must be equally many; got {sorted(counts)}")

@@ -60,6 +60,11 @@ class Surrogate:
     groups: tuple[Group, ...]
     diagnostics: xr.Dataset
 
+    def __repr__(self) -> str:
+        """Say what it is a surrogate of, in a line."""
+        shape = ", ".join(f"{dim} {n}" for dim, n in self.labels.sizes.items() if dim != "sample")
+        return f"<Surrogate of {', '.join(self.space.inputs)}; {shape or 'one number'}>"
+
     def standard(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response at ξ (points, n) and η (points, m), shape (points, …)."""
         outputs = sum(len(group.outputs) for group in self.groups)

@@ -29,7 +29,8 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     Raises
     ------
     InputError
-        Where an input is none of flexband's own, or a field's correlation is the user's function.
+        Where an input is none of flexband's own, a field's correlation is the user's function, or
+        the name is that of a folder.
     """
     labels, told, arrays = surrogate.labels, surrogate.diagnostics, {}
     coords = {str(k): c for k, c in labels.coords.items() if "sample" not in c.dims}
@@ -49,6 +50,8 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         "groups": len(surrogate.groups),
     }
     file = Path(file)
+    if file.is_dir():
+        raise InputError(f"{file} is a folder; give the name of a file")
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_suffix(".partial")
     with partial.open("wb") as opened:
@@ -78,8 +81,8 @@ def load_surrogate(file: str | Path) -> Surrogate:
             np.zeros(about["shape"]), dims=about["dims"], coords=_under("coords/", named)
         )
         told = xr.Dataset(_under("told/", named), attrs=about["attributes"])
-    except (KeyError, TypeError, ValueError, OSError, zipfile.BadZipFile) as error:
-        raise InputError(f"{file} holds no surrogate: {error}") from None
+    except (KeyError, TypeError, ValueError, OSError, zipfile.BadZipFile):
+        raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
     return Surrogate(Space(inputs), labels, groups, told)
 
 

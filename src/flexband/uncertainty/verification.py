@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import whole
+from flexband.errors import InputError, whole
 from flexband.uncertainty.bands import BOUNDS
 from flexband.uncertainty.sampling import latin_hypercube_normals
 from flexband.uncertainty.space import Response, evaluate
@@ -39,7 +39,7 @@ def verify(
     Raises
     ------
     InputError
-        As `propagate` does.
+        As `propagate` does, and where the response has another shape than the surrogate's.
     """
     whole("samples", samples, 2)
     whole("seed", seed, 0)
@@ -57,6 +57,11 @@ def verify(
             points = xi, np.repeat(eta, len(xi), axis=0)
             fresh = evaluate(response, space, *points, len(xi), lambda done: None)
             runs += len(xi)
+            if fresh.shape[1:] != labels.shape[1:]:
+                raise InputError(
+                    f"response must be the surrogate's, of shape {labels.shape[1:]} a run; "
+                    f"got {fresh.shape[1:]}"
+                )
             F, S = (
                 v.reshape(len(xi), outputs, -1)[:, o]
                 for v in (fresh.values, surrogate.standard(*points))

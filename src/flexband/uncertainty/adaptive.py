@@ -9,7 +9,7 @@ import xarray as xr
 
 from flexband.errors import InputError, positive, whole
 from flexband.uncertainty.batch_model import BATCH, BatchModel
-from flexband.uncertainty.expected_error import series, step
+from flexband.uncertainty.expected_error import diagnostics, series, step
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.nested_model import NestedModel
 from flexband.uncertainty.regression_model import LEAST_RUNS, RegressionModel
@@ -133,7 +133,6 @@ def _surrogate(
     space: Space, labels: xr.DataArray, model: BatchModel, tolerance: float
 ) -> Surrogate:
     """Return the surrogate with what the model says of itself."""
-    dims, shape = labels.dims[1:], labels.shape[1:]
     variables = [
         name if one.dimension == 1 else f"{name}[{k}]"
         for random in (False, True)
@@ -141,20 +140,9 @@ def _surrogate(
         if one.random == random
         for k in range(one.dimension)
     ]
-    error = model.expected_error
-    diagnostics = xr.Dataset(
-        {
-            "mean_expected_error": (dims, error[0].reshape(shape)),
-            "error_bar_expected_error": (dims, error[1].reshape(shape)),
-            "carriers": (dims[:-1], model.carriers.reshape(shape[:-1])),
-            "trusted": (dims[:-1], model.trusted.reshape(shape[:-1])),
-            "orders": ("variable", model.orders),
-        },
-        coords={"variable": variables},
-        attrs={
-            "expected_error": model.relative_error,
-            "tolerance": tolerance,
-            "carrier_frequencies": model.frequencies,
-        },
+    told = diagnostics(
+        labels, model.expected_error, model.carriers, model.trusted, model.frequencies
     )
-    return Surrogate(space, labels, tuple(model.groups(len(model.F))), diagnostics)
+    told = told.assign(orders=("variable", model.orders)).assign_coords(variable=variables)
+    told = told.assign_attrs(expected_error=model.relative_error, tolerance=tolerance)
+    return Surrogate(space, labels, tuple(model.groups(len(model.F))), told)

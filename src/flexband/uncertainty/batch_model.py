@@ -153,8 +153,8 @@ class BatchModel(ABC):
 
     @cached_property
     def _bands(self) -> list[np.ndarray]:
-        """Bounds at thinned times after each of the batches, (sigmas, 2, outputs, times)."""
-        return [stacked(extremes_of(self.groups(count), self.thin)) for count in self.batches]
+        """Bounds at thinned times before and after the last batch, (sigmas, 2, outputs, times)."""
+        return [stacked(extremes_of(self.groups(count), self.thin)) for count in self.batches[-2:]]
 
     @cached_property
     def expected_error(self) -> np.ndarray:

@@ -118,6 +118,33 @@ def running(v: np.ndarray, half: int) -> np.ndarray:
     return np.sqrt(np.maximum(top / count, 0.0)).reshape(v.shape)
 
 
+def diagnostics(
+    labels: xr.DataArray,
+    error: np.ndarray,
+    carriers: np.ndarray,
+    trusted: np.ndarray,
+    frequencies: Sequence[float],
+) -> xr.Dataset:
+    """Return what a phase-resolved method says of its bands, labelled like the response.
+
+    Parameters
+    ----------
+    labels : a response of shape (runs, …).
+    error : expected of mean and error bar, (2, outputs, times).
+    carriers, trusted : of each output.
+    """
+    dims, shape = labels.dims[1:], labels.shape[1:]
+    return xr.Dataset(
+        {
+            "mean_expected_error": (dims, error[0].reshape(shape)),
+            "error_bar_expected_error": (dims, error[1].reshape(shape)),
+            "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
+            "trusted": (dims[:-1], trusted.reshape(shape[:-1])),
+        },
+        attrs={"carrier_frequencies": list(frequencies)},
+    )
+
+
 def rms(v: np.ndarray) -> np.ndarray:
     """Return the root mean square over runs and times, (outputs,)."""
     return np.sqrt(np.mean(v**2, axis=(0, 2)))

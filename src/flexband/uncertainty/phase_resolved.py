@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from flexband.uncertainty.decomposition import Stage, decompose
 from flexband.uncertainty.expansion import HybridExpansion
@@ -16,6 +15,7 @@ from flexband.uncertainty.expected_error import (
     apart,
     at_all_times,
     chosen_carriers,
+    diagnostics,
     rms,
     running,
     series,
@@ -91,17 +91,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         frequencies = [c.frequency for c in found[-1].checked.carriers]
         times = thinned(frequencies, dt, F.shape[-1])
         estimate, trusted = _expected(F, found, carriers, groups, others, *times)
-        dims, shape = values.dims[1:], values.shape[1:]
-        diagnostics = xr.Dataset(
-            {
-                "mean_expected_error": (dims, estimate[0].reshape(shape)),
-                "error_bar_expected_error": (dims, estimate[1].reshape(shape)),
-                "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
-                "trusted": (dims[:-1], trusted.reshape(shape[:-1])),
-            },
-            attrs={"carrier_frequencies": frequencies},
-        )
-        return Surrogate(space, values[:0], tuple(groups), diagnostics)
+        told = diagnostics(values, estimate, carriers, trusted, frequencies)
+        return Surrogate(space, values[:0], tuple(groups), told)
 
 
 class _Candidate(NamedTuple):

@@ -60,6 +60,12 @@ class Surrogate:
     groups: tuple[Group, ...]
     diagnostics: xr.Dataset
 
+    @property
+    def _shape(self) -> tuple[int, int]:
+        """How many outputs and times there are."""
+        outputs = sum(len(group.outputs) for group in self.groups)
+        return outputs, self.groups[0].expansion.layout.times
+
     def __repr__(self) -> str:
         """Say what it is a surrogate of, in a line."""
         shape = ", ".join(f"{dim} {n}" for dim, n in self.labels.sizes.items() if dim != "sample")
@@ -67,8 +73,7 @@ class Surrogate:
 
     def standard(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response at ξ (points, n) and η (points, m), shape (points, …)."""
-        outputs = sum(len(group.outputs) for group in self.groups)
-        values = np.empty((len(xi), outputs, self.groups[0].expansion.layout.times))
+        values = np.empty((len(xi), *self._shape))
         for which, expansion in self.groups:
             values[:, which] = expansion.evaluate(xi, eta)
         return values.reshape(len(xi), *self.labels.shape[1:])
@@ -100,8 +105,7 @@ class Surrogate:
 
     def standard_moments(self, eta: np.ndarray) -> np.ndarray:
         """Return μ and σ at η of shape (points, m), shape (2, points, …)."""
-        outputs = sum(len(group.outputs) for group in self.groups)
-        found = np.empty((2, len(eta), outputs, self.groups[0].expansion.layout.times))
+        found = np.empty((2, len(eta), *self._shape))
         for which, expansion in self.groups:
             found[:, :, which] = standard_moments(expansion, eta)
         return found.reshape(2, len(eta), *self.labels.shape[1:])

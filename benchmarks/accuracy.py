@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 
 import flexband as fb
 from flexband.study.comparison import relative_error
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Method
-from flexband.uncertainty.space import Space
 
 FULL = 200
 """Samples of LHS–Scanning from which on the documentation is written."""

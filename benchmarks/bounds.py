@@ -21,10 +21,10 @@ from accuracy_formulas import FORMULA_INPUTS, wave
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
-from flexband.uncertainty.bands import SIGMAS
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.phase_bounds import phase_extremes
-from flexband.uncertainty.phase_expansion import Layout, PhaseExpansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.bounds import phase_extremes
+from flexband.uncertainty.phases.expansion import Layout, PhaseExpansion
+from flexband.uncertainty.surrogates.bands import SIGMAS
 
 DURATION, STEP, ORDER = 0.6, 1e-3, 3
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))

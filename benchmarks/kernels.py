@@ -11,15 +11,15 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
-from flexband.indices import as_indices
-from flexband.lanes import WIDTH, addresses, entry, filled
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import run
-from flexband.mechanics.engine import MARCH, START
-from flexband.mechanics.equations import residual, tangent
-from flexband.mechanics.factorization import factorize, solve
-from flexband.mechanics.packing import pack
-from flexband.mechanics.structure import Work
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.batch import run
+from flexband.mechanics.engine.entries import MARCH, START
+from flexband.mechanics.kernels.equations import residual, tangent
+from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.indices import as_indices
+from flexband.mechanics.kernels.lanes import WIDTH, addresses, entry, filled
 
 DURATION, STEP = 0.6, 1e-3
 

@@ -19,12 +19,12 @@ from harness import options, report
 from numpy.polynomial import hermite_e
 from points_cases import CHOSEN, INTERVAL, RANDOM, Points, combination, fit, formulas, sets, total
 
-from flexband.uncertainty.carriers import Carrier
-from flexband.uncertainty.decomposition import Stage, decompose
-from flexband.uncertainty.expansion import tensor_points
-from flexband.uncertainty.phase_expansion import Layout
-from flexband.uncertainty.polynomials import chebyshev_values, hermite_values
-from flexband.uncertainty.space import Space
+from flexband.uncertainty.expansions.hybrid import tensor_points
+from flexband.uncertainty.expansions.polynomials import chebyshev_values, hermite_values
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.phases.carriers import Carrier
+from flexband.uncertainty.phases.decomposition import Stage, decompose
+from flexband.uncertainty.phases.expansion import Layout
 
 Row = tuple[str, int, dict[str, tuple[int, float]]]
 """What is measured, terms, and runs and error by points."""

@@ -8,13 +8,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from flexband.uncertainty.expansion import HybridExpansion, tensor_index, tensor_points
-from flexband.uncertainty.nested import GENZ_KEISTER, interval_sequence, random_sequence
-from flexband.uncertainty.polynomials import (
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_index, tensor_points
+from flexband.uncertainty.expansions.polynomials import (
     chebyshev_values,
     hermite_nodes,
     hermite_values,
     scaled_chebyshev_zeros,
+)
+from flexband.uncertainty.expansions.sequences import (
+    GENZ_KEISTER,
+    interval_sequence,
+    random_sequence,
 )
 
 Points = Callable[[int], np.ndarray]

@@ -15,8 +15,6 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 from kernels import kernel_cases, kernel_time
 
-from flexband import lanes
-from flexband.lanes import WIDTH, entry, load, store
 from flexband.mechanics import (
     elastic_forces,
     element,
@@ -24,10 +22,12 @@ from flexband.mechanics import (
     factorization,
     spring_forces,
 )
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.initial import start
-from flexband.mechanics.packing import pack
-from flexband.mechanics.structure import Work
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.start import start
+from flexband.mechanics.kernels import lanes
+from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
 
 CHAINS = 12
 

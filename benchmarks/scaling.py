@@ -20,10 +20,10 @@ from harness import alternate, medians, options, report
 from peer_models import MODULUS, OURS
 
 import flexband as fb
-from flexband.lanes import WIDTH
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import available_cores, in_parallel, march_block
-from flexband.mechanics.packing import pack
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.batch import available_cores, in_parallel, march_block
+from flexband.mechanics.kernels.lanes import WIDTH
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}
 STEPS, STEP = 200, 1e-3

@@ -4,51 +4,108 @@ import ast
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import flexband as fb
 
 SOURCE = Path(fb.__file__).parent
-ALLOWED = {
-    "errors": {"errors"},
-    "lanes": {"lanes"},
-    "indices": {"indices"},
-    "mechanics": {"errors", "lanes", "indices", "mechanics"},
-    "uncertainty": {"errors", "uncertainty"},
-    "study": {"errors", "uncertainty", "study"},
-    "report": {"errors", "mechanics", "uncertainty", "study", "report"},
+ROOMS = [
+    "errors",
+    "mechanics.kernels",
+    "mechanics.forms",
+    "mechanics.bodies",
+    "mechanics.joints",
+    "mechanics.loads",
+    "mechanics.sensors",
+    "mechanics.mechanism",
+    "mechanics.assembly",
+    "mechanics.engine",
+    "mechanics.simulate",
+    "mechanics.equilibrium",
+    "mechanics.modes",
+    "mechanics.response",
+    "mechanics.configuration",
+    "mechanics.description",
+    "uncertainty.expansions",
+    "uncertainty.inputs",
+    "uncertainty.phases",
+    "uncertainty.surrogates",
+    "uncertainty.methods",
+    "uncertainty.adaptive",
+    "uncertainty.phase_resolved",
+    "uncertainty.propagate",
+    "study",
+    "report",
+    "cli",
+]
+"""The folders and modules of the package, from the lowest up: each imports only those above it in
+this list, and lower files of its own."""
+
+MOST_FILES = 14
+"""In a folder."""
+
+FILES = {
+    ".".join(file.relative_to(SOURCE).with_suffix("").parts): file
+    for file in SOURCE.rglob("*.py")
+    if file.name != "__init__.py"
 }
 
 
-def imports(file):
-    """Return the modules a file imports.
+def room(module):
+    """Return which of the rooms a module belongs to."""
+    found = [k for k, name in enumerate(ROOMS) if f"{module}.".startswith(f"{name}.")]
+    assert found, f"{module} belongs to no room"
+    return found[0]
 
-    Left out is what a function asks of the package's root when it is called, which is what users do
-    too: the root loads a name's module only then, so such an import ties no layer to another.
-    """
-    tree = ast.parse(file.read_text(encoding="utf-8"))
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    late = {id(node) for function in functions for node in ast.walk(function)}
-    for node in ast.walk(tree):
+
+def imports(file):
+    """Yield every module that a file imports, inside functions as well."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
-            if node.module != "flexband" or id(node) not in late:
-                yield node.module
+            yield node.module
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
 
 
-@pytest.mark.parametrize("part", ALLOWED)
-def test_imports_go_downward(part):
-    files = list((SOURCE / part).glob("*.py")) or [SOURCE / f"{part}.py"]
-    assert files
-    for file in files:
-        for module in imports(file):
-            top, _, rest = module.partition(".")
-            if top == "flexband":
-                assert rest.split(".")[0] in ALLOWED[part], f"{file.name} imports {module}"
-            if part != "report":
-                assert top not in ("matplotlib", "rich", "typer"), f"{file.name} imports {module}"
+def own_imports(file):
+    """Yield the modules of the package that a file imports; the package itself counts as "cli"."""
+    for module in imports(file):
+        if module == "flexband":
+            yield "cli"
+        elif module.startswith("flexband."):
+            yield module.removeprefix("flexband.")
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_imports_go_downward(module):
+    for other in own_imports(FILES[module]):
+        assert room(other) <= room(module), f"{module} imports {other}"
+        halves = {other.split(".")[0], module.split(".")[0]}
+        assert halves != {"mechanics", "uncertainty"}, f"{module} imports {other}"
+
+
+def test_no_circle():
+    waiting = {module: set(own_imports(file)) & FILES.keys() for module, file in FILES.items()}
+    waiting["cli"] -= {"cli"}  # the command line uses the public names
+    while waiting:
+        free = {module for module, needed in waiting.items() if not needed & waiting.keys()}
+        assert free, f"these import each other: {sorted(waiting)}"
+        waiting = {module: needed for module, needed in waiting.items() if module not in free}
+
+
+def test_only_the_report_and_the_command_line_import_what_draws_and_prints():
+    for module, file in FILES.items():
+        if module.split(".")[0] not in ("report", "cli"):
+            packages = {name.split(".")[0] for name in imports(file)}
+            assert not packages & {"matplotlib", "rich", "typer"}, module
+
+
+def test_folders_are_small():
+    for folder in (SOURCE, *(f for f in SOURCE.rglob("*") if f.is_dir())):
+        assert len([f for f in folder.glob("*.py") if f.name != "__init__.py"]) <= MOST_FILES
 
 
 def test_importing_loads_nothing_heavy():
@@ -60,9 +117,19 @@ def test_importing_loads_nothing_heavy():
 
 
 def test_public_names():
-    assert set(fb.__all__) == set(fb._HOME)
+    assert {"Mechanism", "propagate", "PCCI", "Interval", "draw", "describe"} <= set(fb.__all__)
     assert set(fb.__all__) <= set(dir(fb))
     for name in fb.__all__:
         assert getattr(fb, name).__doc__, name
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         fb.nonsense  # noqa: B018
+
+
+def test_notebooks_show_a_mechanism_as_its_drawing():
+    shown = {}
+    png = SimpleNamespace(for_type=shown.__setitem__)
+    formatter = SimpleNamespace(formatters={"image/png": png})
+    fb.load_ipython_extension(SimpleNamespace(display_formatter=formatter))
+    mass = fb.PointMass(mass=1.0, position=(np.float64(0.0), 0.0))
+    image = shown[fb.Mechanism](fb.Mechanism(bodies={"m": mass}))
+    assert image.startswith(b"\x89PNG")

@@ -23,7 +23,6 @@ from rich.progress import (
 from rich.table import Table
 
 import flexband as fb
-from flexband.netcdf import write_netcdf
 from flexband.report.figures import (
     bands_figure,
     drawable_outputs,
@@ -36,6 +35,7 @@ from flexband.report.html import write_report
 from flexband.report.tables import error_table, remarks, summary_table, verification_table
 from flexband.study.comparison import compare
 from flexband.study.files import load_study
+from flexband.study.netcdf import write_netcdf
 from flexband.uncertainty.methods import Method
 
 app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)

@@ -6,14 +6,14 @@ import numpy as np
 from numba import njit
 
 import flexband as fb
-from flexband.lanes import WIDTH, filled
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import run
-from flexband.mechanics.engine import MARCH, START
-from flexband.mechanics.equations import residual, tangent
-from flexband.mechanics.factorization import factorize, solve, to_dense
-from flexband.mechanics.packing import pack
-from flexband.mechanics.structure import Work
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.batch import run
+from flexband.mechanics.engine.entries import MARCH, START
+from flexband.mechanics.kernels.equations import residual, tangent
+from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
+from flexband.mechanics.kernels.lanes import WIDTH, filled
 
 
 def slider_crank(

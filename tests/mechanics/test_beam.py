@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import eigh, null_space
 
 import flexband as fb
-from flexband.mechanics.centre_line import hermite, hermite_slope
+from flexband.mechanics.kernels.hermite import hermite, hermite_slope
 
 from .models import Dense, beam
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
-from flexband.mechanics.factorization import analyse
+from flexband.mechanics.kernels.factorization import analyse
 
 from .models import Dense, pendulum, rigid_slider_crank, slider_crank, states
 

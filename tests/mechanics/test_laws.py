@@ -196,7 +196,7 @@ def test_a_planetary_gear():
         },
         sensors={"arm": fb.Angle("arm"), "planet": fb.Angle("planet")},
     )  # fmt: skip
-    assert "0 degrees of freedom" in model.describe()
+    assert "0 degrees of freedom" in fb.describe(model)
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     t = motion["time"].values
     arm_turned = 30.0 * t * sun / (sun + ring)
@@ -338,7 +338,7 @@ def test_bad_laws_and_gears_are_refused(make, text):
 def test_descriptions_name_the_points_of_laws_and_gears():
     bodies, joints = gears((0.1, 0.2), (0.4, 0.3))
     law = fb.ForceLaw(["1", (0.3, 0.2)], spring_and_moment, (4.0, 0.01))
-    text = fb.Mechanism(bodies=bodies, joints=joints, loads={"l": law}).describe()
+    text = fb.describe(fb.Mechanism(bodies=bodies, joints=joints, loads={"l": law}))
     assert "1 – 2" in text
     assert "1 – (0.3, 0.2)" in text
     assert "1 degrees of freedom" in text

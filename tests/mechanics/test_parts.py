@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flexband as fb
-from flexband.mechanics.assembly import assemble
+from flexband.mechanics.assembly.system import assemble
 
 from .models import beam, slider_crank, states
 

@@ -11,7 +11,7 @@ from matplotlib.patches import Polygon
 
 import flexband as fb
 from flexband.mechanics.forms import subtract
-from flexband.report.scene import hull
+from flexband.report.drawing.scene import hull
 from tests.mechanics.models import slider_crank
 
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
@@ -56,7 +56,7 @@ def four_bar(crank=1.0, angle=0.8, guess=0.15):
 
 
 def test_pins_and_links_are_where_assembly_puts_them():
-    figure = four_bar().draw()
+    figure = fb.draw(four_bar())
     tip = np.array([np.cos(0.8), np.sin(0.8)])
     exact = {"A": (0.0, 0.0), "B": tip, "C": np.add(tip, (2.0, 0.0)), "D": (2.0, 0.0)}
     for name, place in exact.items():
@@ -68,14 +68,14 @@ def test_pins_and_links_are_where_assembly_puts_them():
 
 def test_every_part_is_named():
     model = slider_crank()
-    assert names(model.draw()) >= {*model.bodies, *model.joints, *model.loads}
-    assert not names(model.draw(names=False)) & {*model.bodies, *model.joints, *model.loads}
-    assert names(model.draw(names=False)) == {"0.2 m", "0.45 m"}
+    assert names(fb.draw(model)) >= {*model.bodies, *model.joints, *model.loads}
+    assert not names(fb.draw(model, names=False)) & {*model.bodies, *model.joints, *model.loads}
+    assert names(fb.draw(model, names=False)) == {"0.2 m", "0.45 m"}
 
 
 def test_names_keep_apart():
     for model in (slider_crank(), four_bar()):
-        figure = model.draw()
+        figure = fb.draw(model)
         boxes = [text.get_window_extent() for text in figure.axes[0].texts]
         assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
         axes = figure.axes[0].get_window_extent()
@@ -85,12 +85,12 @@ def test_names_keep_apart():
 def test_lengths_of_the_sample_that_is_asked_for():
     model = four_bar(crank=np.array([0.75, 1.25]))
     for sample, length in enumerate((0.75, 1.25)):
-        figure = model.draw(sample=sample)
+        figure = fb.draw(model, sample=sample)
         lengths = sorted(text for text in texts(figure) if text.endswith(" m"))
         assert lengths == [f"{length} m", f"{length} m", "2 m"]
         tip = length * np.array([np.cos(0.8), np.sin(0.8)])
         np.testing.assert_allclose(part(figure, "joint 'B'"), [tip], atol=1e-9)
-    assert not [text for text in texts(model.draw(dimensions=False)) if text.endswith(" m")]
+    assert not [text for text in texts(fb.draw(model, dimensions=False)) if text.endswith(" m")]
 
 
 def test_a_length_too_short_for_a_dimension_is_written_beside_it():
@@ -98,13 +98,13 @@ def test_a_length_too_short_for_a_dimension_is_written_beside_it():
         "long": fb.RigidBody.bar(length=3.0, **BAR),
         "short": fb.RigidBody.bar(length=0.01, start=(3.0, 0.0), **BAR),
     }
-    assert {"3 m", "0.01 m"} <= set(texts(fb.Mechanism(bodies=bodies).draw()))
+    assert {"3 m", "0.01 m"} <= set(texts(fb.draw(fb.Mechanism(bodies=bodies))))
 
 
 @pytest.mark.parametrize("sample", [-1, 2, 0.5])
 def test_a_sample_that_is_not_there_is_refused(sample):
     with pytest.raises(fb.InputError, match="sample must be"):
-        four_bar(crank=np.array([0.75, 1.25])).draw(sample=sample)
+        fb.draw(four_bar(crank=np.array([0.75, 1.25])), sample=sample)
 
 
 def test_what_cannot_be_assembled_is_refused_by_its_number():
@@ -112,7 +112,7 @@ def test_what_cannot_be_assembled_is_refused_by_its_number():
     far = fb.Distance("crank.end", (0.0, 3.0), 1.0)
     broken = fb.Mechanism(bodies=model.bodies, joints={**model.joints, "far": far})
     with pytest.raises(fb.AssemblyError, match="sample 1"):
-        broken.draw(sample=1)
+        fb.draw(broken, sample=1)
 
 
 def test_a_curved_cable_is_drawn_along_its_arc():
@@ -121,7 +121,7 @@ def test_a_curved_cable_is_drawn_along_its_arc():
         axial_stiffness=1e5, bending_stiffness=1.0,
     )  # fmt: skip
     clamp = fb.Weld("c.start", (0.2, 0.1), 0.3)
-    figure = fb.Mechanism(bodies={"c": cable}, joints={"clamp": clamp}).draw()
+    figure = fb.draw(fb.Mechanism(bodies={"c": cable}, joints={"clamp": clamp}))
     line = part(figure, "body 'c'")
     centre = np.array([0.2, 0.1]) + np.array([-np.sin(0.3), np.cos(0.3)]) / 1.5
     np.testing.assert_allclose(np.linalg.norm(line - centre, axis=1), 1 / 1.5, atol=3e-5)
@@ -133,7 +133,7 @@ def test_a_curved_cable_is_drawn_along_its_arc():
 def test_a_beam_is_as_high_as_it_is():
     height = np.array([0.1, 0.3])
     beam = fb.Beam(length=1.5, height=height, width=0.1, elements=2, angle=0.5, **MATERIAL)
-    sides = np.split(part(fb.Mechanism(bodies={"b": beam}).draw(sample=1), "body 'b'"), 2)
+    sides = np.split(part(fb.draw(fb.Mechanism(bodies={"b": beam}), sample=1), "body 'b'"), 2)
     np.testing.assert_allclose(np.linalg.norm(sides[0] - sides[1][::-1], axis=1), 0.3)
     axis = (sides[0] + sides[1][::-1]) / 2
     np.testing.assert_allclose(axis[-1], 1.5 * np.array([np.cos(0.5), np.sin(0.5)]))
@@ -150,7 +150,7 @@ def test_a_beam_is_as_high_as_it_is():
 def test_a_beam_is_as_high_as_its_section_is_there(section, ends):
     beam = fb.Beam(length=np.array([1.0, 1.5]), elements=2, **section, **MATERIAL)
     load = fb.DistributedLoad("b", y=-1.0)
-    figure = fb.Mechanism(bodies={"b": beam}, loads={"q": load}).draw(sample=1)
+    figure = fb.draw(fb.Mechanism(bodies={"b": beam}, loads={"q": load}), sample=1)
     upper, lower = np.split(part(figure, "body 'b'"), 2)
     np.testing.assert_allclose((upper - lower[::-1])[[0, -1], 1], ends)
     rise = part(figure, "load 'q'")[[0, -1], 1] - np.divide(ends, 2)
@@ -167,7 +167,7 @@ def test_a_plate_is_the_hull_of_its_points():
 
 def test_a_body_without_extent_is_a_circle_of_its_radius_of_gyration():
     disc = fb.RigidBody.disc(radius=0.2, width=0.1, density=1000.0, position=(1.0, 2.0))
-    circle = part(fb.Mechanism(bodies={"d": disc}).draw(), "body 'd'")
+    circle = part(fb.draw(fb.Mechanism(bodies={"d": disc})), "body 'd'")
     np.testing.assert_allclose(np.linalg.norm(circle - (1.0, 2.0), axis=1), 0.2 / np.sqrt(2))
 
 
@@ -191,7 +191,7 @@ def test_arrows_of_forces_point_the_way_they_act():
             "g": fb.Gravity(),
         },
     )
-    figure = model.draw()
+    figure = fb.draw(model)
     np.testing.assert_allclose(way(figure, "load 'F'"), (0.6, -0.8), atol=1e-9)
     follows = (-np.sin(0.5), np.cos(0.5))
     np.testing.assert_allclose(way(figure, "load 'follows'"), follows, atol=1e-9)
@@ -211,7 +211,7 @@ def turn(line, centre):
 
 
 def test_arrows_of_drives_point_the_way_they_move():
-    assert turn(part(four_bar().draw(), "joint 'motor'"), (0.0, 0.0)) < 0
+    assert turn(part(fb.draw(four_bar()), "joint 'motor'"), (0.0, 0.0)) < 0
     fast = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(0.1, 0.0)), "n": fb.PointMass(mass=1.0)},
         joints={
@@ -233,15 +233,17 @@ def test_arrows_of_drives_that_start_from_rest(sense):
         return 0.5 + sense * (t**2 / 2 + (np.cos(0.4 * t) - 1) / 0.16)  # of fourth order in t
 
     bar = fb.RigidBody.bar(length=1.0, angle=0.5, **BAR)
-    figure = fb.Mechanism(
-        bodies={"bar": bar, "n": fb.PointMass(mass=1.0)},
-        joints={
-            "A": fb.Revolute("bar.start", (0.0, 0.0)),
-            "motor": fb.PrescribedRotation("bar", angle),
-            "line": fb.Slot("n", (0.0, 0.0)),
-            "push": fb.PrescribedTravel("n", (0.0, 0.0), lambda t: sense * t**3),
-        },
-    ).draw()
+    figure = fb.draw(
+        fb.Mechanism(
+            bodies={"bar": bar, "n": fb.PointMass(mass=1.0)},
+            joints={
+                "A": fb.Revolute("bar.start", (0.0, 0.0)),
+                "motor": fb.PrescribedRotation("bar", angle),
+                "line": fb.Slot("n", (0.0, 0.0)),
+                "push": fb.PrescribedTravel("n", (0.0, 0.0), lambda t: sense * t**3),
+            },
+        )
+    )
     assert turn(part(figure, "joint 'motor'"), (0.0, 0.0)) * sense > 0
     np.testing.assert_allclose(way(figure, "joint 'push'"), (sense, 0.0), atol=1e-9)
 
@@ -251,9 +253,9 @@ def test_arrows_of_drives_that_start_from_rest(sense):
 )
 def test_a_spring_reaches_from_point_to_point(kind):
     mass = fb.PointMass(mass=1.0, position=(1.0, 0.5))
-    figure = fb.Mechanism(
-        bodies={"m": mass}, loads={"s": fb.Spring("m", (0.0, 0.0), **kind)}
-    ).draw()
+    figure = fb.draw(
+        fb.Mechanism(bodies={"m": mass}, loads={"s": fb.Spring("m", (0.0, 0.0), **kind)})
+    )
     line = part(figure, "load 's'")
     np.testing.assert_allclose(line[[0, -1]], [(1.0, 0.5), (0.0, 0.0)], atol=1e-9)
     across = (line @ (-0.5, 1.0))[np.isfinite(line).all(axis=1)]
@@ -289,11 +291,13 @@ class Tug:
 
 
 def test_kinds_not_known_are_drawn_as_diamonds():
-    figure = fb.Mechanism(
-        bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.4))},
-        joints={"level": Level("m", (0.0, 0.5))},
-        loads={"tug": Tug("m"), "nowhere": Tug()},
-    ).draw()
+    figure = fb.draw(
+        fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.4))},
+            joints={"level": Level("m", (0.0, 0.5))},
+            loads={"tug": Tug("m"), "nowhere": Tug()},
+        )
+    )
     np.testing.assert_allclose(part(figure, "joint 'level'"), [(1.0, 0.5)], atol=1e-9)
     np.testing.assert_allclose(part(figure, "load 'tug'"), [(1.0, 0.5)], atol=1e-9)
     assert {"m", "level", "tug", "without a place: nowhere"} <= set(texts(figure))
@@ -325,6 +329,6 @@ def test_room_for_names_is_left_when_more_is_drawn():
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_size_does_not_matter(scale):
     bar = fb.RigidBody.bar(length=scale, height=scale / 50, width=scale, density=1.0, angle=0.3)
-    figure = fb.Mechanism(bodies={"bar": bar}, loads={"g": fb.Gravity()}).draw()
+    figure = fb.draw(fb.Mechanism(bodies={"bar": bar}, loads={"g": fb.Gravity()}))
     assert figure.get_size_inches() == pytest.approx((8.0, 4.0), abs=0.3)
     assert f"{scale:g} m" in texts(figure)

@@ -35,7 +35,7 @@ def planet():
 
 
 def test_pitch_circles_of_gears_touch():
-    figure = planet().draw()
+    figure = fb.draw(planet())
     for joint, touch in (("inner", SUN), ("outer", SUN + 2 * PLANET)):
         line = part(figure, f"joint {joint!r}")
         assert apart(line, touch * CENTRE / (SUN + PLANET)).min() < 0.003
@@ -59,10 +59,12 @@ def test_pitch_circles_of_gears_touch():
 def test_a_rack_touches_its_pinion_and_is_as_long_as_its_body(side):
     rack = fb.RigidBody.bar(length=0.8, height=0.02, start=(-0.3, 0.0), **SPUR)
     pinion = fb.RigidBody.disc(radius=0.1, position=(0.0, side * 0.1), **SPUR)
-    figure = fb.Mechanism(
-        bodies={"pinion": pinion, "rack": rack},
-        joints={"mesh": fb.Rack("pinion", "rack", side * 0.1)},
-    ).draw()
+    figure = fb.draw(
+        fb.Mechanism(
+            bodies={"pinion": pinion, "rack": rack},
+            joints={"mesh": fb.Rack("pinion", "rack", side * 0.1)},
+        )
+    )
     line = part(figure, "joint 'mesh'")
     np.testing.assert_allclose(line[:2], [(-0.3, 0.0), (0.5, 0.0)], atol=1e-9)
     heights = line[np.isfinite(line).all(axis=1), 1] * side
@@ -79,7 +81,7 @@ def test_a_rack_touches_its_pinion_and_is_as_long_as_its_body(side):
 def test_torsion_springs_are_round_their_pin(kind, turns):
     bar = fb.RigidBody.bar(length=1.0, height=0.01, start=(0.2, 0.3), **SPUR)
     spring = fb.TorsionSpring("bar.start", (0.2, 0.3), **kind)
-    figure = fb.Mechanism(bodies={"bar": bar}, loads={"twist": spring}).draw()
+    figure = fb.draw(fb.Mechanism(bodies={"bar": bar}, loads={"twist": spring}))
     line = part(figure, "load 'twist'")
     distance = apart(line, (0.2, 0.3))
     assert 0.0 < distance.min() < distance.max() < 0.1
@@ -94,7 +96,7 @@ def test_torsion_springs_are_round_their_pin(kind, turns):
 def test_friction_is_a_dashpot_from_point_to_point():
     mass = fb.PointMass(mass=1.0, position=(1.0, 0.5))
     friction = fb.ViscousFriction("m", (0.0, 0.0), 3.0)
-    line = part(fb.Mechanism(bodies={"m": mass}, loads={"f": friction}).draw(), "load 'f'")
+    line = part(fb.draw(fb.Mechanism(bodies={"m": mass}, loads={"f": friction})), "load 'f'")
     np.testing.assert_allclose(line[[0, -1]], [(1.0, 0.5), (0.0, 0.0)], atol=1e-9)
     assert np.ptp((line @ (-0.5, 1.0))[np.isfinite(line).all(axis=1)]) > 0.01  # its cylinder
 
@@ -108,7 +110,7 @@ def test_a_force_law_is_a_sign_at_or_between_its_points():
 
     def sign(points):
         law = fb.ForceLaw(points, pull, [1.0])
-        figure = fb.Mechanism(bodies={"m": mass}, loads={"magnet": law}).draw()
+        figure = fb.draw(fb.Mechanism(bodies={"m": mass}, loads={"magnet": law}))
         assert "magnet" in texts(figure)
         assert not any(text.startswith("without a place") for text in texts(figure))
         return part(figure, "load 'magnet'")

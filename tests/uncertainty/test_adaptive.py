@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import flexband as fb
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.index_sets import TermSizes, first_terms
-from flexband.uncertainty.nested_model import Design
+from flexband.uncertainty.adaptive.interpolation import Design
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.index_sets import TermSizes, first_terms
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))

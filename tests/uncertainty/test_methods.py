@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.polynomials import (
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import (
     chebyshev_derivative,
     chebyshev_values,
     chebyshev_zeros,

@@ -6,13 +6,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import hermite_e
 
-from flexband.uncertainty.nested import GENZ_KEISTER, interval_sequence, random_sequence
-from flexband.uncertainty.polynomials import (
+from flexband.uncertainty.expansions.polynomials import (
     chebyshev_values,
     hermite_nodes,
     hermite_norms,
     hermite_values,
     scaled_chebyshev_zeros,
+)
+from flexband.uncertainty.expansions.sequences import (
+    GENZ_KEISTER,
+    interval_sequence,
+    random_sequence,
 )
 
 COUNT = 25

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 import flexband as fb
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.carriers import track
-from flexband.uncertainty.decomposition import decompose
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.phase_expansion import PhaseExpansion
-from flexband.uncertainty.phase_moments import turning_parts
-from flexband.uncertainty.phase_rules import scan_points
-from flexband.uncertainty.phase_search import search
-from flexband.uncertainty.polynomials import scaled_chebyshev_zeros
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import scaled_chebyshev_zeros
+from flexband.uncertainty.phases.carriers import track
+from flexband.uncertainty.phases.decomposition import decompose
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.moments import turning_parts
+from flexband.uncertainty.phases.rules import scan_points
+from flexband.uncertainty.phases.search import search
 
 from ..mechanics.models import slider_crank
 

@@ -6,10 +6,10 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from flexband.uncertainty import phase_bounds
-from flexband.uncertainty.bounds import extremes
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.phase_bounds import phase_extremes
-from flexband.uncertainty.phase_expansion import Layout, PhaseExpansion
+from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.bounds import phase_extremes
+from flexband.uncertainty.phases.expansion import Layout, PhaseExpansion
 
 SIGMAS = (0.0, -1.0, 1.0)
 FINE = np.linspace(-1, 1, 20001)[:, None]

@@ -5,14 +5,14 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.uncertainty.sampling import nested_points
-from flexband.uncertainty.sparse_regression import (
+from flexband.uncertainty.expansions.regression import (
     candidates,
     compressed,
     least_squares,
     normalized_values,
     sparse_fit,
 )
+from flexband.uncertainty.inputs.sampling import nested_points
 
 
 def normals(count, **others):

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.errors import whole
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import begin, compiling
-from flexband.mechanics.centre_line import Property
-from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.assembly.packing import AT_START, pack
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.engine.batch import begin, compiling
+from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.forms import Form, Vector
-from flexband.mechanics.loads import InTime
+from flexband.mechanics.loads.loads import InTime
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.packing import AT_START, pack
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from dataclasses import fields
 
 import numpy as np
 
-from flexband.lanes import WIDTH
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import begin, compiling
-from flexband.mechanics.failures import raise_failures
-from flexband.mechanics.force_laws import ForceLaw
+from flexband.mechanics.assembly.packing import AT_START, pack
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.batch import begin, compiling
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.loads.force_laws import ForceLaw
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.packing import AT_START, pack
-from flexband.mechanics.redundancy import dependent
 
 
 def describe(mechanism: Mechanism) -> str:

@@ -6,14 +6,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import numbers, whole
-from flexband.lanes import WIDTH
-from flexband.mechanics.assembly import System, assemble
-from flexband.mechanics.batch import begin, compiling, derive, in_parallel, run
-from flexband.mechanics.engine import SETTLE
-from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.engine.batch import begin, compiling, derive, in_parallel, run
+from flexband.mechanics.engine.entries import SETTLE
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.packing import pack
-from flexband.mechanics.structure import Values, Work
 
 
 def equilibrium(

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.mechanics.beam import Beam
-from flexband.mechanics.bodies import PointMass, RigidBody
-from flexband.mechanics.bodies import point as ground_point
-from flexband.mechanics.cable import Cable
-from flexband.mechanics.centre_line import Property
-from flexband.mechanics.force_laws import ForceLaw, TorsionSpring, ViscousFriction
+from flexband.mechanics.bodies.beam import Beam
+from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.bodies.rigid import PointMass, RigidBody
+from flexband.mechanics.bodies.rigid import point as ground_point
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
-from flexband.mechanics.gears import Rolling
-from flexband.mechanics.joints import Joint, PointName
-from flexband.mechanics.loads import Gravity, Load, Spring
-from flexband.mechanics.sensors import Sensor
+from flexband.mechanics.joints.gears import Rolling
+from flexband.mechanics.joints.joints import Joint, PointName
+from flexband.mechanics.loads.force_laws import ForceLaw, TorsionSpring, ViscousFriction
+from flexband.mechanics.loads.loads import Gravity, Load, Spring
+from flexband.mechanics.sensors.motion import Sensor
 
 Body = RigidBody | PointMass | Beam | Cable
 LAWS = (ForceLaw, TorsionSpring, ViscousFriction)
@@ -186,32 +186,6 @@ class Mechanism:
             for name, body in self.bodies.items()
             for (i, j), value in body.mass_entries().items()
         }
-
-    def describe(self) -> str:
-        """Return tables of the parts, the degrees of freedom and the redundant constraints.
-
-        Raises
-        ------
-        InputError, AssemblyError
-            As `simulate` does.
-        """
-        from flexband.mechanics.description import describe  # noqa: PLC0415  # it assembles
-
-        return describe(self)
-
-    def draw(self, **options: Any):
-        """Return a matplotlib figure of the mechanism at its assembled start.
-
-        The options are those of `flexband.draw`: sample, dimensions, names, axes.
-
-        Raises
-        ------
-        InputError, AssemblyError
-            As `flexband.draw` does.
-        """
-        from flexband import draw  # noqa: PLC0415  # what draws lies above
-
-        return draw(self, **options)
 
     def kinetic_energy(self) -> Form:
         """Return ½ vᵀ M v."""

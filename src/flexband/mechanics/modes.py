@@ -14,17 +14,17 @@ import xarray as xr
 from scipy.linalg import eigh, null_space
 
 from flexband.errors import known, whole
-from flexband.lanes import WIDTH
-from flexband.mechanics.assembly import System, assemble
-from flexband.mechanics.batch import begin, compiling, derive, run
-from flexband.mechanics.engine import LINEARIZE, SENSE
+from flexband.mechanics.assembly.packing import AT_START, pack
+from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.engine.batch import begin, compiling, derive, run
+from flexband.mechanics.engine.entries import LINEARIZE, SENSE
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.redundancy import RANK
 from flexband.mechanics.equilibrium import rest
-from flexband.mechanics.factorization import to_dense
-from flexband.mechanics.failures import raise_failures
+from flexband.mechanics.kernels.factorization import to_dense
+from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.packing import AT_START, pack
-from flexband.mechanics.redundancy import RANK
-from flexband.mechanics.structure import Work
 
 NUDGE = 1e-6
 """Size of the displacement by which sensors are differentiated."""

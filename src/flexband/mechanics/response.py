@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError
-from flexband.mechanics.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
 

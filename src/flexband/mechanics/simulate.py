@@ -6,12 +6,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, numbers, positive
-from flexband.mechanics.assembly import assemble
-from flexband.mechanics.batch import Progress, run_samples
-from flexband.mechanics.failures import raise_failures
-from flexband.mechanics.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.batch import Progress, run_samples
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.redundancy import dependent
 
 
 def simulate(

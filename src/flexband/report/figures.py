@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.study.comparison import Comparison
-from flexband.uncertainty.inputs import RandomField
+from flexband.uncertainty.inputs.inputs import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
 STYLES = [

@@ -9,11 +9,11 @@ from typing import cast
 import numpy as np
 import xarray as xr
 
-from flexband.uncertainty.inputs import Input, RandomField
+from flexband.uncertainty.inputs.inputs import Input, RandomField
+from flexband.uncertainty.inputs.space import Response, Space, evaluate, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.space import Response, Space, evaluate, locate_fields
-from flexband.uncertainty.surrogate import Surrogate
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 BATCH = 512
 """Runs between two reports of progress."""

@@ -11,14 +11,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, whole
-from flexband.uncertainty.bands import SIGMAS, bands
-from flexband.uncertainty.bounds import Extremes
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.phase_expansion import PhaseExpansion
-from flexband.uncertainty.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
-from flexband.uncertainty.sampling import latin_hypercube_normals, random_normals, scan
-from flexband.uncertainty.space import Space
-from flexband.uncertainty.surrogate import Group, Surrogate
+from flexband.uncertainty.expansions.bounds import Extremes
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, random_normals, scan
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.surrogates.bands import SIGMAS, bands
+from flexband.uncertainty.surrogates.surrogate import Group, Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 """The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""

@@ -7,9 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.decomposition import Stage, decompose
-from flexband.uncertainty.expansion import HybridExpansion
-from flexband.uncertainty.expected_error import (
+from flexband.uncertainty.adaptive.expected_error import (
     CAUTION,
     DOUBT,
     apart,
@@ -24,11 +22,13 @@ from flexband.uncertainty.expected_error import (
     step,
     thinned,
 )
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import hermite_nodes
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, ImprovedPCCI
-from flexband.uncertainty.phase_expansion import PhaseExpansion, left_out
-from flexband.uncertainty.polynomials import hermite_nodes
-from flexband.uncertainty.space import Space
-from flexband.uncertainty.surrogate import Group, Surrogate, extremes_of
+from flexband.uncertainty.phases.decomposition import Stage, decompose
+from flexband.uncertainty.phases.expansion import PhaseExpansion, left_out
+from flexband.uncertainty.surrogates.surrogate import Group, Surrogate, extremes_of
 
 
 @dataclass(frozen=True)

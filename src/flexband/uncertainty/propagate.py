@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, whole
-from flexband.uncertainty.inputs import Input
+from flexband.uncertainty.inputs.inputs import Input
+from flexband.uncertainty.inputs.space import Response, Space, check_names, evaluate, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.space import Response, Space, check_names, evaluate, locate_fields
-from flexband.uncertainty.surrogate import Surrogate
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def propagate(

@@ -1,0 +1,182 @@
+"""Run samples, eight in a lane, blocks of lanes over threads."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import whole
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
+from flexband.mechanics.engine.failures import WRONG_BRANCH
+from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
+from flexband.mechanics.kernels.lanes import WIDTH, addresses
+
+Progress = Callable[[int, int], object]
+"""Told now and then how many runs are done, and of how many."""
+
+
+NOTHING = np.zeros((1, WIDTH))
+"""In place of an array that a task has no use for."""
+
+NO_STEP = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""In place of the integrator's numbers."""
+
+
+class Batch(NamedTuple):
+    """What the runs of some samples have given."""
+
+    outputs: np.ndarray  # (samples, outputs, times)
+    failures: np.ndarray  # (samples, 4), see `initial.start`
+    starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
+
+
+def run_samples(
+    system: System,
+    times: np.ndarray,
+    integrator: GeneralizedAlpha,
+    *,
+    samples: np.ndarray | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Batch:
+    """Run all samples of a system, or those of these numbers, over equidistant times [s]."""
+    packed = pack(system, times, samples)
+    chosen = np.arange(system.samples) if samples is None else samples
+    method, tolerance = integrator.coefficients(times[1] - times[0]), float(integrator.tolerance)
+    outputs = np.empty((len(chosen), len(system.outputs), len(times)))
+    failures = np.zeros((len(chosen), 4))
+    starts: dict[int, np.ndarray] = {}
+
+    def simulate(block: int) -> int:
+        here = slice(block * WIDTH, (block + 1) * WIDTH)
+        own = chosen[here]
+        series, failure, first = march_block(system, method, tolerance, packed(block), len(times))
+        derived = derive(system, series.transpose(1, 0, 2))
+        outputs[here] = derived.transpose(2, 0, 1)[: len(own)]
+        conditions = series[:, system.sensed - len(system.conditions) :]
+        failures[here] = _with_branches(conditions, failure).T[: len(own)]
+        if failure[3, : len(own)].any():
+            starts[int(own[0])] = first
+        return len(own)
+
+    if not dynamics.signatures:
+        with compiling():  # or loading from the cache on disk
+            march_block(system, method, tolerance, packed(0), times=1)
+    in_parallel(simulate, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
+    return Batch(outputs, failures, starts)
+
+
+def march_block(system: System, method, tolerance: float, values: Values, times: int):
+    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and where lane 0 starts.
+
+    The conditions of the joints follow the rows of the sensors.
+    """
+    series = np.zeros((times, system.sensed, WIDTH))
+    work, failure = begin(system, values)
+    first = work.z[:, 0].copy()
+    run(MARCH, system, values, work, series, failure, method, tolerance)
+    return series, failure, first
+
+
+def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
+    """Return the state of a block at time zero, and its failures (4, WIDTH)."""
+    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    run(START, system, values, work, failure=failure)
+    return work, failure
+
+
+def run(
+    task: int,
+    system: System,
+    values: Values,
+    work: Work,
+    outputs: np.ndarray = NOTHING[None],
+    failure: np.ndarray = NOTHING,
+    method: Coefficients = NO_STEP,
+    number: float = 0.0,
+) -> None:
+    """Do one of the tasks of `engine`."""
+    arguments = (
+        task,
+        system.handed_on,
+        method,
+        float(number),
+        addresses(values),
+        addresses(work),
+        outputs,
+        addresses(failure),
+    )
+    # there is one signature; to find it by the types of a hundred arguments takes 0.2 ms a call
+    entry = dynamics if task in (START, MARCH) else statics
+    known = entry.signatures
+    (entry.overloads[known[0]].entry_point if known else entry)(*arguments)
+
+
+def derive(system: System, rows: np.ndarray) -> np.ndarray:
+    """Return the outputs (outputs, times, WIDTH) from the rows that the engine has evaluated."""
+    parts = [outputs(rows[place]) for outputs, place in system.sensors]
+    return np.concatenate([rows[:0], *parts])
+
+
+def in_parallel(
+    run: Callable[[int], int],
+    blocks: int,
+    samples: int,
+    threads: int | None,
+    progress: Progress | None,
+) -> None:
+    """Run all blocks; Ctrl-C drops those not yet begun."""
+    workers = available_cores() if threads is None else whole("threads", threads, 1)
+    done = 0
+    with ThreadPoolExecutor(min(workers, blocks)) as pool:
+        futures = [pool.submit(run, block) for block in range(blocks)]
+        try:
+            for future in as_completed(futures):
+                done += future.result()
+                if progress is not None:
+                    progress(done, samples)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def available_cores() -> int:
+    """Return the number of processors that this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
+    """Return the failures, with those of joints that were held the wrong way round.
+
+    `conditions`, shape (times, conditions, WIDTH), must be positive up to a run's failure.
+    """
+    failure = failure.copy()
+    times, rows, lanes = np.nonzero(conditions < 0)
+    for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
+        if failure[0, lane] in (0, WRONG_BRANCH) or time < failure[1, lane]:
+            failure[:3, lane] = WRONG_BRANCH, time, row
+    return failure
+
+
+@contextmanager
+def compiling():
+    """Say on screen that the engine is being compiled, where the body takes long."""
+    text = "flexband: compiling the engine (once on this machine, about 12 s) ..."
+    timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

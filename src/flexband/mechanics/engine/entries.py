@@ -1,0 +1,53 @@
+"""The entries of the engine: one for motion, one for rest.
+
+Whatever calls the kernels has all of them compiled once more, so tasks share an entry; what only
+statics needs is compiled when statics asks for it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.engine.generalized_alpha import march
+from flexband.mechanics.engine.settle import settle
+from flexband.mechanics.engine.start import start
+from flexband.mechanics.kernels.equations import sense, tangent
+from flexband.mechanics.kernels.lanes import cached, filled
+
+START, MARCH, SETTLE, LINEARIZE, SENSE = range(5)
+
+
+@cached
+def dynamics(task, structure, method, number, values, work, outputs, failure):
+    """Do a task for one block of samples, whose state is `work.z`.
+
+    Parameters
+    ----------
+    task : START fills the state at time zero; MARCH simulates from there.
+    method : `Coefficients` of the integrator, for MARCH.
+    number : tolerance of Newton's method, for MARCH.
+    outputs : filled by MARCH, shape (times, rows, WIDTH).
+    failure : shape (4, WIDTH): code of the failure, 0 for none, the number of its time, the row of
+        Φ to blame, −1 or less for none, and a multiplier that is not unique.
+    """
+    if task == START:
+        start(structure, values, work, failure)
+    else:
+        march(structure, method, number, values, work, outputs, failure)
+
+
+@cached
+def statics(task, structure, method, number, values, work, outputs, failure):
+    """Do a task for one block of samples at rest; parameters are those of `dynamics`.
+
+    SETTLE moves to an equilibrium; LINEARIZE sets the matrix to that of Newton's method with the
+    weight `number` of the stiffness; SENSE reads the sensors. The first outputs are filled.
+    """
+    now = np.int64(0)
+    if task == SETTLE:
+        settle(structure, values, work, outputs[0], failure)
+    elif task == LINEARIZE:
+        weight = filled(number)
+        tangent(structure, values, now, work.z, weight, 0.0, work.matrix, work.blocks)
+    else:
+        sense(structure, values, now, work.z, outputs[0])

@@ -1,0 +1,196 @@
+"""Consistent positions, velocities and accelerations at the start: one projection each.
+
+All three solve the saddle-point system of the integrator, [M + s K, Φ_qᵀ; Φ_q, 0], K being the
+stiffness of the beams. A large s makes a beam prefer to move as a rigid body: positions minimize
+the elastic energy, then the distance to the guess; velocities minimize the rate of deformation,
+then the kinetic energy. With s = 0 the same system gives accelerations and multipliers.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flexband.mechanics.kernels.angles import (
+    add_angle_tangent,
+    angle_drift,
+    pass_on_moments,
+    update_angles,
+)
+from flexband.mechanics.kernels.beams import add_elastic_forces, add_elastic_tangent
+from flexband.mechanics.kernels.cables import add_cable_forces, add_cable_tangent
+from flexband.mechanics.kernels.equations import (
+    add_constraint_tangent,
+    add_constraints,
+    add_mass,
+    add_mass_product,
+    clear,
+    clear_matrix,
+    residual,
+    to_right_side,
+    violated_constraint,
+)
+from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.lanes import (
+    any_true,
+    filled,
+    inlined,
+    less,
+    load,
+    magnitude,
+    maximum,
+    nearest_whole,
+    store,
+    where,
+)
+from flexband.mechanics.kernels.springs import spring_vector
+from flexband.mechanics.loads.force_laws import RELAXED
+
+ITERATIONS = 50
+CONSTRAINTS_MET = 1e-9  # what constraints may be off, relative to the size
+POSITION_TOLERANCE = 1e-12  # of the last correction, relative to the size
+VELOCITY_SWEEPS = 4
+
+NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
+
+
+@inlined
+def elastic_matrix(structure, values, s, work):
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, 0 for none."""
+    z, matrix, blocks = work.z, work.matrix, work.blocks
+    clear_matrix(structure.pattern, matrix)
+    add_mass(structure.mass, values.mass, matrix)
+    add_elastic_tangent(
+        structure.beams, values.beams, z, structure.velocity, s, 0.0, matrix, blocks
+    )
+    add_cable_tangent(
+        structure.cables, values.cables, z, structure.velocity, s, 0.0, matrix, blocks
+    )
+    add_constraint_tangent(
+        structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
+    )
+    add_angle_tangent(
+        structure.angles, values.angles, structure.terms, values.coefficient, z, filled(0.0), matrix
+    )
+    return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
+
+
+@inlined
+def assemble(structure, values, s, work):
+    """Move q to where Φ(q, 0) = 0.
+
+    Returns the multiplier furthest off where that failed, else 0, and one that had to be left out
+    at the guess, else 0.
+    """
+    z, r = work.z, work.r
+    moving, redundant = filled(1.0), filled(0.0)
+    for iteration in range(ITERATIONS):
+        update_angles(structure.angles, values.angles, z)
+        left_out = elastic_matrix(structure, values, s, work)
+        if iteration == 0:
+            redundant = left_out
+        clear(r, structure.velocity)
+        add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
+        add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
+        add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
+        pass_on_moments(structure.angles, values.angles, z, r)
+        to_right_side(structure, r, s)
+        solve(structure.pattern, work.matrix, work.inverse_pivots, r)
+        largest = filled(0.0)
+        for i in range(1, structure.coordinates + 1):
+            step = s * load(r, i)
+            largest = maximum(largest, magnitude(step) * load(values.inverse_scale, i))
+            store(z, i, where(moving, load(z, i) + step, load(z, i)))
+        moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
+        if not any_true(moving):
+            break
+    return violated_constraint(structure, values, np.int64(0), z, r, CONSTRAINTS_MET), redundant
+
+
+@inlined
+def project_velocities(structure, values, s, work):
+    """Set v with Φ_q v + Φ_t = 0, of least deformation, nearest to the wish."""
+    z, r = work.z, work.r
+    elastic_matrix(structure, values, s, work)
+    velocity, terms = structure.velocity, structure.terms
+    for i in range(1, structure.coordinates + 1):
+        store(z, velocity + i, load(values.velocity, i))
+    for _ in range(VELOCITY_SWEEPS):
+        clear(r, structure.velocity)
+        add_mass_product(structure.mass, values.mass, z, velocity, r)
+        for t in range(len(terms.k)):
+            k, i, j = terms.k[t], terms.i[t], terms.j[t]
+            rate = load(values.rates, structure.functions + terms.f[t])
+            drift = load(values.coefficient, t) * rate * load(z, i) * load(z, j)
+            store(r, k, load(r, k) - drift)
+        solve(structure.pattern, work.matrix, work.inverse_pivots, r)
+        for i in range(1, structure.coordinates + 1):
+            store(z, velocity + i, load(r, i))
+
+
+@inlined
+def solve_accelerations(structure, values, work):
+    """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
+    z, r = work.z, work.r
+    redundant = elastic_matrix(structure, values, filled(0.0), work)
+    residual(structure, values, np.int64(0), z, r, work.blocks)
+    for i in range(1, structure.pattern.unknowns + 1):
+        store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
+    velocity, acceleration, terms = structure.velocity, structure.acceleration, structure.terms
+    for t in range(terms.polynomials):
+        k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
+        zi, zj = load(z, i), load(z, j)
+        vi, vj = load(z, velocity + i), load(z, velocity + j)
+        second = (
+            load(values.rates, 2 * structure.functions + f) * zi * zj
+            + 2.0 * load(values.rates, structure.functions + f) * (vi * zj + zi * vj)
+            + 2.0 * load(values.rates, f) * vi * vj
+        )
+        store(r, k, load(r, k) - load(values.coefficient, t) * second)
+    for t in range(terms.polynomials, len(terms.k)):
+        a, k = terms.j[t] - structure.angles.first, terms.k[t]
+        second = angle_drift(structure.angles, values.angles, z, velocity, a)
+        store(r, k, load(r, k) - load(values.coefficient, t) * second)
+    solve(structure.pattern, work.matrix, work.inverse_pivots, r)
+    for i in range(1, structure.coordinates + 1):
+        store(z, acceleration + i, load(r, i))
+    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
+        store(z, k, load(r, k))
+    return redundant
+
+
+@inlined
+def set_angles_at_rest(structure, values, z):
+    """Count angles at rest from the turn where torsion springs start; φ where they are relaxed."""
+    laws, parameter = structure.laws, values.laws.parameter
+    for law in range(len(laws.address)):
+        if laws.rest[law] >= 0:
+            first = structure.angles.first + laws.angle[laws.point_start[law]]
+            twist, given = load(z, first) - load(z, first + 1), load(parameter, laws.rest[law])
+            turns = math.tau * nearest_whole(twist / math.tau)
+            at_rest = where(less(given, filled(RELAXED)), given + turns, twist)
+            store(parameter, laws.rest[law], at_rest)
+
+
+@inlined
+def start(structure, values, work, failure):
+    """Fill the state z of one block of samples at time zero, and `failure`, see `engine`."""
+    z = work.z
+    clear(z, structure.angles.moment + len(structure.angles.start) - 1)
+    for i in range(structure.coordinates + 1):
+        store(z, i, load(values.start, i))
+    s = load(values.rigidity, 0)
+    failed, redundant = assemble(structure, values, s, work)
+    for spring in range(len(structure.springs.start) - 1):
+        _, _, length = spring_vector(structure.springs, values.springs, z, spring)
+        rest = load(values.springs.rest_length, spring)
+        store(values.springs.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
+    set_angles_at_rest(structure, values, z)
+    project_velocities(structure, values, s, work)
+    left_out = solve_accelerations(structure, values, work)
+    code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))
+    store(failure, 0, where(failed, code, filled(0.0)))
+    store(failure, 1, filled(0.0))
+    store(failure, 2, failed - float(structure.coordinates + 1))
+    store(failure, 3, left_out)

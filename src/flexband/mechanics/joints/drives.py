@@ -1,0 +1,151 @@
+"""Drives: joints that prescribe a motion in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.errors import InputError
+from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, scale, subtract
+from flexband.mechanics.joints.joints import PointName, Resolve, along, check_axis
+
+
+def _check_function(name: str, function: object) -> None:
+    if not callable(function):
+        raise InputError(f"{name} must be a function of time; got {function!r}")
+
+
+@dataclass(frozen=True)
+class PrescribedRotation:
+    """A drive: the body of `first` is at the given angle to the X axis.
+
+    Parameters
+    ----------
+    first : a point of the driven body; the normal of its section (the x axis of a rigid body) is
+        what turns.
+    angle : function of the time [s] that returns radians, a number or an array of shape (n,); any
+        number of turns. The body's own `angle` at the start has to be within 90° of it.
+
+    Raises
+    ------
+    InputError
+        Where the angle is no function.
+    """
+
+    first: PointName
+    angle: TimeFunction
+
+    def __post_init__(self) -> None:
+        _check_function("PrescribedRotation angle", self.angle)
+
+    def _direction(self) -> Vector:
+        return Form.function(self._cosine), Form.function(self._sine)
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return the sine of the angle from the prescribed direction to the body's x axis."""
+        return [cross(self._direction(), frame(self.first).normal)]
+
+    def _cosine(self, time: float) -> np.ndarray:
+        return np.cos(self.angle(time))
+
+    def _sine(self, time: float) -> np.ndarray:
+        return np.sin(self.angle(time))
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return the cosine of the angle from the prescribed direction to the body's x axis."""
+        return [dot(self._direction(), frame(self.first).normal)]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> None:
+        """Return none."""
+
+    def moment(self, multipliers: Sequence[Form]) -> Form:
+        """Return −λ."""
+        return -multipliers[0]
+
+
+@dataclass(frozen=True)
+class PrescribedTravel:
+    """A drive: how far a point is along a line.
+
+    Parameters
+    ----------
+    first : the driven point.
+    second : where the line starts.
+    travel : function of the time [s] that returns metres, a number or an array of shape (n,).
+    axis : direction of the line in the axes of the second point's body; need not have length 1.
+
+    Raises
+    ------
+    InputError
+        Where the travel is no function or the axis has no length.
+    """
+
+    first: PointName
+    second: PointName
+    travel: TimeFunction
+    axis: tuple[float, float] = (1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        _check_function("PrescribedTravel travel", self.travel)
+        check_axis("PrescribedTravel axis", self.axis)
+
+    def _axis(self, frame: Resolve) -> Vector:
+        return along(frame(self.second), self.axis)
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return u · (r_first − r_second) less the travel."""
+        apart = subtract(frame(self.first).position, frame(self.second).position)
+        return [dot(self._axis(frame), apart) - Form.function(self.travel)]
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return none."""
+        return []
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ u."""
+        return scale(-multipliers[0], self._axis(frame))
+
+    def moment(self, multipliers: Sequence[Form]) -> None:
+        """Return none."""
+
+
+@dataclass(frozen=True)
+class PrescribedPath:
+    """A drive: where a point is, in global axes.
+
+    Parameters
+    ----------
+    first : the driven point.
+    x, y : functions of the time [s] that return metres, a number or an array of shape (n,).
+
+    Raises
+    ------
+    InputError
+        Where x or y is no function.
+    """
+
+    first: PointName
+    x: TimeFunction
+    y: TimeFunction
+
+    def __post_init__(self) -> None:
+        _check_function("PrescribedPath x", self.x)
+        _check_function("PrescribedPath y", self.y)
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return r − (x, y)."""
+        path = Form.function(self.x), Form.function(self.y)
+        return list(subtract(frame(self.first).position, path))
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return none."""
+        return []
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ."""
+        return -multipliers[0], -multipliers[1]
+
+    def moment(self, multipliers: Sequence[Form]) -> None:
+        """Return none."""

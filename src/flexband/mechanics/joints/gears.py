@@ -1,0 +1,131 @@
+"""Gears and racks: bodies that roll on each other without slipping.
+
+The rows hold what they are at the start, so bodies may be put together at any angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite
+from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
+from flexband.mechanics.joints.joints import PointName, Resolve, along, check_axis
+
+
+class Rolling:
+    """A joint whose row keeps the value that it has at the guess for the start."""
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return none."""
+        return []
+
+
+@dataclass(frozen=True)
+class Gear(Rolling):
+    """Two gears in mesh: they roll on each other without slipping.
+
+    With the angles θ₁ and θ₂ of the gears and θ of the line of centres r₁ θ₁ + r₂ θ₂ = (r₁ + r₂) θ
+    from the start on. So the centres may move: on a turning arm the gears are planets. What holds
+    them r₁ + r₂ apart are other joints. The reaction is the force that the second gear exerts on
+    the first one's teeth along the common tangent; the pressure angle is zero.
+
+    Parameters
+    ----------
+    first, second : the centres of the gears, points of the bodies that turn.
+    first_radius, second_radius : of the pitch circles [m]; negative for a ring gear, whose teeth
+        are inside.
+
+    Raises
+    ------
+    InputError
+        Where a radius is zero, or the two cancel: such gears turn together.
+    """
+
+    first: PointName
+    second: PointName
+    first_radius: ArrayLike
+    second_radius: ArrayLike
+
+    def __post_init__(self) -> None:
+        radii = [
+            finite(f"Gear {name} [m]", getattr(self, name))
+            for name in ("first_radius", "second_radius")
+        ]
+        if np.any(radii[0] == 0) or np.any(radii[1] == 0) or np.any(radii[0] + radii[1] == 0):
+            raise InputError(
+                "Gear radii must not be zero, nor their sum; "
+                f"got {self.first_radius} and {self.second_radius}"
+            )
+
+    @property
+    def radii(self) -> tuple[np.ndarray, np.ndarray]:
+        """Both radii [m]."""
+        return np.asarray(self.first_radius, dtype=float), np.asarray(
+            self.second_radius, dtype=float
+        )
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ."""
+        (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
+        centres = subtract(second.position, first.position)
+        return [angle(first.normal) * r1 + angle(second.normal) * r2 - angle(centres) * (r1 + r2)]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ along the tangent, the line of centres turned by 90°."""
+        r1, r2 = self.radii
+        centres = subtract(frame(self.second).position, frame(self.first).position)
+        return scale(multipliers[0] * (-1 / (r1 + r2)), (-centres[1], centres[0]))
+
+    def moment(self, multipliers: Sequence[Form]) -> Form:
+        """Return −λ r₁ about the first gear's centre."""
+        return -multipliers[0] * self.radii[0]
+
+
+@dataclass(frozen=True)
+class Rack(Rolling):
+    """A pinion on a rack: it rolls along a line of another body without slipping.
+
+    With the pinion's way x along the axis and its angle θ, both against the rack, x + r θ keeps its
+    value: the rack is to the right of the axis' direction. What holds the pinion's centre at its
+    height over the rack are other joints.
+
+    Parameters
+    ----------
+    first : the centre of the pinion.
+    second : a point of the rack.
+    radius : of the pitch circle [m]; negative for a rack to the left of the axis.
+    axis : along the rack, in the axes of its body; need not have length 1.
+
+    Raises
+    ------
+    InputError
+        Where the radius is zero or the axis has no length.
+    """
+
+    first: PointName
+    second: PointName
+    radius: ArrayLike
+    axis: tuple[float, float] = (1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if np.any(finite("Rack radius [m]", self.radius) == 0):
+            raise InputError(f"Rack radius [m] must not be zero; got {self.radius}")
+        check_axis("Rack axis", self.axis)
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return x + r θ."""
+        pinion, rack, r = frame(self.first), frame(self.second), np.asarray(self.radius, float)
+        way = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
+        return [way + angle(pinion.normal) * r - angle(rack.normal) * r]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ along the axis."""
+        return scale(-multipliers[0], along(frame(self.second), self.axis))
+
+    def moment(self, multipliers: Sequence[Form]) -> Form:
+        """Return −λ r about the pinion's centre."""
+        return -multipliers[0] * np.asarray(self.radius, dtype=float)

@@ -1,0 +1,271 @@
+"""Elastic forces and tangent of the beams, on lanes: gather, sum over Gauss points, scatter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.kernels.beam_strains import (
+    energy,
+    gradient,
+    hessian,
+    resultants,
+    retarded,
+    strain_rates,
+    strains,
+    without,
+)
+from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
+from flexband.mechanics.kernels.lanes import add_to, compiled, load, store
+
+# Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.
+_SLOPE = hermite_slope(POSITIONS)
+SHAPES = np.stack([_SLOPE[2], _SLOPE[1], _SLOPE[3], 1 - POSITIONS, POSITIONS])
+PRODUCTS = SHAPES[:, None, :] * SHAPES[None, :, :]
+ONES = np.ones(GAUSS_POINTS)
+P_COORDINATE = (-1, 2, 8)  # of r_xi and r_xj; the chord has two of its own
+D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # r_yi, r_yj
+# Rows of a Gauss point's second derivatives in the work space.
+PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
+
+
+@compiled
+def _pair(z, row):
+    return load(z, row), load(z, row + 1)
+
+
+@compiled
+def _element_vectors(z, first, inverse_length):
+    """Return u, r_xi, r_xj, d_i, d_j and w of an element."""
+    xi, yi = _pair(z, first)
+    xj, yj = _pair(z, first + 6)
+    dxi, dyi = _pair(z, first + 4)
+    dxj, dyj = _pair(z, first + 10)
+    u = ((xj - xi) * inverse_length, (yj - yi) * inverse_length)
+    w = ((dxj - dxi) * inverse_length, (dyj - dyi) * inverse_length)
+    return u, _pair(z, first + 2), _pair(z, first + 8), (dxi, dyi), (dxj, dyj), w
+
+
+@compiled
+def _at_gauss_point(g, u, gi, gj, di, dj):
+    """Return p and d at a Gauss point."""
+    h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
+    p = (h * u[0] + hi * gi[0] + hj * gj[0], h * u[1] + hi * gi[1] + hj * gj[1])
+    return p, (ni * di[0] + nj * dj[0], ni * di[1] + nj * dj[1])
+
+
+@compiled
+def _stiffness(c, e, g):
+    row = (e * GAUSS_POINTS + g) * 9
+    return (
+        load(c, row),
+        load(c, row + 1),
+        load(c, row + 2),
+        load(c, row + 3),
+        load(c, row + 4),
+        load(c, row + 5),
+        load(c, row + 6),
+        load(c, row + 7),
+        load(c, row + 8),
+    )
+
+
+@compiled
+def _initial(initial, first, g):
+    row = first + g * 6
+    return (
+        load(initial, row),
+        load(initial, row + 1),
+        load(initial, row + 2),
+        load(initial, row + 3),
+        load(initial, row + 4),
+        load(initial, row + 5),
+    )
+
+
+@compiled
+def _scaled(c, factor):
+    """Return the nine stiffness numbers times a factor."""
+    c0, c1, c2, c3, c4, c5, c6, c7, c8 = c
+    return (
+        factor * c0,
+        factor * c1,
+        factor * c2,
+        factor * c3,
+        factor * c4,
+        factor * c5,
+        factor * c6,
+        factor * c7,
+        factor * c8,
+    )
+
+
+@compiled
+def add_elastic_forces(beams, values, z, velocity, r):
+    """Add F(q, q̇) of the beams; [0, v] starts in row `velocity`."""
+    for e in range(len(beams.first)):
+        first = beams.first[e]
+        il = load(values.inverse_length, e)
+        u, gi, gj, di, dj, w = _element_vectors(z, first, il)
+        fu, fgi, fgj, fdi, fdj, fw = (
+            (0.0 * il, 0.0 * il),
+            (0.0 * il, 0.0 * il),
+            (0.0 * il, 0.0 * il),
+            (0.0 * il, 0.0 * il),
+            (0.0 * il, 0.0 * il),
+            (0.0 * il, 0.0 * il),
+        )
+        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
+        u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
+        for g in range(GAUSS_POINTS):
+            p, d = _at_gauss_point(g, u, gi, gj, di, dj)
+            strain = strains(p, w, d)
+            if initial >= 0:
+                strain = without(strain, _initial(values.initial, initial, g))
+            if damped:
+                p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
+                strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
+            fp, fwg, fd = gradient(resultants(_stiffness(values.stiffness, e, g), strain), p, w, d)
+            h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
+            fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
+            fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
+            fgj = (fgj[0] + hj * fp[0], fgj[1] + hj * fp[1])
+            fdi = (fdi[0] + ni * fd[0], fdi[1] + ni * fd[1])
+            fdj = (fdj[0] + nj * fd[0], fdj[1] + nj * fd[1])
+            fw = (fw[0] + fwg[0], fw[1] + fwg[1])
+        for axis in range(2):
+            add_to(r, first + axis, -il * fu[axis])
+            add_to(r, first + 2 + axis, fgi[axis])
+            add_to(r, first + 4 + axis, fdi[axis] - il * fw[axis])
+            add_to(r, first + 6 + axis, il * fu[axis])
+            add_to(r, first + 8 + axis, fgj[axis])
+            add_to(r, first + 10 + axis, fdj[axis] + il * fw[axis])
+
+
+@compiled
+def beam_energy(beams, values, z):
+    """Return the elastic energy of the beams."""
+    total = 0.0 * load(z, 0)
+    for e in range(len(beams.first)):
+        il = load(values.inverse_length, e)
+        u, gi, gj, di, dj, w = _element_vectors(z, beams.first[e], il)
+        for g in range(GAUSS_POINTS):
+            p, d = _at_gauss_point(g, u, gi, gj, di, dj)
+            strain = strains(p, w, d)
+            if beams.initial[e] >= 0:
+                strain = without(strain, _initial(values.initial, beams.initial[e], g))
+            total += energy(resultants(_stiffness(values.stiffness, e, g), strain), strain)
+    return total
+
+
+@compiled
+def _sum3(blocks, k, weights):
+    """Return Σ over Gauss points of weight × the symmetric block at row k, as xx, xy, yx, yy."""
+    xx, xy, yy = 0.0 * load(blocks, 0), 0.0 * load(blocks, 0), 0.0 * load(blocks, 0)
+    for g in range(GAUSS_POINTS):
+        weight, row = weights[g], g * HESSIAN_ROWS + k
+        xx += weight * load(blocks, row)
+        xy += weight * load(blocks, row + 1)
+        yy += weight * load(blocks, row + 2)
+    return xx, xy, xy, yy
+
+
+@compiled
+def _sum4(blocks, k, weights):
+    """Return Σ over Gauss points of weight × the block at row k, as xx, xy, yx, yy."""
+    zero = 0.0 * load(blocks, 0)
+    xx, xy, yx, yy = zero, zero, zero, zero
+    for g in range(GAUSS_POINTS):
+        weight, row = weights[g], g * HESSIAN_ROWS + k
+        xx += weight * load(blocks, row)
+        xy += weight * load(blocks, row + 1)
+        yx += weight * load(blocks, row + 2)
+        yy += weight * load(blocks, row + 3)
+    return xx, xy, yx, yy
+
+
+@compiled
+def _add_block(matrix, slot, a, b, factor, block):
+    """Add a 2 × 2 block, rows from coordinate `a` and columns from coordinate `b`."""
+    add_to(matrix, slot[a, b], factor * block[0])
+    add_to(matrix, slot[a, b + 1], factor * block[1])
+    if a != b:
+        add_to(matrix, slot[a + 1, b], factor * block[2])
+    add_to(matrix, slot[a + 1, b + 1], factor * block[3])
+
+
+@compiled
+def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
+    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the beams; `blocks` is work space.
+
+    How damping changes with the configuration is left out.
+    """
+    for e in range(len(beams.first)):
+        il, first = load(values.inverse_length, e), beams.first[e]
+        u, gi, gj, di, dj, w = _element_vectors(z, first, il)
+        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
+        u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
+        for g in range(GAUSS_POINTS):
+            p, d = _at_gauss_point(g, u, gi, gj, di, dj)
+            c, strain = _stiffness(values.stiffness, e, g), strains(p, w, d)
+            if initial >= 0:
+                strain = without(strain, _initial(values.initial, initial, g))
+            if damped:
+                p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
+                strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
+            forces = resultants(c, strain)
+            if damped:
+                c = _scaled(c, 1.0 + rate * time)
+            pp, pw, pd, ww, wd, dd = hessian(c, forces, p, w, d)
+            row = g * HESSIAN_ROWS
+            for k in range(3):
+                store(blocks, row + PP + k, pp[k])
+                store(blocks, row + WW + k, ww[k])
+                store(blocks, row + DD + k, dd[k])
+            for k in range(4):
+                store(blocks, row + PW + k, pw[k])
+                store(blocks, row + PD + k, pd[k])
+                store(blocks, row + WD + k, wd[k])
+        _scatter_tangent(beams.slot[e], il, weight, matrix, blocks)
+
+
+@compiled
+def _scatter_tangent(slot, il, weight, matrix, blocks):
+    """Sum the Gauss points' blocks; p moves with u and r_x, d and w with r_y of both nodes.
+
+    The chord u = (r_j − r_i)/l moves with r_i and r_j.
+    """
+    uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
+    _add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
+    _add_block(matrix, slot, r_i, r_j, -weight * il * il, uu)
+    _add_block(matrix, slot, r_j, r_j, weight * il * il, uu)
+    for b in range(1, 3):
+        ug = _sum3(blocks, PP, PRODUCTS[0, b])
+        _add_block(matrix, slot, r_i, P_COORDINATE[b], -weight * il, ug)
+        _add_block(matrix, slot, r_j, P_COORDINATE[b], weight * il, ug)
+        for a in range(1, b + 1):
+            gg = _sum3(blocks, PP, PRODUCTS[a, b])
+            _add_block(matrix, slot, P_COORDINATE[a], P_COORDINATE[b], weight, gg)
+    w_factor = (-il, il)
+    for a in range(3):
+        pw = _sum4(blocks, PW, SHAPES[a])
+        for b in range(2):
+            pd, f = _sum4(blocks, PD, PRODUCTS[a, D_SHAPE[b]]), w_factor[b]
+            block = (pd[0] + f * pw[0], pd[1] + f * pw[1], pd[2] + f * pw[2], pd[3] + f * pw[3])
+            if a == 0:
+                _add_block(matrix, slot, r_i, D_COORDINATE[b], -weight * il, block)
+                _add_block(matrix, slot, r_j, D_COORDINATE[b], weight * il, block)
+            else:
+                _add_block(matrix, slot, P_COORDINATE[a], D_COORDINATE[b], weight, block)
+    ww = _sum3(blocks, WW, ONES)
+    wd = _sum4(blocks, WD, SHAPES[D_SHAPE[0]]), _sum4(blocks, WD, SHAPES[D_SHAPE[1]])
+    for a in range(2):
+        for b in range(a, 2):
+            dd = _sum3(blocks, DD, PRODUCTS[D_SHAPE[a], D_SHAPE[b]])
+            wa, wb, fa, fb = wd[a], wd[b], w_factor[a], w_factor[b]
+            block = (  # d by d, w by w, w by d, and d by w, which is w by d transposed
+                dd[0] + fa * fb * ww[0] + fa * wb[0] + fb * wa[0],
+                dd[1] + fa * fb * ww[1] + fa * wb[1] + fb * wa[2],
+                dd[2] + fa * fb * ww[2] + fa * wb[2] + fb * wa[1],
+                dd[3] + fa * fb * ww[3] + fa * wb[3] + fb * wa[3],
+            )
+            _add_block(matrix, slot, D_COORDINATE[a], D_COORDINATE[b], weight, block)

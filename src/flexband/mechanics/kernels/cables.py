@@ -1,0 +1,191 @@
+"""Elastic forces and tangent of cables: formulas of one Gauss point, and their sums, on lanes."""
+
+from __future__ import annotations
+
+from flexband.mechanics.kernels.hermite import (
+    GAUSS_POINTS,
+    POSITIONS,
+    hermite_curvature,
+    hermite_slope,
+)
+from flexband.mechanics.kernels.lanes import add_to, compiled, load, sqrt, store
+
+SLOPE, CURVE = hermite_slope(POSITIONS), hermite_curvature(POSITIONS)
+PLACES = (0, 2, 4, 6)  # of r and r_x of both ends among an element's coordinates
+PP, PW, WW, HESSIAN_ROWS = 0, 3, 7, 10
+
+
+@compiled
+def retarded(c, p, w, p_rate, w_rate, time):
+    """Return EA, EI and the strains at the start, less time × (ε̇, κ̇).
+
+    So Kelvin and Voigt's solid has forces of the strains ε + time ε̇ and κ + time κ̇.
+    """
+    EA, EI, strain, curvature = c
+    (px, py), (wx, wy), (pu, pv), (wu, wv) = p, w, p_rate, w_rate
+    nn = px * px + py * py
+    half = px * pu + py * pv  # of the rate of nn
+    turning = pu * wy + px * wv - pv * wx - py * wu
+    kappa = (px * wy - py * wx) / nn
+    return (
+        EA,
+        EI,
+        strain - time * half / sqrt(nn),
+        curvature - time * (turning - 2.0 * kappa * half) / nn,
+    )
+
+
+@compiled
+def gradient(c, p, w):
+    """Return the derivatives of ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)² by p and w."""
+    EA, EI, strain, curvature = c
+    (px, py), (wx, wy) = p, w
+    nn = px * px + py * py
+    n = sqrt(nn)
+    kappa = (px * wy - py * wx) / nn
+    N, M = EA * (n - 1.0 - strain), EI * (kappa - curvature)
+    b = M / nn
+    a = N / n - 2.0 * b * kappa
+    return (a * px + b * wy, a * py - b * wx), (-b * py, b * px)
+
+
+@compiled
+def hessian(c, p, w, stiffening):
+    """Return the second derivatives pp and ww as (xx, xy, yy), and pw as (xx, xy, yx, yy).
+
+    Damping makes EA and EI larger by the factor `stiffening`, in all but the forces.
+    """
+    EA, EI, strain, curvature = c
+    (px, py), (wx, wy) = p, w
+    nn = px * px + py * py
+    n = sqrt(nn)
+    kappa = (px * wy - py * wx) / nn
+    N, M = EA * (n - 1.0 - strain), EI * (kappa - curvature)
+    EA, EI = stiffening * EA, stiffening * EI
+    kx, ky = (wy - 2.0 * kappa * px) / nn, (-wx - 2.0 * kappa * py) / nn  # κ by p
+    qx, qy = -py / nn, px / nn  # κ by w
+    b = M / nn
+    round_ = N / n - 2.0 * b * kappa  # of the unit matrix
+    along = (EA - N / n) / nn + 8.0 * b * kappa / nn  # of p pᵀ
+    bend = -2.0 * b / nn  # of p (wy, −wx) and its transpose
+    pp = (
+        round_ + along * px * px + bend * 2.0 * px * wy + EI * kx * kx,
+        along * px * py + bend * (py * wy - px * wx) + EI * kx * ky,
+        round_ + along * py * py - bend * 2.0 * py * wx + EI * ky * ky,
+    )
+    pw = (
+        EI * kx * qx - bend * px * py,
+        EI * kx * qy + b + bend * px * px,
+        EI * ky * qx - b - bend * py * py,
+        EI * ky * qy + bend * px * py,
+    )
+    return pp, pw, (EI * qx * qx, EI * qx * qy, EI * qy * qy)
+
+
+@compiled
+def _at_gauss_point(z, first, il, g):
+    """Return p and w."""
+    px, py, wx, wy = 0.0 * il, 0.0 * il, 0.0 * il, 0.0 * il
+    for a in range(4):
+        x, y = load(z, first + PLACES[a]), load(z, first + PLACES[a] + 1)
+        slope, curve = _shapes(a, g, il)
+        px, py, wx, wy = px + slope * x, py + slope * y, wx + curve * x, wy + curve * y
+    return (px, py), (wx, wy)
+
+
+@compiled
+def _shapes(a, g, il):
+    """Return the derivatives of shape a once and twice by the length; r_x comes with the length."""
+    if a % 2 == 0:
+        return SLOPE[a, g] * il, CURVE[a, g] * il * il
+    return SLOPE[a, g] + 0.0 * il, CURVE[a, g] * il
+
+
+@compiled
+def _stiffness(c, e, g):
+    row = (e * GAUSS_POINTS + g) * 4
+    return load(c, row), load(c, row + 1), load(c, row + 2), load(c, row + 3)
+
+
+@compiled
+def add_cable_forces(cables, values, z, velocity, r):
+    """Add F(q, q̇) of the cables; [0, v] starts in row `velocity`."""
+    for e in range(len(cables.first)):
+        first, il = cables.first[e], load(values.inverse_length, e)
+        for g in range(GAUSS_POINTS):
+            p, w = _at_gauss_point(z, first, il, g)
+            c = _stiffness(values.stiffness, e, g)
+            if cables.damped[e]:
+                p1, w1 = _at_gauss_point(z, velocity + first, il, g)
+                c = retarded(c, p, w, p1, w1, load(values.retardation, e))
+            fp, fw = gradient(c, p, w)
+            for a in range(4):
+                slope, curve = _shapes(a, g, il)
+                row = first + PLACES[a]
+                add_to(r, row, slope * fp[0] + curve * fw[0])
+                add_to(r, row + 1, slope * fp[1] + curve * fw[1])
+
+
+@compiled
+def cable_energy(cables, values, z):
+    """Return the elastic energy of the cables, ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)²."""
+    total = 0.0 * load(z, 0)
+    for e in range(len(cables.first)):
+        first, il = cables.first[e], load(values.inverse_length, e)
+        for g in range(GAUSS_POINTS):
+            (px, py), (wx, wy) = _at_gauss_point(z, first, il, g)
+            EA, EI, strain, curvature = _stiffness(values.stiffness, e, g)
+            nn = px * px + py * py
+            stretch, bend = sqrt(nn) - 1.0 - strain, (px * wy - py * wx) / nn - curvature
+            total += 0.5 * (EA * stretch * stretch + EI * bend * bend)
+    return total
+
+
+@compiled
+def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks):
+    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the cables; `blocks` is work space.
+
+    How damping changes with the configuration is left out.
+    """
+    for e in range(len(cables.first)):
+        first, il, slot = cables.first[e], load(values.inverse_length, e), cables.slot[e]
+        for g in range(GAUSS_POINTS):
+            p, w = _at_gauss_point(z, first, il, g)
+            c, stiffening = _stiffness(values.stiffness, e, g), 1.0 + 0.0 * il
+            if cables.damped[e]:
+                time = load(values.retardation, e)
+                p1, w1 = _at_gauss_point(z, velocity + first, il, g)
+                c, stiffening = retarded(c, p, w, p1, w1, time), 1.0 + rate * time
+            pp, pw, ww = hessian(c, p, w, stiffening)
+            row = g * HESSIAN_ROWS
+            for k in range(3):
+                store(blocks, row + PP + k, pp[k])
+                store(blocks, row + WW + k, ww[k])
+            for k in range(4):
+                store(blocks, row + PW + k, pw[k])
+        for a in range(4):
+            for b in range(a, 4):
+                _add_block(a, b, il, weight, blocks, slot, matrix)
+
+
+@compiled
+def _add_block(a, b, il, weight, blocks, slot, matrix):
+    """Add the sum over Gauss points of the block of shapes a and b."""
+    xx, xy, yx, yy = 0.0 * il, 0.0 * il, 0.0 * il, 0.0 * il
+    for g in range(GAUSS_POINTS):
+        row = g * HESSIAN_ROWS
+        (pa, wa), (pb, wb) = _shapes(a, g, il), _shapes(b, g, il)
+        pp, ww, pw, wp = pa * pb, wa * wb, pa * wb, wa * pb
+        xx += pp * load(blocks, row + PP) + ww * load(blocks, row + WW)
+        xx += (pw + wp) * load(blocks, row + PW)
+        mixed = pp * load(blocks, row + PP + 1) + ww * load(blocks, row + WW + 1)
+        xy += mixed + pw * load(blocks, row + PW + 1) + wp * load(blocks, row + PW + 2)
+        yx += mixed + pw * load(blocks, row + PW + 2) + wp * load(blocks, row + PW + 1)
+        yy += pp * load(blocks, row + PP + 2) + ww * load(blocks, row + WW + 2)
+        yy += (pw + wp) * load(blocks, row + PW + 3)
+    i, j = PLACES[a], PLACES[b]
+    add_to(matrix, slot[i, j], weight * xx)
+    add_to(matrix, slot[i, j + 1], weight * xy)
+    if a != b:
+        add_to(matrix, slot[i + 1, j], weight * yx)
+    add_to(matrix, slot[i + 1, j + 1], weight * yy)

@@ -1,0 +1,190 @@
+"""The equations of motion, Eq. (26), on lanes: residual and tangent, assembled from the parts.
+
+With z = [1, q, λ] the constraints enter through the potential Σ c f(t) z_k z_i z_j, where z_k is
+the multiplier of the row: its derivative by z_k is the constraint Φ_k, by z_i and z_j the
+constraint force Φ_qᵀλ, and its second derivatives are Φ_q and Σ λ Φ_qq. One loop serves every
+joint.
+
+State `z` also holds angles θ of directions, which follow from q, then velocities and accelerations,
+the elastic energy U and moments on the angles: z = [1, q, λ, θ | 0, v | 0, a | U | M], in rows of
+lanes.
+"""
+
+from __future__ import annotations
+
+from flexband.mechanics.kernels.angles import add_angle_tangent, pass_on_moments, update_angles
+from flexband.mechanics.kernels.beams import add_elastic_forces, add_elastic_tangent, beam_energy
+from flexband.mechanics.kernels.cables import add_cable_forces, add_cable_tangent, cable_energy
+from flexband.mechanics.kernels.lanes import (
+    add_to,
+    compiled,
+    filled,
+    inlined,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
+from flexband.mechanics.kernels.laws import add_law_forces, add_law_tangent
+from flexband.mechanics.kernels.springs import add_spring_forces, add_spring_tangent, spring_energy
+
+
+@compiled
+def add_constraints(terms, coefficient, functions, now, z, r):
+    """Add Φ to the multipliers' rows and Φ_qᵀλ to the coordinates'."""
+    for t in range(len(terms.k)):
+        k, i, j = terms.k[t], terms.i[t], terms.j[t]
+        c = load(coefficient, t) * load(functions, now + terms.f[t])
+        zi, zj, zk = load(z, i), load(z, j), c * load(z, k)
+        add_to(r, k, c * zi * zj)
+        add_to(r, j, zk * zi)
+        if t < terms.products:
+            add_to(r, i, zk * zj)
+
+
+@compiled
+def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
+    """Add Φ_q, and `weight` times Σ λ Φ_qq, of all but the angles."""
+    for t in range(terms.polynomials):
+        i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
+        c = load(coefficient, t) * load(functions, now + terms.f[t])
+        add_to(matrix, slot[1], c * load(z, i))
+        if t < terms.products:
+            add_to(matrix, slot[0], c * load(z, j))
+            curvature = weight * c * load(z, terms.k[t])
+            add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
+
+
+@compiled
+def add_products(products, coefficient, functions, now, z, rows, sign):
+    """Add `sign` c f(t) z_i z_j to each product's row."""
+    for t in range(len(products.row)):
+        c = sign * load(coefficient, t) * load(functions, now + products.f[t])
+        add_to(rows, products.row[t], c * load(z, products.i[t]) * load(z, products.j[t]))
+
+
+@inlined
+def violated_constraint(structure, values, now, z, r, tolerance):
+    """Return the multiplier of the constraint that is furthest off, 0 where all are met.
+
+    `tolerance` is relative to the size of the mechanism, `r` work space.
+    """
+    update_angles(structure.angles, values.angles, z)
+    clear(r, structure.velocity)
+    add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
+    largest, worst = filled(0.0), filled(0.0)
+    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
+        off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
+        worst = where(less(off, largest), worst, filled(float(k)))
+        largest = maximum(off, largest)
+    return where(less(largest, filled(tolerance)), filled(0.0), worst)
+
+
+@compiled
+def add_mass_product(mass, values, z, first, r):
+    """Add M x, where x₀ = 0, x₁, x₂, … start in row `first` of z."""
+    for p in range(len(mass.i)):
+        i, j = mass.i[p], mass.j[p]
+        entry = load(values, p)
+        add_to(r, i, entry * load(z, first + j))
+        if i != j:
+            add_to(r, j, entry * load(z, first + i))
+
+
+@compiled
+def add_mass(mass, values, matrix):
+    """Add M."""
+    for p in range(len(mass.slot)):
+        add_to(matrix, mass.slot[p], load(values, p))
+
+
+@compiled
+def clear(array, rows):
+    """Set so many rows to zero."""
+    for row in range(rows):
+        store(array, row, filled(0.0))
+
+
+@inlined
+def clear_matrix(pattern, matrix):
+    """Set the matrix to zero, and to one what fills up its tiles."""
+    clear(matrix, pattern.rows)
+    for k in range(len(pattern.filled_up)):
+        store(matrix, pattern.filled_up[k], filled(1.0))
+
+
+@inlined
+def residual(structure, values, now, z, r, memory):
+    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z.
+
+    `memory` is work space of force laws.
+    """
+    update_angles(structure.angles, values.angles, z)
+    clear(r, structure.velocity)
+    add_mass_product(structure.mass, values.mass, z, structure.acceleration, r)
+    for i in range(1, structure.coordinates + 1):
+        add_to(r, i, -load(values.force, i))
+    add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
+    add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
+    add_spring_forces(
+        structure.springs, values.springs, values.functions, now, z, structure.velocity, r
+    )
+    add_products(structure.forces, values.load, values.functions, now, z, r, -1.0)
+    add_law_forces(
+        structure.laws, values.laws, structure.angles, values.angles, values.functions, now, z,
+        structure.velocity, r, memory,
+    )  # fmt: skip
+    add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
+    pass_on_moments(structure.angles, values.angles, z, r)
+
+
+@inlined
+def to_right_side(structure, r, weight):
+    """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
+    for i in range(1, structure.pattern.unknowns + 1):
+        part = load(r, i)
+        store(r, i, -part if i <= structure.coordinates else -part / weight)
+
+
+@inlined
+def tangent(structure, values, now, z, weight, rate, matrix, blocks):
+    """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
+
+    C is the damping of springs and beams. Forces that are products are left out: they are small
+    changes, and not symmetric.
+    """
+    clear_matrix(structure.pattern, matrix)
+    add_mass(structure.mass, values.mass, matrix)
+    add_elastic_tangent(
+        structure.beams, values.beams, z, structure.velocity, weight, rate, matrix, blocks
+    )
+    add_cable_tangent(
+        structure.cables, values.cables, z, structure.velocity, weight, rate, matrix, blocks
+    )
+    add_spring_tangent(
+        structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,
+        rate, matrix,
+    )  # fmt: skip
+    add_law_tangent(
+        structure.laws, values.laws, structure.angles, values.angles, values.functions, now, z,
+        structure.velocity, weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
+    )  # fmt: skip
+    add_constraint_tangent(
+        structure.terms, values.coefficient, values.functions, now, z, weight, matrix
+    )
+    add_angle_tangent(
+        structure.angles, values.angles, structure.terms, values.coefficient, z, weight, matrix
+    )
+
+
+@inlined
+def sense(structure, values, now, z, outputs):
+    """Set the sensors' rows."""
+    if structure.energy > 0:
+        store(z, structure.energy, beam_energy(structure.beams, values.beams, z))
+        add_to(z, structure.energy, cable_energy(structure.cables, values.cables, z))
+        add_to(z, structure.energy, spring_energy(structure.springs, values.springs, z))
+    clear(outputs, outputs.shape[0])
+    add_products(structure.sensors, values.sensor, values.functions, now, z, outputs, 1.0)

@@ -1,0 +1,202 @@
+"""Sensors inside beams and cables: section forces, strains and stresses.
+
+They come from the material law in one element, so they converge more slowly with the mesh than
+displacements do, and jump where a force or joint acts. At a node the element behind it is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite, positive
+from flexband.mechanics.bodies.beam import Beam
+from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.bodies.section_stiffness import SectionStiffness
+from flexband.mechanics.bodies.sections import Along
+from flexband.mechanics.forms import Form
+from flexband.mechanics.kernels.beam_strains import gradient, resultants
+from flexband.mechanics.sensors.motion import Model
+
+
+class _Local:
+    """A sensor at a place of a beam or cable, which reads the element's coordinates."""
+
+    body: str
+    place: str
+
+    def _located(self, model: Model) -> tuple[Beam | Cable, int, int, float]:
+        """Return the member, where its coordinates start, the element and ξ of the place."""
+        member, first = model.member(self.body)
+        place = member.located(self.place)
+        element = min(int(place), member.elements - 1)
+        return member, first, element, place - element
+
+    def rows(self, model: Model) -> Sequence[Form]:
+        """Return the element's coordinates, its length, the strains at the start and the numbers.
+
+        Raises
+        ------
+        InputError
+            Where the mechanism has no such member, or the member no such place.
+        """
+        member, first, element, xi = self._located(model)
+        first, at = first + member.per_node * element, np.array([element + xi])
+
+        def along(name: str, value: Property, check: Callable) -> np.ndarray:
+            return member.evaluated(at, name, value, check)[:, 0]
+
+        initial = member.initial_strains(np.array([xi, 0.5]))
+        return [
+            *(Form.variable(first + k) for k in range(member.element_coordinates)),
+            Form.constant(member.element_length),
+            *(Form.constant(strain[element, point]) for point in range(2) for strain in initial),
+            *map(Form.constant, self._numbers(member, along)),
+        ]
+
+    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
+        """Return what the sensor asks of the member at the place."""
+        raise NotImplementedError
+
+    def _read(self, rows: np.ndarray, model: Model):
+        """Return the member, q, ξ, length, strains less those at the start, and the numbers.
+
+        In a beam's element the bending strain a₁ is constant, and right in the middle. From there
+        it is continued by the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
+        """
+        member, _, _, xi = self._located(model)
+        count = member.element_coordinates
+        q, length, rest = rows[:count], rows[count], rows[count + 1 :]
+        here, middle = (member.strains(q, place, length) for place in (xi, 0.5))
+        each = len(here)
+        strain = [a - b for a, b in zip(here, rest[:each], strict=True)]
+        numbers = rest[2 * each :]
+        if isinstance(member, Beam):
+            c, at_start = SectionStiffness(*numbers[:9]), rest[each : 2 * each]
+            shear = c.s0 * (middle[4] - at_start[4])
+            strain[1] = middle[1] - at_start[1] + shear / c.c11 * (xi - 0.5) * length
+        return member, q, xi, length, strain, numbers
+
+
+@dataclass(frozen=True)
+class SectionForces(_Local):
+    """Axial force, shear force and bending moment: outputs "_N" [N], "_Q" [N], "_M" [N m].
+
+    They are what the part behind the section (towards the end) exerts on the part before it: N
+    along the section's normal, Q along the section, to the left, and M about the axis. A cable has
+    no shear strain; its Q is −dM/ds.
+
+    Parameters
+    ----------
+    body : name of the beam or cable.
+    place : the point of it, "start", "middle", "node 2" or the part of the length, "0.25".
+    """
+
+    body: str
+    place: str = "middle"
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return N and Q in newtons, M in newton metres."""
+        return [("_N", "N"), ("_Q", "N"), ("_M", "N m")]
+
+    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
+        if isinstance(member, Beam):
+            return member.section_stiffness(along)
+        _, (_, EA), (_, EI) = member.properties()
+        return along("axial_stiffness", EA, positive), along("bending_stiffness", EI, positive)
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        """Return N, Q and M."""
+        member, q, xi, length, strain, numbers = self._read(rows, model)
+        if isinstance(member, Cable):
+            EA, EI = numbers
+            return np.stack(
+                [EA * strain[0], -EI * member.curvature_slope(q, xi, length), EI * strain[1]]
+            )
+        p, w, d = member.vectors(q, xi, length)
+        force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), p, w, d)
+        size = np.hypot(*d)
+        normal = (force[0] * d[1] - force[1] * d[0]) / size
+        across = (force[0] * d[0] + force[1] * d[1]) / size
+        return np.stack([normal, across, d[0] * couple[1] - d[1] * couple[0]])
+
+
+@dataclass(frozen=True)
+class Strain(_Local):
+    """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
+
+    Green–Lagrange strains in the section's axes, 2E_xy for the last; of a cable ε − y (κ − κ₀), and
+    none across the section.
+
+    Parameters
+    ----------
+    body, place : as in `SectionForces`.
+    y : distance from the axis [m], positive to the left.
+
+    Raises
+    ------
+    InputError
+        Where y is not finite; and when the mechanism is made, where it is outside the beam.
+    """
+
+    body: str
+    place: str = "middle"
+    y: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        finite(f"{type(self).__name__} y [m]", self.y)
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return three numbers."""
+        return [(axes, "1") for axes in ("_xx", "_yy", "_xy")]
+
+    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
+        if isinstance(member, Cable):
+            return [self.y]
+        half = np.min(member.profile.across(along)) / 2
+        if np.any(np.abs(self.y) > half * (1 + 1e-12)):
+            worst = np.ravel(self.y)[np.argmax(np.abs(self.y))]
+            raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
+        return [*member.section_stiffness(along), self.y]
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        """Return E_xx, E_yy and 2E_xy."""
+        member, *_, strain, numbers = self._read(rows, model)
+        if isinstance(member, Cable):
+            axial = strain[0] - numbers[0] * strain[1]
+            return np.stack([axial, 0.0 * axial, 0.0 * axial])
+        y = numbers[9]
+        a0, a1, a2, b, g0, g1 = strain
+        return np.stack([a0 + y * a1 + y**2 * a2, b, g0 + y * g1])
+
+
+@dataclass(frozen=True)
+class Stress(Strain):
+    """Stresses at a point of a beam's section [Pa]: outputs "_xx", "_yy", "_xy".
+
+    Second Piola–Kirchhoff stresses in the section's axes, of the law that the beam's `integration`
+    uses, damping left aside. Parameters and errors as of `Strain`; a cable, which knows no section,
+    is refused.
+    """
+
+    def outputs(self) -> list[tuple[str, str]]:
+        """Return three stresses in pascals."""
+        return [(axes, "Pa") for axes in ("_xx", "_yy", "_xy")]
+
+    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
+        if not isinstance(member, Beam):
+            raise InputError(f"stresses need a Beam; {self.body!r} is a {type(member).__name__}")
+        E, nu = member.elasticity(along)
+        k = member.profile.shear_factor(nu, along)
+        return [*super()._numbers(member, along), E, nu, k]
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        """Return S_xx, S_yy and S_xy."""
+        member, *_, strain, numbers = self._read(rows, model)
+        y, E, nu, k = numbers[9:]
+        return np.stack(cast("Beam", member).integration.stress(E, nu, k, strain, y))

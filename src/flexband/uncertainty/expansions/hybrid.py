@@ -1,0 +1,195 @@
+"""The hybrid expansion of a response in Chebyshev and Hermite polynomials, Eq. (11)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from flexband.uncertainty.expansions.polynomials import (
+    chebyshev_derivative,
+    chebyshev_values,
+    hermite_nodes,
+    hermite_norms,
+    hermite_transform,
+    hermite_values,
+)
+
+
+def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the tensor product of nodes, one array a variable, shape (Π count, variables)."""
+    grid = np.meshgrid(*nodes, indexing="ij")
+    return np.stack(grid, axis=-1).reshape(-1, len(nodes)) if nodes else np.zeros((1, 0))
+
+
+def tensor_values(values: list[np.ndarray]) -> np.ndarray:
+    """Return products of one-dimensional values: (points, count) each to (points, Π count)."""
+
+    def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return (a[:, :, None] * b[:, None, :]).reshape(len(a), a.shape[1] * b.shape[1])
+
+    return reduce(product, values)
+
+
+def tensor_index(orders: Sequence[int]) -> np.ndarray:
+    """Return the order in each variable of all products up to these, (Π (order+1), variables)."""
+    return tensor_points([np.arange(k + 1) for k in orders]).astype(int)
+
+
+def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
+    """Return the products Π_v values[v][:, index[:, v]], shape (points, terms)."""
+    chosen = (own[:, k] for own, k in zip(values, index.T, strict=True))
+    return reduce(np.multiply, chosen)
+
+
+@dataclass(frozen=True)
+class HybridExpansion:
+    """The surrogate Σ_ij β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11).
+
+    Attributes
+    ----------
+    random_index : the order of every Hermite polynomial in Ψ_j, shape (N, n); Ψ_0 = 1.
+    interval_index : the order of every Chebyshev polynomial in Φ_i, shape (M, m); Φ_0 = 1.
+    coefficients : β, shape (M, N, series): all times and outputs side by side. A sparse expansion
+        has zeros.
+    """
+
+    random_index: np.ndarray
+    interval_index: np.ndarray
+    coefficients: np.ndarray
+
+    @property
+    def random_orders(self) -> tuple[int, ...]:
+        """The highest order k of every random variable."""
+        return tuple(self.random_index.max(axis=0).tolist())
+
+    @property
+    def interval_orders(self) -> tuple[int, ...]:
+        """The highest order q of every interval variable."""
+        return tuple(self.interval_index.max(axis=0).tolist())
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """The orders of all variables, η first."""
+        return self.interval_orders + self.random_orders
+
+    def index(self) -> np.ndarray:
+        """Return the order of each term in each variable, η first, (variables, M N)."""
+        M, N = self.coefficients.shape[:2]
+        interval, random = self.interval_index, self.random_index
+        return np.concatenate([np.repeat(interval, N, axis=0), np.tile(random, (M, 1))], axis=1).T
+
+    def highest(self) -> np.ndarray:
+        """Return which terms are of the highest order in a variable, (variables, M N)."""
+        orders = np.array(self.orders, dtype=int)[:, None]
+        return (self.index() == orders) & (orders > 0)
+
+    @property
+    def interval_dimension(self) -> int:
+        """Number m of variables η."""
+        return self.interval_index.shape[1]
+
+    @staticmethod
+    def design(
+        random_orders: Sequence[int], interval_nodes: Sequence[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return ξ and η of all runs, shapes (runs, n) and (runs, m); ξ varies fastest."""
+        xi = tensor_points([hermite_nodes(k) for k in random_orders])
+        eta = tensor_points(interval_nodes)
+        return np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0)
+
+    @staticmethod
+    def fit(
+        values: np.ndarray, random_orders: Sequence[int], interval_nodes: Sequence[np.ndarray]
+    ) -> HybridExpansion:
+        """Return the expansion through the values, shape (runs, series), of `design`.
+
+        There are as many points as terms, so the least squares of Eq. (12) interpolate, and the
+        inverse factors by dimension: a small matrix for each variable in turn.
+        """
+        transforms = [
+            *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
+            *(hermite_transform(k) for k in random_orders),
+        ]
+        beta, before = values, 1
+        for transform in transforms:
+            beta = transform @ beta.reshape(before, len(transform), -1)
+            before *= len(transform)
+        interval = tensor_index([len(x) - 1 for x in interval_nodes])
+        beta = beta.reshape(len(interval), before // len(interval), -1)
+        return HybridExpansion(tensor_index(random_orders), interval, beta)
+
+    @staticmethod
+    def of_terms(index: np.ndarray, terms: np.ndarray, interval_dimension: int) -> HybridExpansion:
+        """Return the expansion with some terms only.
+
+        Parameters
+        ----------
+        index : their order in each variable, η first, shape (terms, variables).
+        terms : their coefficients, shape (terms, series).
+        """
+        m = interval_dimension
+        interval, i = np.unique(_and_one(index[:, :m]), axis=0, return_inverse=True)
+        random, j = np.unique(_and_one(index[:, m:]), axis=0, return_inverse=True)
+        beta = np.zeros((len(interval), len(random), terms.shape[1]))
+        beta[i, j] = terms
+        return HybridExpansion(random[:, :-1], interval[:, :-1], beta)
+
+    @property
+    def norms(self) -> np.ndarray:
+        """γ_j of Eq. (15), products over the random variables."""
+        norms = [hermite_norms(k)[None] for k in self.random_orders]
+        return term_values([*norms, np.ones((1, 1))], _and_one(self.random_index))[0]
+
+    @property
+    def weighted(self) -> np.ndarray:
+        """The coefficients times √γ_j: of these σ² is a sum of squares."""
+        return self.coefficients * np.sqrt(self.norms)[:, None]
+
+    def chebyshev(self, eta: np.ndarray) -> np.ndarray:
+        """Return Φ_i at η of shape (points, m), shape (points, M)."""
+        values = map(chebyshev_values, self.interval_orders, eta.T)
+        return term_values([*values, np.ones((len(eta), 1))], _and_one(self.interval_index))
+
+    def hermite(self, xi: np.ndarray) -> np.ndarray:
+        """Return Ψ_j at ξ of shape (points, n), shape (points, N)."""
+        values = map(hermite_values, self.random_orders, xi.T)
+        return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
+
+    def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
+        """Return Φ_i and its derivatives by each η_a at η, shape (points, 1 + m, M)."""
+        one, m = np.ones((len(eta), 1)), self.interval_dimension
+        T = map(chebyshev_values, self.interval_orders, eta.T)
+        values = [(t, t @ chebyshev_derivative(t.shape[1] - 1)) for t in T]
+        parts = [[v[a == b] for b, v in enumerate(values)] for a in range(-1, m)]
+        index = _and_one(self.interval_index)
+        return np.stack([term_values([*part, one], index) for part in parts], axis=1)
+
+    def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the surrogate at points of shape (points, n) and (points, m)."""
+        return np.einsum("pi,pj,ijs->ps", self.chebyshev(eta), self.hermite(xi), self.coefficients)
+
+    def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""
+        phi = self.chebyshev(eta)
+        M, N, series = self.coefficients.shape
+        terms = (phi @ self.weighted.reshape(M, -1)).reshape(-1, N, series)
+        random = terms[:, 1:]
+        return terms[:, 0], np.sqrt(np.einsum("pjs,pjs->ps", random, random))
+
+    def truncation(self) -> np.ndarray:
+        """Return the size of the terms of highest order in some variable, shape (series,).
+
+        With |T_i| ≤ 1 it bounds their part in mean and standard deviation, and is of the order of
+        the first terms left out where the series converges. Zero orders are not counted.
+        """
+        highest = self.highest().any(axis=0)
+        size = np.abs(self.weighted)
+        return size.reshape(highest.size, -1)[highest].sum(axis=0)
+
+
+def _and_one(index: np.ndarray) -> np.ndarray:
+    """Return an index with a further variable of order zero, so that there is at least one."""
+    return np.concatenate([index, np.zeros((len(index), 1), dtype=index.dtype)], axis=1)

@@ -1,0 +1,46 @@
+"""Points for the reference methods: samples of ξ and a scan of η."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from flexband.uncertainty.expansions.hybrid import tensor_points
+
+ENDS = 0.3
+"""Part of the values of η of a sequence of points that are −1 or 1."""
+
+
+def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
+    """Return a Latin hypercube of standard normal variables, shape (samples, dimension)."""
+    if dimension == 0:
+        return np.zeros((1, 0))
+    return ndtri(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(samples))
+
+
+def random_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
+    """Return independent standard normal variables, shape (samples, dimension)."""
+    if dimension == 0:
+        return np.zeros((1, 0))
+    return np.random.default_rng(seed).standard_normal((samples, dimension))
+
+
+def scan(points: int, dimension: int) -> np.ndarray:
+    """Return the uniform grid of Eq. (7), ends included, shape (points**dimension, dimension)."""
+    return tensor_points([np.linspace(-1, 1, points)] * dimension)
+
+
+def nested_points(runs: int, m: int, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first of a sequence of ξ, (runs, n), and η, (runs, m), always the same.
+
+    A scrambled Sobol' sequence. Of the values of each η a part `ENDS` is at the ends, where bounds
+    mostly are, the others are cos πu.
+    """
+    power = math.ceil(math.log2(max(runs, 2)))
+    u = qmc.Sobol(m + n, rng=np.random.default_rng(0)).random_base2(power)[:runs]
+    middle = (u[:, :m] - ENDS / 2) / (1 - ENDS)
+    tiny = np.finfo(float).eps
+    return ndtri(np.clip(u[:, m:], tiny, 1 - tiny)), -np.cos(np.pi * np.clip(middle, 0, 1))

@@ -1,0 +1,172 @@
+"""Points in ξ and η for a phase-resolved surrogate: as many as its phases need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.polynomial import hermite_e
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from flexband.uncertainty.expansions.bounds import lobatto
+from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
+
+MOST_POINTS = 600
+"""Of a rule for ξ that resolves the phase."""
+
+MOST_TERMS, MOST_SPARSE = 160, 130
+"""Of the polynomials in η that gentle moments are expanded in, of a tensor product and of a
+simplex; at least those of order 2."""
+
+MOST_SCANNED = 2048
+
+STILL = 0.2
+"""A reach [rad] below which Gauss–Hermite points are enough."""
+
+TAIL = 4.5
+"""Standard deviations that the trapezoidal rule goes to."""
+
+
+def resolving_rule(
+    orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return points ξ, shape (points, n), and weights of the expectation; None if too many.
+
+    They are products of rules in one variable, along axes turned with the phase: the normal
+    density does not change by a rotation. Where the phase moves with several ξ, the axes are the
+    principal directions of ∂φ/∂ξ over times and carriers: it then moves along few of them, often
+    one, and the others take few points.
+
+    Parameters
+    ----------
+    orders, reach : of every ξ, and how far it moves a phase [rad].
+    slope : ∂φ/∂ξ in the middle, (carriers × times, n).
+    """
+    axes, moving = np.eye(len(orders)), np.flatnonzero((orders > 0) & (reach >= STILL))
+    if len(moving) > 1:
+        slope = slope[:, moving]
+        turned = np.linalg.svd(slope, full_matrices=len(slope) < len(moving))[2]
+        axes[np.ix_(moving, moving)] = turned
+        bent = reach[moving] - np.abs(slope).max(axis=0)
+        orders, reach = orders.copy(), reach.copy()
+        reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
+        orders[moving] = orders[moving].max() + 1
+    rules = list(_rules(orders, reach))
+    if math.prod(len(points) for points, _ in rules) > MOST_POINTS:
+        return None
+    weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
+    return tensor_points([points for points, _ in rules]) @ axes, weights
+
+
+def _rules(orders: np.ndarray, reach: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield points and weights of E over one ξ, for He_j, j ≤ k, times e^{iaξ}, |a| ≤ 2 reach.
+
+    Gauss–Hermite where the phase stands still; otherwise the trapezoidal rule, exact to e^{−12}
+    where its step is at most 2π/(2 reach + 5).
+    """
+    for order, a in zip(orders, reach, strict=True):
+        if order == 0:
+            yield np.zeros(1), np.ones(1)
+            continue
+        if a < STILL:
+            x, w = hermite_e.hermegauss(int(order) + 1 + 2 * (a > 0))
+        else:
+            x = np.linspace(-TAIL, TAIL, math.ceil(2 * TAIL * (2 * a + 5) / (2 * np.pi)) + 1)
+            w = np.exp(-x * x / 2)
+        yield x, w / w.sum()
+
+
+def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and weights of E[f(ζ)], for f that mixes variables little.
+
+    f(0) + Σ_v (G − 1) f along each axis + Σ_v (G₃ − 1)(G₃ − 1) f of the first axis with each other,
+    with Gauss–Hermite rules G, the finest along the first.
+    """
+    found: dict[tuple[float, ...], float] = {}
+
+    def add(rules: list[tuple[int, np.ndarray, np.ndarray]]) -> None:
+        points = tensor_points([x for _, x, _ in rules])
+        weights = tensor_values([np.ones((1, 1)), *(w[None] for _, _, w in rules)])[0]
+        for x, w in zip(points, weights, strict=True):
+            at = np.zeros(n)
+            at[[v for v, _, _ in rules]] = x
+            found[tuple(at)] = found.get(tuple(at), 0.0) + w
+
+    def beyond(v: int, count: int) -> tuple[int, np.ndarray, np.ndarray]:
+        x, w = hermite_e.hermegauss(count)
+        x, w = np.where(np.abs(x) < 1e-12, 0.0, x), w / w.sum()
+        w[count // 2] -= 1.0
+        return v, x, w
+
+    add([])
+    for v in range(n):
+        add([beyond(v, 5 if v else 9)])
+        if v:
+            add([beyond(0, 3), beyond(v, 3)])
+    return np.array(list(found)).reshape(-1, n), np.array(list(found.values()))
+
+
+def sobol_normal(n: int, count: int) -> np.ndarray:
+    """Return quasi-random normal points, the same at every call."""
+    return ndtri(qmc.Sobol(n, rng=np.random.default_rng(0)).random(count))
+
+
+def gentle_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarray:
+    """Return orders of the polynomials for gentle moments, (terms, m), with those of the surrogate.
+
+    The tensor product up to the highest orders; where that is too large, terms with
+    Σ_v order_v/highest_v ≤ 1, and the highest orders fall until these are few enough.
+    """
+    top = list(highest)
+    if math.prod(k + 1 for k in top) <= MOST_TERMS:
+        return _closed(np.concatenate([tensor_index(top), interval_index]))
+    while len(index := _simplex(top)) > MOST_SPARSE and max(top) > 2:
+        top[top.index(max(top))] -= 1
+    return _closed(np.concatenate([index, interval_index]))
+
+
+def _simplex(top: list[int]) -> np.ndarray:
+    """Return all orders ν ≥ 0 with Σ_v ν_v/top_v ≤ 1, variable by variable."""
+    found, used = np.zeros((1, 0), dtype=int), np.zeros(1)
+    for k in top:
+        share = used[:, None] + (np.arange(k + 1) / k if k else np.zeros(1))
+        row, order = np.nonzero(share <= 1 + 1e-9)
+        found, used = np.concatenate([found[row], order[:, None]], axis=1), share[row, order]
+    return found
+
+
+def _closed(index: np.ndarray) -> np.ndarray:
+    """Return the index with all lower orders."""
+    known = {tuple(row) for row in index.tolist()}
+    left = list(known)
+    while left:
+        row = left.pop()
+        for v, k in enumerate(row):
+            lower = (*row[:v], k - 1, *row[v + 1 :])
+            if k and lower not in known:
+                known.add(lower)
+                left.append(lower)
+    return np.array(sorted(known), dtype=int).reshape(len(known), index.shape[1])
+
+
+def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return η for a scan, and which of these points are next to each, (points, count).
+
+    Chebyshev–Lobatto points, about five a wave of phases that move by `reach`. Where these are too
+    many, quasi-random ones, at the ends in variables that move no phase, and no neighbours.
+    """
+    counts = [
+        1 if q == 0 else math.ceil(q + 2 + (a > 0.3) * (3 * a + 2 * np.cbrt(a)))
+        for q, a in zip(orders, reach, strict=True)
+    ]
+    if math.prod(counts) <= MOST_SCANNED:
+        where = tensor_index([count - 1 for count in counts])
+        step = np.concatenate([np.eye(len(counts), dtype=int), -np.eye(len(counts), dtype=int)])
+        beside = np.clip(where[:, None] + step, 0, np.array(counts) - 1)
+        strides = np.cumprod([1, *counts[:0:-1]])[::-1]
+        return tensor_points([lobatto(count) for count in counts]), beside @ strides
+    u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(MOST_SCANNED // 2)
+    eta = np.where(reach > 0.3, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))
+    return eta * (orders > 0), np.zeros((len(eta), 0), dtype=int)

@@ -1,0 +1,247 @@
+"""Gentle moments with many random variables: Gaussian integrals along contours through saddles.
+
+    E[P e^{iψ}] = E_ζ[det L e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)} P(ξ)],   ξ = s + L ζ,   L Lᵀ = (I − i ∇²ψ)⁻¹
+
+with the saddle s = i ∇ψ(s), a complex point: ξ is turned into the direction in which the integrand
+falls off without turning. A phase that is quadratic in ξ makes e^{…} constant, so a rule that is
+exact for P, and no rule that resolves the phase, is enough. Each pair of carriers has a saddle of
+its own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from flexband.uncertainty.phases.moments import fill, section
+
+SATURATED = 6.0
+"""Slope [rad a standard deviation] at which e^{iφ} averages to nothing: e^{−18}."""
+
+WIDE = 3.0
+"""Standard deviations over which the slope is looked at."""
+
+NEWTON = 4
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def by_saddles(  # noqa: PLR0912
+    coefficients,
+    interval_term,
+    random_term,
+    phi,
+    orders,
+    norms,
+    rule,
+    weights,
+    spare,
+    outputs,
+    turning,
+    table,
+):
+    """Fill the table, as `by_points` does.
+
+    Parameters
+    ----------
+    orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
+    rule, weights : points ζ, whose first axis is turned to the slope of the phase, and weights.
+    spare : equally weighted points ξ for phases that have no saddle nearby.
+    """
+    times, _, parts = coefficients.shape
+    N, n = orders.shape
+    carriers = (parts - outputs) // (1 + 2 * outputs)
+    rows, phase = np.empty((N, parts)), np.empty(N)
+    mean, base = np.zeros(outputs), np.empty(outputs)
+    first = np.empty((outputs, carriers), np.complex128)
+    square = np.empty((outputs, carriers))
+    second = np.empty((outputs, len(turning)), np.complex128)
+    saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
+    powers = np.empty((n, orders.max() + 1), np.complex128)
+    terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
+    most = max(len(rule), len(spare))
+    basis, values = np.empty((2 * most, N)), np.empty((2 * most, parts))
+    factors = np.empty(most, np.complex128)
+    for t in range(times):
+        for e in range(len(phi)):
+            section(coefficients[t], interval_term, random_term, phi[e], rows)
+            _squares(rows, norms, outputs, carriers, base, square)
+            first[:], second[:] = 0.0, 0.0
+            for k in range(len(turning)):
+                c, d, s = turning[k]
+                phase[:] = rows[:, _phase(c, outputs)]
+                if s != 0:
+                    phase += s * rows[:, _phase(d, outputs)]
+                if saturated(phase, orders):
+                    continue
+                found, scale = _contour(phase, orders, powers, saddle, frame)
+                points = rule if found else spare
+                count = len(points)
+                for q in range(count):
+                    exponent = -1j * phase[0]
+                    for v in range(n):
+                        xi[v] = saddle[v]
+                        for w in range(n):
+                            if points[q, w] != 0:
+                                xi[v] += frame[v, w] * points[q, w]
+                        exponent += 0.5 * (points[q, v] ** 2 - xi[v] ** 2)
+                    _hermite(xi, orders, powers, terms)
+                    for j in range(N):
+                        exponent += 1j * phase[j] * terms[j]
+                        basis[q, j], basis[count + q, j] = terms[j].real, terms[j].imag
+                    factors[q] = scale * np.exp(exponent)
+                    factors[q] *= weights[q] if found else 1 / count
+                np.dot(basis[: 2 * count], rows, values[: 2 * count])
+                for q in range(count):
+                    re, im = values[q], values[count + q]
+                    for o in range(outputs):
+                        x, y = _phase(c, outputs) + 1 + o, _phase(c, outputs) + 1 + o + outputs
+                        one = factors[q] * complex(re[x] - im[y], im[x] + re[y])
+                        if s == 0:
+                            first[o, c] += one
+                            second[o, k] += one * complex(re[o] - rows[0, o], im[o])
+                        else:
+                            x, y = _phase(d, outputs) + 1 + o, _phase(d, outputs) + 1 + o + outputs
+                            second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
+            fill(rows, outputs, carriers, turning, mean, base, first, square, second, table[t, e])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _phase(c, outputs):
+    """Return the column of a carrier's phase."""
+    return outputs + c * (1 + 2 * outputs)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _squares(rows, norms, outputs, carriers, base, square):
+    """Fill Var b and E|Z_c|², which have closed forms."""
+    base[:], square[:] = 0.0, 0.0
+    for j in range(len(norms)):
+        for o in range(outputs):
+            base[o] += norms[j] * rows[j, o] ** 2 if j else 0.0
+            for c in range(carriers):
+                at = _phase(c, outputs) + 1 + o
+                square[o, c] += norms[j] * (rows[j, at] ** 2 + rows[j, at + outputs] ** 2)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def saturated(phase, orders):
+    """Return whether the phase's slope is large wherever ξ is likely to be."""
+    slope, bend = 0.0, 0.0
+    for j in range(len(phase)):
+        if orders[j].sum() == 1:
+            slope += phase[j] ** 2
+        else:
+            for v in range(orders.shape[1]):
+                if orders[j, v]:
+                    bend += abs(phase[j]) * orders[j, v] * WIDE ** (orders[j].sum() - 1)
+    return np.sqrt(slope) - bend >= SATURATED
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _hermite(xi, orders, powers, terms):
+    """Fill He_k of every variable and their products Ψ_j at a complex point."""
+    for v in range(len(xi)):
+        He, x = powers[v], xi[v]
+        He[0] = 1.0
+        if len(He) > 1:
+            He[1] = x
+        for k in range(2, len(He)):
+            He[k] = x * He[k - 1] - (k - 1) * He[k - 2]
+    for j in range(len(terms)):
+        terms[j] = 1.0
+        for v in range(len(xi)):
+            if orders[j, v]:
+                terms[j] *= powers[v, orders[j, v]]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
+    """Fill s and L, and return whether there is a saddle nearby, and det L."""
+    n = len(saddle)
+    step, curve = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
+    first = np.zeros(n)
+    for j in range(len(phase)):
+        if orders[j].sum() == 1:
+            first[np.argmax(orders[j])] = phase[j]
+    saddle[:] = 0.0
+    good, left = True, 0.0
+    for sweep in range(NEWTON + 1):
+        _slopes(phase, orders, saddle, powers, step, curve)
+        for a in range(n):  # curve = I − i∇²ψ becomes its factor R
+            step[a] = 1j * step[a] - saddle[a]
+            for b in range(a + 1):
+                total = (1.0 if a == b else 0.0) - 1j * curve[a, b]
+                for k in range(b):
+                    total -= curve[a, k] * curve[b, k]
+                good = good and (a != b or total.real > 0.05)
+                curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
+        left = np.abs(step).sum()
+        if sweep == NEWTON or not good or left < 1e-6:
+            break
+        for a in range(n):
+            for b in range(a):
+                step[a] -= curve[a, b] * step[b]
+            step[a] /= curve[a, a]
+        for a in range(n - 1, -1, -1):
+            for b in range(a + 1, n):
+                step[a] -= curve[b, a] * step[b]
+            step[a] /= curve[a, a]
+            saddle[a] += step[a]
+    size, scale = 0.0, 1.0 + 0j
+    for a in range(n):
+        size += abs(saddle[a]) ** 2
+        scale /= curve[a, a]
+    frame[:] = 0.0
+    if not (good and size < 4 * SATURATED**2 and left < 1e-3 * SATURATED):
+        saddle[:] = 0.0
+        for a in range(n):
+            frame[a, a] = 1.0
+        return False, 1.0 + 0j
+    for b in range(n):  # L = R⁻ᵀ
+        frame[b, b] = 1.0
+        for a in range(n - 1, -1, -1):
+            for k in range(a + 1, n):
+                frame[a, b] -= curve[k, a] * frame[k, b]
+            frame[a, b] /= curve[a, a]
+    first /= np.sqrt((first**2).sum()) + 1e-300  # the first axis of ζ along the slope: a reflection
+    first[0] -= 1.0
+    long = (first**2).sum()
+    if long > 1e-12:
+        for a in range(n):
+            along = 0.0 + 0j
+            for b in range(n):
+                along += frame[a, b] * first[b]
+            for b in range(n):
+                frame[a, b] -= 2 * along * first[b] / long
+    return True, scale
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _slopes(phase, orders, xi, powers, gradient, curve):
+    """Fill the gradient and the Hessian of the phase at a complex point."""
+    n = len(xi)
+    _hermite(xi, orders, powers, np.empty(0, np.complex128))
+    gradient[:], curve[:] = 0.0, 0.0
+    for j in range(len(phase)):
+        if phase[j] == 0:
+            continue
+        for a in range(n):
+            if not orders[j, a]:
+                continue
+            for b in range(-1, a + 1):  # −1: by a alone
+                if b >= 0 and not orders[j, b]:
+                    continue
+                value = phase[j] + 0j
+                for v in range(n):
+                    k = orders[j, v]
+                    if k == 0:
+                        continue
+                    for _ in range((v == a) + (v == b)):
+                        value *= k
+                        k -= 1
+                    value *= powers[v, k] if k >= 0 else 0.0
+                if b < 0:
+                    gradient[a] += value
+                else:
+                    curve[a, b] += value
+                    curve[b, a] = curve[a, b]

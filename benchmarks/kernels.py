@@ -93,7 +93,7 @@ def main() -> None:
     cases |= kernel_cases(chosen.samples, structure, values, work)
     measured = alternate(cases, chosen.repeats)
     middle = medians(measured)
-    pattern = structure.pattern
+    pattern, state = structure.pattern, structure.state
     report(
         chosen.output,
         "kernels",
@@ -101,7 +101,7 @@ def main() -> None:
         [[n, f"{us:.2f}", f"{us / middle['one step, all of it']:.2f}"] for n, us in middle.items()],
         measured,
         [
-            f"{structure.coordinates} coordinates, {structure.multipliers} multipliers, "
+            f"{state.coordinates} coordinates, {state.angle - state.multiplier} multipliers, "
             f"{len(pattern.entry_row)} tiles below the pivots, "
             f"{len(pattern.product_v) + len(pattern.row_tile)} products in a factorization",
             f"{chosen.samples} calls in a row; a step takes a residual and a solution in every "

@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.joints.gears import Gear, Rack
     from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
-    from flexband.mechanics.loads.force_laws import ForceLaw, TorsionSpring, ViscousFriction
-    from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment, Spring
+    from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
+    from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
+    from flexband.mechanics.loads.springs import Spring, TorsionSpring
     from flexband.mechanics.mechanism import Mechanism
     from flexband.mechanics.modes import modes
     from flexband.mechanics.response import dynamic_response

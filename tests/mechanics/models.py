@@ -14,6 +14,7 @@ from flexband.mechanics.engine.entries import MARCH, START
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lanes import WIDTH, filled
+from flexband.mechanics.kernels.springs import RELAXED
 
 
 def slider_crank(
@@ -113,8 +114,8 @@ class Dense:
         self.system = assemble(self.mechanism)
         self.structure = self.system.structure
         self.values = pack(self.system, np.array([0.0, 1e-3]))(0)
-        rest = self.values.springs.rest_length
-        rest[:] = np.abs(rest)
+        rest = self.values.springs.rest
+        rest[rest == RELAXED] = 0.7
         self.work = Work.of(self.structure)
         self.start = self.values.start[1:, 0].copy()
 
@@ -124,7 +125,7 @@ class Dense:
         z[0] = 1.0
         z[1 : 1 + len(unknowns)] = np.asarray(unknowns)[:, None]
         if acceleration is not None:
-            row = self.structure.acceleration
+            row = self.structure.state.acceleration
             z[row + 1 : row + 1 + len(acceleration)] = np.asarray(acceleration)[:, None]
 
     def residual(self, unknowns, acceleration=None):
@@ -152,7 +153,7 @@ class Dense:
 
     def mass(self):
         """Return the mass matrix."""
-        n = self.structure.coordinates
+        n = self.structure.state.coordinates
         zero = np.zeros(self.structure.pattern.unknowns)
         rest = self.residual(zero, np.zeros(n))[:n]
         return np.stack([self.residual(zero, e)[:n] - rest for e in np.eye(n)], axis=1)
@@ -190,6 +191,6 @@ def states(mechanism, steps, step, integrator=None):
         integrator.coefficients(step), integrator.tolerance,
     )  # fmt: skip
     assert not failure[0].any()
-    n, v = structure.coordinates, structure.velocity
+    n, v = structure.state.coordinates, structure.state.velocity
     z = work.z[:, 0]
     return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.unknowns + 1]

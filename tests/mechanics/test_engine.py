@@ -21,7 +21,7 @@ def test_tangent_is_the_derivative_of_the_residual(integration):
     size = dense.structure.pattern.unknowns
     unknowns = np.concatenate([dense.start, np.zeros(size - len(dense.start))])
     unknowns += 0.05 * rng.standard_normal(size)
-    n = dense.structure.coordinates
+    n = dense.structure.state.coordinates
     step = 1e-5  # central differences: the error is third derivatives times step²/6
     exact = np.stack(
         [

@@ -46,11 +46,17 @@ def mechanism(joints=None, **parts):
             lambda: mechanism(loads={"s": fb.Spring("a", "c", 1.0)}),
             "load 's': body 'c' is not in the mechanism",
         ),
-        (lambda: mechanism({"pin": fb.Revolute((0, 0), (0, 0))}), "'pin': it joins the ground"),
-        (lambda: mechanism({"pin": fb.Revolute("a", "a")}), "a body with itself"),
-        (lambda: mechanism({"pin": "a"}), "joint 'pin' is no joint: 'a'"),  # type: ignore
-        (lambda: fb.Mechanism(bodies={"a": "b"}), "body 'a' is no body"),  # type: ignore
-        (lambda: mechanism(loads={"g": 9.81}), "load 'g': it is no load: 9.81"),  # type: ignore
+        (
+            lambda: mechanism({"pin": fb.Revolute((0, 0), (0, 0))}),
+            "joint 'pin': it must join two bodies",
+        ),
+        (
+            lambda: mechanism({"pin": fb.Revolute("a", "a")}),
+            "it must join two bodies, or a body and the ground",
+        ),
+        (lambda: mechanism({"pin": "a"}), "joints\\['pin'\\] must be a joint; got 'a'"),  # type: ignore
+        (lambda: fb.Mechanism(bodies={"a": "b"}), "bodies\\['a'\\] must be a body; got 'b'"),  # type: ignore
+        (lambda: mechanism(loads={"g": 9.81}), "loads\\['g'\\] must be a load; got 9.81"),  # type: ignore
         (
             lambda: pendulum_driven(lambda t: 0.0, sensors={"M": fb.Reaction("motor")}),
             "sensor 'M': joint 'motor' exerts a moment and no force",

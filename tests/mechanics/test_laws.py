@@ -276,7 +276,7 @@ def test_tangent_is_the_derivative_of_the_residual():
     )  # fmt: skip
     dense = Dense(model)
     dense.values.laws.parameter[4] = 0.2
-    count = dense.structure.coordinates
+    count = dense.structure.state.coordinates
     rng = np.random.default_rng(3)
     unknowns = np.concatenate(
         [dense.start + 0.05 * rng.standard_normal(count), rng.standard_normal(3)]

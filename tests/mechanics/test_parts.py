@@ -270,7 +270,7 @@ def test_a_free_flexible_body_keeps_momentum():
     assert float(motion.sel(output="T")[0]) == pytest.approx(start_energy, rel=1e-8)
     q, v, _ = states(model, 3000, 1e-4, FINE)
     q0, v0, _ = states(model, 0, 1e-4, FINE)
-    n = assemble(model).structure.coordinates
+    n = assemble(model).structure.state.coordinates
     M = np.zeros((n, n))
     for (i, j), value in model.mass_entries().items():
         M[i - 1, j - 1] = M[j - 1, i - 1] = np.squeeze(value)

@@ -11,6 +11,8 @@ from matplotlib.patches import Polygon
 
 import flexband as fb
 from flexband.mechanics.forms import subtract
+from flexband.mechanics.joints.joints import PairJoint
+from flexband.mechanics.loads.loads import Entries
 from flexband.report.drawing.scene import hull
 from tests.mechanics.models import slider_crank
 
@@ -222,7 +224,7 @@ def test_arrows_of_drives_point_the_way_they_move():
             "push": fb.PrescribedTravel("n", (0.0, 0.0), lambda t: -2.0 * t),
         },
     )
-    figure = fast.draw()
+    figure = fb.draw(fast)
     np.testing.assert_allclose(way(figure, "joint 'path'"), (0.0, 1.0), atol=1e-6)
     np.testing.assert_allclose(way(figure, "joint 'push'"), (-1.0, 0.0), atol=1e-9)
 
@@ -264,30 +266,25 @@ def test_a_spring_reaches_from_point_to_point(kind):
 
 
 @dataclass(frozen=True)
-class Level:
-    """A joint of a user's own: two points at one height."""
+class Level(PairJoint):
+    """A user's joint: two points at one height."""
 
-    one: str
-    other: tuple[float, float]
-    first: str = "somewhere"
+    first: str
+    second: tuple[float, float]
 
     def constraints(self, frame):
-        return [subtract(frame(self.one).position, frame(self.other).position)[1]]
-
-    def conditions(self, frame):
-        return []
+        return [subtract(frame(self.first).position, frame(self.second).position)[1]]
 
 
 class Tug:
-    """A load of a user's own."""
+    """A user's load: a push towards the origin."""
 
     def __init__(self, *points):
         self.points = points
 
-    def forces(self, model):
-        return {
-            next(iter(p.terms))[1]: p for name in self.points for p in model.frame(name).position
-        }
+    def enters(self, model):
+        positions = [p for name in self.points for p in model.frame(name).position]
+        return Entries(forces={next(iter(p.terms))[1]: -p for p in positions})
 
 
 def test_kinds_not_known_are_drawn_as_diamonds():

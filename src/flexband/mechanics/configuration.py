@@ -19,7 +19,7 @@ from flexband.mechanics.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class Configuration:
-    """The state z = [1, q, λ | 0, v | 0, a] of one sample at time zero, shape (rows,)."""
+    """The state z of one sample at time zero, shape (rows,); see `kernels.state`."""
 
     sample: int
     z: np.ndarray

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 
 import numpy as np
 
@@ -12,8 +11,9 @@ from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, compiling
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.joints.joints import Joint
 from flexband.mechanics.kernels.lanes import WIDTH
-from flexband.mechanics.loads.force_laws import ForceLaw
+from flexband.mechanics.loads.loads import Load
 from flexband.mechanics.mechanism import Mechanism
 
 
@@ -47,7 +47,7 @@ def describe(mechanism: Mechanism) -> str:
         [name, type(sensor).__name__, ", ".join(f"{name}{s} [{u}]" for s, u in sensor.outputs())]
         for name, sensor in mechanism.sensors.items()
     ]
-    count = system.structure.coordinates
+    count = system.structure.state.coordinates
     lines = [
         *_table(["body", "kind", "mass [kg]", "coordinates"], bodies),
         *_table(["joint", "kind", "points", "constraints"], joints),
@@ -69,15 +69,9 @@ def _mass(body) -> float:
     return float(sum(parts))
 
 
-def _points(part) -> str:
+def _points(part: Joint | Load) -> str:
     """Return the points that a joint or load names."""
-    values = [getattr(part, f.name) for f in fields(part) if f.name in POINTS]
-    if isinstance(part, ForceLaw):
-        values += part.points
-    return " – ".join(v if isinstance(v, str) else f"({v[0]:g}, {v[1]:g})" for v in values)
-
-
-POINTS = ("first", "second", "point", "beam")
+    return " – ".join(v if isinstance(v, str) else f"({v[0]:g}, {v[1]:g})" for v in part.points)
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

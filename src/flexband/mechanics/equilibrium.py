@@ -74,9 +74,10 @@ def rest(system: System, values: Values, steps: int) -> tuple[np.ndarray, np.nda
     """Bring one block to rest; return the sensors' rows (rows, WIDTH), failures and the state."""
     work, failure = begin(system, values)
     rows = np.zeros((system.sensed, WIDTH))
-    work.z[1 + system.structure.coordinates : 1 + system.structure.pattern.unknowns] = 0.0
+    state = system.structure.state
+    work.z[state.multiplier : state.angle] = 0.0
     for k in range(1, steps + 1):
         part = k / steps
-        raised = values._replace(force=part * values.force, load=part * values.load)
+        raised = values._replace(weight=part * values.weight, forces=part * values.forces)
         run(SETTLE, system, raised, work, rows[None], failure)
     return rows, failure, work

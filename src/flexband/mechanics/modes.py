@@ -116,7 +116,7 @@ def _shapes(system: System, values, work: Work, lane: int, vectors: np.ndarray):
 
 def _linear(system: System, values, work: Work) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return M, K and Φ_q at the state, of every lane: shapes (WIDTH, …)."""
-    count, dense = system.structure.coordinates, []
+    count, dense = system.structure.state.coordinates, []
     for weight in (0.0, 1.0):
         run(LINEARIZE, system, values, work, number=weight)
         dense.append(to_dense(system.structure.pattern, work.matrix))

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.mechanics.assembly.structure import (
-    AngleValues,
-    BeamValues,
-    CableValues,
-    LawValues,
-    SpringValues,
-    Values,
-)
+from flexband.mechanics.assembly.stacking import mapped
+from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.kernels.lanes import to_lanes
+from flexband.mechanics.kernels.lanes import to_lanes, zeros
 
 AT_START = np.array([0.0, 1e-4])
 """Times [s] of a run that only starts: drives are differentiated over such a step."""
-
-WRITTEN = ("springs.rest_length", "laws.parameter")
-"""What is known after assembly only: each block needs rows of its own."""
 
 
 def pack(
@@ -30,51 +22,43 @@ def pack(
 ) -> Callable[[int], Values]:
     """Return a function that gives the numbers of a block of samples, for a run over `times` [s].
 
-    The blocks are those of all samples, or of the samples with these numbers.
-    Blocks are made when they are asked for, so that only those at work take memory.
+    The blocks are those of all samples, or of the samples with these numbers. A block is made when
+    it is needed, so that only the blocks at work take memory.
 
     Raises
     ------
     InputError
-        Where a function of time returns what is not finite or not one number a sample.
+        If a function of time returns values that are not finite or not one number per sample.
     """
     step = times[1] - times[0]
     functions = _tabulate(system, times)
     rates = np.einsum("dt,tfn->dfn", _DERIVATIVES, _tabulate(system, np.arange(7) * step / 4))
     rates /= (step / 4) ** np.arange(3)[:, None, None]
-    rows = system.rows | {
-        "functions": functions.reshape(-1, functions.shape[-1]),
-        "rates": rates.reshape(-1, rates.shape[-1]),
-    }
-    if samples is not None:
-        rows = {k: v if v.shape[1] == 1 else v[:, samples] for k, v in rows.items()}
-    shared = {k: to_lanes(v, 0) for k, v in rows.items() if v.shape[1] == 1 and k not in WRITTEN}
+    values = system.values._replace(
+        functions=functions.reshape(-1, functions.shape[-1]),
+        rates=rates.reshape(-1, rates.shape[-1]),
+    )
+
+    def lanes(rows: np.ndarray) -> Callable[[int], np.ndarray]:
+        """Return a function that gives a block of an array; samples share an array of width 1."""
+        if rows.shape[1] > 1:
+            return partial(to_lanes, rows if samples is None else rows[:, samples])
+        shared = to_lanes(rows, 0)
+        return lambda number: shared
+
+    blocks = mapped(lanes, values)
 
     def block(number: int) -> Values:
-        own = {name: values for name, values in rows.items() if name not in shared}
-        return _values(shared | {name: to_lanes(v, number) for name, v in own.items()})
+        own: Values = mapped(lambda rows: rows(number), blocks)
+        rest = zeros(len(own.springs.rest))  # the engine writes it when it knows the start
+        rest[:] = own.springs.rest
+        return own._replace(springs=own.springs._replace(rest=rest))
 
     return block
 
 
-def _values(rows: dict[str, np.ndarray]) -> Values:
-    """Return the numbers of a block from names with dots for parts."""
-
-    def part(prefix: str) -> dict[str, np.ndarray]:
-        return {k.removeprefix(prefix): v for k, v in rows.items() if k.startswith(prefix)}
-
-    return Values(
-        **{name: v for name, v in rows.items() if "." not in name},
-        beams=BeamValues(**part("beams.")),
-        cables=CableValues(**part("cables.")),
-        springs=SpringValues(**part("springs.")),
-        angles=AngleValues(**part("angles.")),
-        laws=LawValues(**part("laws.")),
-    )
-
-
-# Weights of seven equidistant values for f, f′ and f″ at the first of them: motion starts there,
-# so what the function does before does not count.
+# Weights of seven equidistant values for f, f′ and f″ at the first of them: the motion starts
+# there, so that values of the function before the start do not matter.
 _DERIVATIVES = np.linalg.inv(np.vander(np.arange(7.0), increasing=True))[:3] * [[1.0], [1.0], [2.0]]
 
 

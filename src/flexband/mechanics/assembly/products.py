@@ -1,73 +1,83 @@
-"""Rows of forms as one table of products c f(t) z_i z_j."""
+"""Rows of forms as products c f(t) z_i z_j: constraints, forces and sensors."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.assembly.parts import Slot
-from flexband.mechanics.assembly.stacking import indices
+from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Products, Terms
+from flexband.mechanics.assembly.tables import Couples, Places
 from flexband.mechanics.forms import Form, TimeFunction
 
 
-class FormTable:
-    """The terms of some forms, products first and angles last.
+class Product(NamedTuple):
+    """A product c f(t) z_i z_j of a row."""
+
+    row: int
+    i: int
+    j: int
+    f: TimeFunction | None
+    c: np.ndarray
+
+
+class _FormTable:
+    """The products of some forms, numbered from `first_row` on."""
+
+    def __init__(self, rows: Sequence[Form], first_row: int = 0):
+        self.terms = [
+            Product(first_row + k, *key, c)
+            for k, form in enumerate(rows)
+            for key, c in form.terms.items()
+        ]
+
+    @property
+    def functions(self) -> list[TimeFunction | None]:
+        return [term.f for term in self.terms]
+
+    def columns(self, places: Places) -> list[np.ndarray]:
+        """Return row, i, j and number of the function of each product."""
+        found = [indices(term[k] for term in self.terms) for k in range(3)]
+        return [*found, indices(places.functions[term.f] for term in self.terms)]
+
+    def values(self) -> np.ndarray:
+        return stack([term.c for term in self.terms])
+
+
+class ProductTable(_FormTable):
+    """The products of forces or sensors."""
+
+    def couples(self) -> Couples:
+        return iter(())
+
+    def structure(self, places: Places) -> Products:
+        return Products(*self.columns(places))
+
+
+class TermTable(_FormTable):
+    """The products of constraints: those of two variables first, angles last.
 
     Parameters
     ----------
-    rows : the forms.
-    numbers : number of each function of time, 0 of None.
-    first_row : row of the first form.
-    first_angle : row of z from which on variables are angles.
+    rows : the forms, whose multipliers are in the rows of z from `first_multiplier` on.
+    first_angle : the row of z from which on variables are angles.
     """
 
-    def __init__(
-        self,
-        rows: Sequence[Form],
-        numbers: dict[TimeFunction | None, int],
-        first_row: int = 0,
-        first_angle: int = 0,
-    ):
-        flat = [
-            ((first_row + k, i, j, numbers[f]), c)
-            for k, row in enumerate(rows)
-            for (i, j, f), c in row.terms.items()
-        ]
-        flat.sort(key=lambda term: (term[0][1] == 0, term[0][2] >= first_angle))
-        self.places = [place for place, _ in flat]
-        self.coefficients = [c for _, c in flat]
+    def __init__(self, rows: Sequence[Form], first_multiplier: int, first_angle: int):
+        super().__init__(rows, first_multiplier)
+        self.terms.sort(key=lambda term: (term.i == 0, term.j >= first_angle))
         self.first_angle = first_angle
 
-    def products(self) -> Products:
-        """Return row, i, j and function of each."""
-        return Products(*self._columns())
-
-    def couples(self) -> Iterator[tuple[int, int]]:
-        """Return the non-zeros that the terms of constraints need."""
-        for k, i, j, _ in self.places:
+    def couples(self) -> Couples:
+        for k, i, j, *_ in self.terms:
             yield from ((k, i), (k, j), (i, j))
 
-    def terms(self, slot: Slot) -> Terms:
-        """Return the terms of constraints."""
+    def structure(self, places: Places) -> Terms:
         return Terms(
-            *self._columns(),
-            slot=indices(slot(*couple) for couple in self.couples()).reshape(-1, 3),
-            products=sum(i > 0 for _, i, _, _ in self.places),
-            polynomials=sum(j < self.first_angle for _, _, j, _ in self.places),
+            *self.columns(places),
+            slot=indices(places.slot(*couple) for couple in self.couples()).reshape(-1, 3),
+            products=sum(term.i > 0 for term in self.terms),
+            polynomials=sum(term.j < self.first_angle for term in self.terms),
         )
-
-    def _columns(self) -> list[np.ndarray]:
-        return [indices(place[k] for place in self.places) for k in range(4)]
-
-
-def functions_of(rows: Sequence[Form], others: Sequence[TimeFunction | None]) -> list[TimeFunction]:
-    """Return the functions of time in use, each once."""
-    in_rows = [f for row in rows for _, _, f in row.terms]
-    return list(dict.fromkeys(f for f in [*in_rows, *others] if f is not None))
-
-
-def asked_for(row: int, forms: Sequence[Form]) -> int:
-    """Return a row of z where a form depends on it, else 0."""
-    return row if any(row in key[:2] for form in forms for key in form.terms) else 0

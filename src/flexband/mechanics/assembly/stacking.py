@@ -1,8 +1,9 @@
-"""Numbers and arrays over samples, stacked to rows."""
+"""Numbers and arrays over samples, stacked in rows, and trees of such arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +20,13 @@ def stack(values: Sequence[ArrayLike]) -> np.ndarray:
     return stacked
 
 
-def count_samples(arrays) -> int:
-    """Return the number of samples, the last axis of all arrays that are longer than one.
+def count_samples(arrays: Sequence[np.ndarray]) -> int:
+    """Return the number of samples: the length of the last axis of all arrays, unless it is 1.
 
     Raises
     ------
     InputError
-        Where they differ.
+        If the numbers differ.
     """
     sizes = sorted({a.shape[-1] for a in arrays} - {1})
     if len(sizes) > 1:
@@ -36,3 +37,24 @@ def count_samples(arrays) -> int:
 def indices(values) -> np.ndarray:
     """Return whole numbers as an array."""
     return np.fromiter(values, dtype=np.int64)
+
+
+def starts(groups: Sequence[Sequence]) -> np.ndarray:
+    """Return where each group starts if all are laid end to end, and where the last one ends."""
+    return np.cumsum([0] + [len(group) for group in groups])
+
+
+def mapped(function: Callable, tree: Any) -> Any:
+    """Return a tree of named tuples with the function applied to all that is not a tuple."""
+    if isinstance(tree, tuple):
+        return type(tree)(*(mapped(function, branch) for branch in tree))
+    return function(tree)
+
+
+def leaves(tree: Any) -> Iterator[Any]:
+    """Yield all that is not a tuple in a tree of named tuples."""
+    if isinstance(tree, tuple):
+        for branch in tree:
+            yield from leaves(branch)
+    else:
+        yield tree

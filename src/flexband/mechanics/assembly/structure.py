@@ -1,4 +1,4 @@
-"""A system of equations as arrays: what is the same for all samples, and what a block has."""
+"""A system of equations as arrays: what all samples share, and the numbers of each sample."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from flexband.mechanics.kernels.beams import HESSIAN_ROWS
 from flexband.mechanics.kernels.factorization import Pattern
 from flexband.mechanics.kernels.hermite import GAUSS_POINTS
 from flexband.mechanics.kernels.lanes import zeros
+from flexband.mechanics.kernels.state import State
 
 
 class Mass(NamedTuple):
@@ -38,12 +39,14 @@ class Cables(NamedTuple):
 
 
 class Springs(NamedTuple):
-    """Springs and the coordinates that each depends on."""
+    """Springs and the coordinates that each depends on, translational springs first."""
 
-    start: np.ndarray  # spring -> first of its coordinates
+    f: np.ndarray  # spring -> function of time that multiplies the pull
+    start: np.ndarray  # translational spring -> first of its coordinates
     coordinate: np.ndarray
-    f: np.ndarray  # function of time that multiplies the pull
-    slot: np.ndarray  # (springs, most coordinates, most coordinates)
+    slot: np.ndarray  # (translational springs, most coordinates, most coordinates)
+    angle: np.ndarray  # both angles of each torsion spring
+    torsion_slot: np.ndarray  # (torsion springs, most entries, most entries)
 
 
 class Terms(NamedTuple):
@@ -54,15 +57,13 @@ class Terms(NamedTuple):
     j: np.ndarray
     f: np.ndarray  # function of time
     slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
-    products: int  # how many have i > 0
-    polynomials: int  # how many are no angle
+    products: int  # number of terms with i > 0
+    polynomials: int  # number of terms without an angle
 
 
 class Angles(NamedTuple):
     """Angles of directions, the constraints' first, and the coordinates that each depends on."""
 
-    first: int  # row of z where they start, and of the residual
-    moment: int  # row of z where what acts on them starts
     start: np.ndarray  # angle -> first of its coordinates
     coordinate: np.ndarray
     slot: np.ndarray  # (angles, most coordinates, most coordinates)
@@ -70,21 +71,20 @@ class Angles(NamedTuple):
 
 
 class Laws(NamedTuple):
-    """Force laws: where they are, and what each reads."""
+    """Force laws: their addresses, and what each reads."""
 
     address: np.ndarray
     time: int  # the function of time that is t itself
     parameter_start: np.ndarray  # law -> first of its parameters
     f: np.ndarray  # function of time that multiplies a parameter
-    rest: np.ndarray  # parameter that is an angle at rest, −1 where there is none
     point_start: np.ndarray  # law -> first of its points
     angle: np.ndarray  # of a point
     entry_start: np.ndarray  # law -> first of its points' coefficients
     coordinate_start: np.ndarray  # law -> first of its coordinates
     coordinate: np.ndarray
-    place: np.ndarray  # of the angles' coordinates among the law's
+    place: np.ndarray  # of each angle's coordinates among those of its law
     slot: np.ndarray  # (laws, most coordinates, most coordinates)
-    memory: int  # rows that the largest needs
+    memory: int  # rows of memory that the largest law needs
 
 
 class Products(NamedTuple):
@@ -97,14 +97,11 @@ class Products(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """What is the same for all samples: sizes, and which number goes where."""
+    """What all samples share: sizes, and which number goes where."""
 
-    coordinates: int
-    multipliers: int
-    velocity: int  # row of z where [0, v] starts
-    acceleration: int  # row of z where [0, a] starts
-    energy: int  # row of z for the elastic energy, 0 where no sensor asks for it
-    functions: int  # of time, the constant one included
+    state: State
+    functions: int  # of time, including the constant one
+    reads_energy: bool  # whether a sensor reads the elastic energy
     mass: Mass
     beams: Beams
     cables: Cables
@@ -118,29 +115,29 @@ class Structure(NamedTuple):
 
 
 class BeamValues(NamedTuple):
-    """Numbers of the elements."""
+    """Numbers of the beams' elements."""
 
     inverse_length: np.ndarray
-    stiffness: np.ndarray  # nine rows a Gauss point
-    initial: np.ndarray  # strains at the start of what is curved, six rows a Gauss point
-    retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
+    stiffness: np.ndarray  # nine rows per Gauss point
+    initial: np.ndarray  # strains at the start of curved elements, six rows per Gauss point
+    retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
 
 
 class CableValues(NamedTuple):
     """Numbers of the cables' elements."""
 
     inverse_length: np.ndarray
-    stiffness: np.ndarray  # four rows a Gauss point
-    retardation: np.ndarray  # of Kelvin and Voigt's solid [s]
+    stiffness: np.ndarray  # four rows per Gauss point
+    retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
 
 
 class SpringValues(NamedTuple):
-    """Numbers of the springs; x and y are coefficients of their coordinates."""
+    """Numbers of the springs; x and y are the coefficients of their coordinates."""
 
     x: np.ndarray
     y: np.ndarray
     stiffness: np.ndarray
-    rest_length: np.ndarray  # negative: relaxed at the start
+    rest: np.ndarray  # elongation, or `RELAXED` until the start is known
     cubic: np.ndarray
     damping: np.ndarray
     pull: np.ndarray
@@ -154,7 +151,7 @@ class AngleValues(NamedTuple):
 
 
 class LawValues(NamedTuple):
-    """Numbers of the force laws; x and y are coefficients of their points' coordinates."""
+    """Numbers of the force laws; x and y are the coefficients of their points' coordinates."""
 
     x: np.ndarray
     y: np.ndarray
@@ -162,45 +159,43 @@ class LawValues(NamedTuple):
 
 
 class Values(NamedTuple):
-    """The numbers of one block of samples, each of shape (rows, WIDTH)."""
+    """The numbers of all samples, (rows, samples or 1), or of one block of lanes, (rows, WIDTH)."""
 
     start: np.ndarray  # guess of [1, q]
-    velocity: np.ndarray  # wish for [0, v]
-    inverse_scale: np.ndarray  # of [1, q]: one over the size of the mechanism, or one
-    mass: np.ndarray
-    force: np.ndarray  # constant forces on [1, q]
+    velocity: np.ndarray  # guess of [0, v]
+    inverse_scale: np.ndarray  # of [1, q]: 1 over the size of the mechanism for positions, else 1
     rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
-    coefficient: np.ndarray  # of terms
-    load: np.ndarray  # coefficients of forces
-    sensor: np.ndarray
-    functions: np.ndarray  # `Structure.functions` rows a time
+    weight: np.ndarray  # constant forces on [1, q]
+    functions: np.ndarray  # `Structure.functions` rows per time
     rates: np.ndarray  # values, first and second derivatives of the functions at the start
+    mass: np.ndarray
     beams: BeamValues
     cables: CableValues
     springs: SpringValues
+    terms: np.ndarray  # coefficients
     angles: AngleValues
     laws: LawValues
+    forces: np.ndarray  # coefficients
+    sensors: np.ndarray  # coefficients
 
 
 class Work(NamedTuple):
     """Work space of one block, each array of shape (rows, WIDTH)."""
 
-    z: np.ndarray
+    z: np.ndarray  # the state, see `State`
     a: np.ndarray  # the integrator's acceleration-like variable, rows as [1, q]
-    r: np.ndarray  # residual, then solution, rows as [1, q, λ]
+    r: np.ndarray  # residual, then solution, rows as [1, q, λ, θ]
     matrix: np.ndarray
     inverse_pivots: np.ndarray
-    row: np.ndarray  # of the factor, while it is made
+    row: np.ndarray  # of the factor, during the factorization
     blocks: np.ndarray  # second derivatives at an element's Gauss points, or a law's memory
-    rate: np.ndarray  # of Newton's convergence, one row
+    rate: np.ndarray  # of convergence of Newton's method, one row
 
     @staticmethod
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
-        pattern, q = structure.pattern, structure.coordinates + 1
-        angles = len(structure.angles.start) - 1
-        residual = pattern.unknowns + 1 + angles
-        rows = (residual + 2 * q + 1 + angles, q, residual, pattern.rows)
-        rows += (4 * pattern.tiles, 4 * pattern.longest_row)
-        rows += (max(GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory), 1)
+        state, pattern = structure.state, structure.pattern
+        blocks = max(GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
+        rows = (state.rows, 1 + state.coordinates, state.velocity, pattern.rows)
+        rows += (4 * pattern.tiles, 4 * pattern.longest_row, blocks, 1)
         return Work(*(zeros(count) for count in rows))

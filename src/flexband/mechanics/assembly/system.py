@@ -1,36 +1,35 @@
-"""From a mechanism to arrays: what is the same for all samples, and what each sample has."""
+"""From a mechanism to arrays: what all samples share, and the numbers of each sample."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import groupby
+from itertools import chain, groupby
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.mechanics.assembly.elements import Elements, rigidity
-from flexband.mechanics.assembly.parts import (
-    AngleParts,
-    LawParts,
-    SpringParts,
-    couples,
-    square_slots,
-)
-from flexband.mechanics.assembly.products import FormTable, asked_for, functions_of
-from flexband.mechanics.assembly.stacking import count_samples, indices, stack
-from flexband.mechanics.assembly.structure import Beams, Cables, Mass, Structure
+from flexband.mechanics.assembly.angles import AngleTable
+from flexband.mechanics.assembly.elements import BeamTable, CableTable, rigidity
+from flexband.mechanics.assembly.laws import LawTable
+from flexband.mechanics.assembly.products import ProductTable, TermTable
+from flexband.mechanics.assembly.springs import SpringTable
+from flexband.mechanics.assembly.stacking import count_samples, leaves, stack
+from flexband.mechanics.assembly.structure import Structure, Values
+from flexband.mechanics.assembly.tables import MassTable, Places, Table
 from flexband.mechanics.bodies.beam import Beam
-from flexband.mechanics.bodies.centre_line import CentreLine
+from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.kernels.factorization import NONE, analyse
 from flexband.mechanics.kernels.indices import as_indices
-from flexband.mechanics.loads.force_laws import TorsionSpring
-from flexband.mechanics.loads.loads import Gravity, Spring
-from flexband.mechanics.mechanism import LAWS, Mechanism
+from flexband.mechanics.kernels.state import State
+from flexband.mechanics.loads.loads import LawEntry
+from flexband.mechanics.mechanism import Mechanism
+
+CONSTANT = (0, 0, None)
+"""Key of the constant term of a form."""
 
 
 @dataclass(frozen=True)
@@ -40,35 +39,36 @@ class System:
     Attributes
     ----------
     structure : sizes and indices, the same for all samples.
-    samples : number of samples, 1 where no parameter is an array.
-    rows : field of `Values`, with a dot for a field of its parts -> array of shape
-        (rows, samples or 1).
-    functions : the functions of time in use, apart from the constant one.
-    constraints : what each row of Φ belongs to.
+    samples : number of samples, 1 if no parameter is an array.
+    values : the numbers of all samples, arrays of shape (rows, samples or 1). The functions of time
+        are tabulated in `packing`.
+    functions : the functions of time in use, except for the constant one.
+    constraints : the part that each row of Φ belongs to.
     outputs, units : name and unit of each output.
-    sensors : for each, what makes outputs of its rows, and which of the rows that the engine
-        evaluates are its own.
+    sensors : for each sensor, what computes its outputs from its rows, and which rows are its own.
     conditions : the joint behind each further row, which must stay positive.
+    laws : the force laws, whose compiled functions must exist as long as the engine calls them.
     """
 
     structure: Structure
     samples: int
-    rows: dict[str, np.ndarray]
+    values: Values
     functions: list[TimeFunction]
     constraints: list[str]
     outputs: list[str]
     units: list[str]
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
     conditions: list[str]
+    laws: Sequence[LawEntry]
 
     @cached_property
-    def handed_on(self) -> Structure:
+    def indexed(self) -> Structure:
         """The structure as kernels take it."""
         return as_indices(self.structure)
 
     @property
     def sensed(self) -> int:
-        """Number of rows that `sense` writes: the sensors', then the conditions."""
+        """Number of rows that `sense` writes: those of the sensors, then the conditions."""
         return (self.sensors[-1][1].stop if self.sensors else 0) + len(self.conditions)
 
 
@@ -78,133 +78,89 @@ def assemble(mechanism: Mechanism) -> System:
     Raises
     ------
     InputError
-        Where numbers of samples do not fit each other or a function of position gives values that
+        If numbers of samples do not fit each other or a function of position returns values that
         are not allowed.
     """
-    first = mechanism.first_coordinates()
+    state, mass = mechanism.state, {}
     start: list[ArrayLike] = [1.0]
     velocity: list[ArrayLike] = [0.0]
-    mass: dict[tuple[int, int], np.ndarray] = {}
-    nodes: list[int] = []
-    beams, cables = Elements(12), Elements(8)
+    beams, cables = BeamTable(), CableTable()
     for name, body in mechanism.bodies.items():
+        first = mechanism.first_coordinates[name]
         try:
             start += body.coordinates()
             velocity += body.velocities()
-            nodes += [first[name] + place for place in body.nodes]
-            for (i, j), value in body.mass_entries().items():
-                mass[first[name] + i, first[name] + j] = value
-            if isinstance(body, CentreLine):
-                (beams if isinstance(body, Beam) else cables).take(body, first[name])
+            mass |= {(first + i, first + j): m for (i, j), m in body.mass_entries().items()}
+            if isinstance(body, Beam):
+                beams.take(body, first)
+            elif isinstance(body, Cable):
+                cables.take(body, first)
         except InputError as error:
             raise InputError(f"body {name!r}: {error}") from None
 
-    constraints = mechanism.constraints
-    owners = [owner for owner, _ in constraints]
-    count = mechanism.coordinates
-    first_multiplier, first_angle = 1 + count, 1 + count + len(owners)
-    variables = itertools.count(first_angle)
-    constraint_rows = [row.with_variables(variables) for _, row in constraints]
-    turned = [
-        (first_multiplier + k, vector)
-        for k, (_, row) in enumerate(constraints)
+    springs, angles, laws = _springs_angles_laws(mechanism)
+    outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
+    weight, force_rows = _forces(mechanism)
+    tables: dict[str, Table] = {
+        "mass": MassTable(mass),
+        "beams": beams,
+        "cables": cables,
+        "springs": springs,
+        "terms": TermTable(mechanism.constraint_forms, state.multiplier, state.angle),
+        "angles": angles,
+        "laws": laws,
+        "forces": ProductTable(force_rows),
+        "sensors": ProductTable(sensor_rows),
+    }
+    used = chain.from_iterable(table.functions for table in tables.values())
+    functions = [f for f in dict.fromkeys(used) if f is not None]
+    owners = [owner for owner, _ in mechanism.constraints]
+    couples = set(chain.from_iterable(table.couples() for table in tables.values()))
+    among = [(i, j) for i, j in couples if 0 < i < state.angle and 0 < j < state.angle]
+    pattern, slots = analyse(_pairs(state, owners), state.coordinates, among)
+    numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
+    places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
+    structure = Structure(
+        state=state,
+        functions=len(numbers),
+        reads_energy=any(state.energy in key[:2] for row in sensor_rows for key in row.terms),
+        pattern=pattern,
+        **{name: table.structure(places) for name, table in tables.items()},
+    )
+    values = Values(
+        start=stack(start),
+        velocity=stack(velocity),
+        inverse_scale=stack(_inverse_scale(mechanism, start, mass)),
+        rigidity=stack([rigidity(beams, cables, mass)]),
+        weight=stack(weight),
+        functions=np.empty((0, 1)),
+        rates=np.empty((0, 1)),
+        **{name: table.values() for name, table in tables.items()},
+    )
+    driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
+    samples = count_samples([*leaves(values), *driven])
+    return System(
+        structure, samples, values, functions, owners, outputs, units, sensors, conditions,
+        mechanism.laws,
+    )  # fmt: skip
+
+
+def _springs_angles_laws(mechanism: Mechanism) -> tuple[SpringTable, AngleTable, LawTable]:
+    """Return the tables of springs, angles and laws.
+
+    The angles of the constraints come first, then those of the torsion springs and of the laws.
+    """
+    owned = [
+        (mechanism.state.multiplier + k, vector)
+        for k, (_, row) in enumerate(mechanism.constraints)
         for vector, _ in row.angles
     ]
-    laws = LawParts(list(mechanism.force_laws.values()), mechanism.frame, len(turned))
-    vectors = [v for _, v in turned] + [f.normal for frames in laws.frames for f in frames]
-    angles = AngleParts(vectors, [k for k, _ in turned])
-    springs = SpringParts(
-        [load for load in mechanism.loads.values() if isinstance(load, Spring)], mechanism.frame
-    )
-    outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
-    force_rows = _force_rows(mechanism)
-    functions = functions_of(
-        [*constraint_rows, *sensor_rows, *force_rows], [*laws.functions, *springs.functions]
-    )
-    numbers_of = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
-    terms = FormTable(constraint_rows, numbers_of, first_multiplier, first_angle)
-    sensed, forces = FormTable(sensor_rows, numbers_of), FormTable(force_rows, numbers_of)
-
-    needed = {
-        *mass,
-        *couples(beams.groups),
-        *couples(cables.groups),
-        *couples(springs.groups),
-        *angles.couples(),
-        *couples(laws.groups),
-        *terms.couples(),
-    }
-    among = [(i, j) for i, j in needed if 0 < i < first_angle and 0 < j < first_angle]
-    pattern, slots = analyse(_pairs(count, owners), count, among)
-    nowhere = pattern.rows - 1
-
-    def slot(i: int, j: int) -> int:
-        return slots.get((min(i, j), max(i, j)), nowhere)
-
-    structure = Structure(
-        coordinates=count,
-        multipliers=len(owners),
-        velocity=mechanism.velocity_row,
-        acceleration=mechanism.velocity_row + 1 + count,
-        energy=asked_for(mechanism.energy_row, sensor_rows),
-        functions=len(functions) + 1,
-        mass=Mass(
-            i=indices(i for i, _ in mass),
-            j=indices(j for _, j in mass),
-            slot=indices(slot(i, j) for i, j in mass),
-        ),
-        beams=Beams(
-            first=indices(beams.first),
-            damped=beams.damped(),
-            initial=indices(beams.initial_row),
-            slot=square_slots(beams.groups, slot, nowhere),
-        ),
-        cables=Cables(
-            first=indices(cables.first),
-            damped=cables.damped(),
-            slot=square_slots(cables.groups, slot, nowhere),
-        ),
-        springs=springs.structure(numbers_of, slot, nowhere),
-        terms=terms.terms(slot),
-        angles=angles.structure(first_angle, mechanism.energy_row + 1, slot, nowhere),
-        laws=laws.structure(
-            numbers_of,
-            [isinstance(mechanism.loads[name], TorsionSpring) for name in mechanism.force_laws],
-            slot,
-            nowhere,
-            sum(map(len, angles.groups[: len(turned)])),
-        ),
-        forces=forces.products(),
-        sensors=sensed.products(),
-        pattern=pattern,
-    )
-    rows = {
-        "start": start,
-        "velocity": velocity,
-        "inverse_scale": _inverse_scale(start, mass, nodes),
-        "mass": list(mass.values()),
-        "force": _constant_forces(mechanism),
-        "rigidity": [rigidity(beams, cables, mass)],
-        "coefficient": terms.coefficients,
-        "load": forces.coefficients,
-        "sensor": sensed.coefficients,
-        "beams.inverse_length": beams.inverse_length,
-        "beams.stiffness": beams.stiffness,
-        "beams.initial": beams.initial,
-        "beams.retardation": beams.retardation,
-        "cables.inverse_length": cables.inverse_length,
-        "cables.stiffness": cables.stiffness,
-        "cables.retardation": cables.retardation,
-        **springs.rows(),
-        **angles.rows(),
-        **laws.rows(),
-    }
-    stacked = {name: stack(values) for name, values in rows.items()}
-    driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
-    samples = count_samples([*stacked.values(), *driven])
-    return System(
-        structure, samples, stacked, functions, owners, outputs, units, sensors, conditions
-    )
+    springs = SpringTable([spring for _, spring in mechanism.springs], len(owned))
+    before = [vector for _, vector in owned] + springs.directions
+    own = [frame.normal for law in mechanism.laws for frame in law.points]
+    angles = AngleTable(before + own, [k for k, _ in owned])
+    entries = sum(map(len, angles.groups[: len(before)]))
+    return springs, angles, LawTable(mechanism.laws, len(before), entries)
 
 
 def _sensors(mechanism: Mechanism):
@@ -224,20 +180,22 @@ def _sensors(mechanism: Mechanism):
     return outputs, units, sensors, conditions, rows
 
 
-def _force_rows(mechanism: Mechanism) -> list[Form]:
-    """Return the generalized force on each of [1, q], of all loads but gravity and springs."""
-    rows = [Form({})] * (mechanism.coordinates + 1)
-    for load in mechanism.loads.values():
-        if not isinstance(load, (Spring, Gravity, *LAWS)):
-            for j, force in load.forces(mechanism).items():
-                rows[j] = rows[j] + force
-    return rows
+def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:
+    """Return the generalized forces on each of [1, q]: what is constant, and all other terms."""
+    rows = [Form({})] * (1 + mechanism.state.coordinates)
+    for entries in mechanism.entries.values():
+        for j, force in entries.forces.items():
+            rows[j] = rows[j] + force
+    constant = [row.terms.get(CONSTANT, np.zeros(())) for row in rows]
+    return constant, [
+        Form({key: c for key, c in row.terms.items() if key != CONSTANT}) for row in rows
+    ]
 
 
-def _pairs(coordinates: int, owners: Sequence[str]) -> list[tuple[int, int]]:
+def _pairs(state: State, owners: Sequence[str]) -> list[tuple[int, int]]:
     """Return the unknowns in pairs: vectors of the plane, then multipliers of the same joint."""
-    pairs = [(i, i + 1) for i in range(1, coordinates, 2)]
-    first = coordinates + 1
+    pairs = [(i, i + 1) for i in range(1, state.coordinates, 2)]
+    first = state.multiplier
     for _, group in groupby(owners):
         end = first + len(list(group))
         pairs += [(k, k + 1 if k + 1 < end else NONE) for k in range(first, end, 2)]
@@ -245,21 +203,13 @@ def _pairs(coordinates: int, owners: Sequence[str]) -> list[tuple[int, int]]:
     return pairs
 
 
-def _constant_forces(mechanism: Mechanism) -> list[np.ndarray]:
-    """Return the weight on each of [1, q]."""
-    forces = [np.zeros(())] * (mechanism.coordinates + 1)
-    for load in mechanism.loads.values():
-        if isinstance(load, Gravity):
-            for i, force in mechanism.weight(load).items():
-                forces[i] = forces[i] + force.terms.get((0, 0, None), np.zeros(()))
-    return forces
+def _inverse_scale(mechanism: Mechanism, start: list, mass: dict) -> list:
+    """Return 1/size for positions and 1 for directions, with the size of the whole mechanism.
 
-
-def _inverse_scale(start: list, mass: dict[tuple[int, int], np.ndarray], nodes: list[int]) -> list:
-    """Return 1/size for positions and 1 for directions; the size is that of the whole mechanism.
-
-    It is the diagonal of the box around the nodes, plus the largest radius of gyration.
+    The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
+    first = mechanism.first_coordinates
+    nodes = [first[name] + k for name, body in mechanism.bodies.items() for k in body.nodes]
     x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
     none = np.zeros(())
     gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]

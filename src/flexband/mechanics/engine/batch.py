@@ -108,7 +108,7 @@ def run(
     """Do one of the tasks of `engine`."""
     arguments = (
         task,
-        system.handed_on,
+        system.indexed,
         method,
         float(number),
         addresses(values),

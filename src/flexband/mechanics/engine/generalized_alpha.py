@@ -38,25 +38,30 @@ from flexband.mechanics.kernels.lanes import (
 )
 
 ITERATIONS = 30
-REFRESH = 5  # iterations on one factorization before a new one
-FIRST_RATE = 0.1  # of Newton's convergence, before it has been seen
-IMPLIED = 1e-6  # what a redundant constraint may be off on the way, relative to the size
+ITERATIONS_PER_FACTORIZATION = 5
+INITIAL_RATE = 0.1
+"""Rate of convergence of Newton's method that is assumed before it has been observed."""
+
+REDUNDANT_TOLERANCE = 1e-6
+"""Of redundant constraints during the motion, relative to the size of the mechanism."""
+
 DIVERGED, CONTRADICTED = 3.0, 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class GeneralizedAlpha:
-    """Numerics of the integrator.
+    """Numerical parameters of the integrator.
 
     Parameters
     ----------
-    spectral_radius : ρ∞ in [0, 1], the damping of what the step does not resolve; 1 is none.
-    tolerance : of Newton's method, on the coordinates relative to the size of the mechanism.
+    spectral_radius : ρ∞ in [0, 1], which sets the damping of vibrations that the step does not
+        resolve: none for 1, the most for 0.
+    tolerance : of Newton's method, for the coordinates relative to the size of the mechanism.
 
     Raises
     ------
     InputError
-        Where a number is out of its range.
+        If a number is out of its range.
     """
 
     spectral_radius: float = 0.7
@@ -69,7 +74,7 @@ class GeneralizedAlpha:
         positive("tolerance", numbers("tolerance", self.tolerance))
 
     def coefficients(self, step: float) -> Coefficients:
-        """Return the method's numbers for a step [s] (Chung and Hulbert 1993)."""
+        """Return the coefficients of the method for a step [s] (Chung and Hulbert 1993)."""
         rho = float(self.spectral_radius)
         alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
         gamma = 0.5 + alpha_f - alpha_m
@@ -81,7 +86,7 @@ class GeneralizedAlpha:
 
 
 class Coefficients(NamedTuple):
-    """Numbers of the method for one step size."""
+    """Coefficients of the method for one step size."""
 
     step: float
     alpha_m: float
@@ -94,10 +99,11 @@ class Coefficients(NamedTuple):
 
 @inlined
 def predict(structure, method, z, a):
-    """Move to the next time with q̈ kept; `a` becomes that of the new time."""
+    """Move to the next time with q̈ unchanged; `a` becomes that of the new time."""
     h, alpha_m, _, beta, gamma, _, _ = method
-    velocity, acceleration = structure.velocity, structure.acceleration
-    for i in range(1, structure.coordinates + 1):
+    state = structure.state
+    velocity, acceleration = state.velocity, state.acceleration
+    for i in range(1, state.coordinates + 1):
         old, kept = load(a, i), load(z, acceleration + i)
         new = (kept - alpha_m * old) / (1.0 - alpha_m)
         v = load(z, velocity + i)
@@ -108,11 +114,12 @@ def predict(structure, method, z, a):
 
 @inlined
 def correct(structure, method, values, z, a, x, active):
-    """Apply Newton's correction where the mask is true; return the largest scaled change of q."""
-    velocity, acceleration = structure.velocity, structure.acceleration
+    """Apply Newton's correction where `active` is true; return the largest scaled change of q."""
+    state = structure.state
+    velocity, acceleration = state.velocity, state.acceleration
     da_da = (1.0 - method.alpha_f) / (1.0 - method.alpha_m)
     largest = filled(0.0)
-    for i in range(1, structure.coordinates + 1):
+    for i in range(1, state.coordinates + 1):
         change = load(x, i)
         largest = maximum(largest, magnitude(change) * load(values.inverse_scale, i))
         change = where(active, change, filled(0.0))
@@ -120,25 +127,25 @@ def correct(structure, method, values, z, a, x, active):
         store(z, velocity + i, load(z, velocity + i) + method.dv_da * change)
         store(z, acceleration + i, load(z, acceleration + i) + change)
         store(a, i, load(a, i) + da_da * change)
-    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
+    for k in range(state.multiplier, state.angle):
         store(z, k, load(z, k) + where(active, load(x, k), filled(0.0)))
     return method.dq_da * largest
 
 
 @inlined
 def newton(structure, method, tolerance, values, now, work, alive):
-    """Solve Eq. (27) at one time, where `alive`; return the masks (diverged, redundant).
+    """Solve Eq. (27) at one time where `alive` is true; return two lanes, diverged and redundant.
 
-    `redundant` holds a multiplier that was left out, 0 where there is none.
+    `diverged` is a mask; `redundant` holds a multiplier that was left out, or 0.
 
-    A lane that has converged is frozen, so that a sample never depends on its neighbours. The
-    error left after a correction is estimated by the rate of convergence, kept in `rate`.
+    A lane that has converged is frozen, so that no sample depends on its neighbours. The error
+    that remains after a correction is estimated from the rate of convergence, stored in `rate`.
     """
     z, a, r, matrix, inverse_pivots, row, blocks, rate = work
     active, redundant, previous = alive, filled(0.0), filled(0.0)
     for iteration in range(ITERATIONS):
         residual(structure, values, now, z, r, blocks)
-        if iteration % REFRESH == 0:
+        if iteration % ITERATIONS_PER_FACTORIZATION == 0:
             weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
             tangent(structure, values, now, z, weight, velocity_part, matrix, blocks)
             left_out = factorize(structure.pattern, matrix, inverse_pivots, row)
@@ -159,12 +166,12 @@ def newton(structure, method, tolerance, values, now, work, alive):
 
 @inlined
 def march(structure, method, tolerance, values, work, outputs, failure):
-    """Simulate one block of samples from the state that `start` has filled, see `engine`."""
-    z, a = work.z, work.a
-    store(work.rate, 0, filled(FIRST_RATE))
+    """Simulate one block of samples from the state that `start` has filled, see `entries`."""
+    state, z, a = structure.state, work.z, work.a
+    store(work.rate, 0, filled(INITIAL_RATE))
     code = load(failure, 0)
-    for i in range(1, structure.coordinates + 1):
-        store(a, i, load(z, structure.acceleration + i))
+    for i in range(1, state.coordinates + 1):
+        store(a, i, load(z, state.acceleration + i))
     sense(structure, values, np.int64(0), z, outputs[0])
     alive = where(code, filled(0.0), filled(1.0))
     for n in range(1, outputs.shape[0]):
@@ -175,13 +182,13 @@ def march(structure, method, tolerance, values, work, outputs, failure):
         diverged, redundant = newton(structure, method, tolerance, values, now, work, alive)
         code, worst = diverged * DIVERGED, filled(0.0)
         if any_true(redundant):
-            violated = violated_constraint(structure, values, now, z, work.r, IMPLIED)
+            violated = violated_constraint(structure, values, now, z, work.r, REDUNDANT_TOLERANCE)
             worst = where(redundant, violated, filled(0.0))
             code = where(diverged, code, where(worst, filled(CONTRADICTED), filled(0.0)))
         new = where(alive, code, filled(0.0))
         store(failure, 0, load(failure, 0) + new)
         store(failure, 1, where(new, filled(float(n)), load(failure, 1)))
-        blame = worst - float(structure.coordinates + 1)
+        blame = worst - float(state.multiplier)
         store(failure, 2, where(new, blame, load(failure, 2)))
         alive = where(new, filled(0.0), alive)
         sense(structure, values, now, z, outputs[n])

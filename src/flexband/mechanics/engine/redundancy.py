@@ -1,4 +1,4 @@
-"""Which constraints are redundant, from the rank of their Jacobian in one configuration."""
+"""Redundant constraints, from the rank of their Jacobian in one configuration."""
 
 from __future__ import annotations
 
@@ -8,46 +8,45 @@ from scipy.linalg import null_space
 from flexband.mechanics.assembly.system import System
 
 RANK = 1e-9
-"""Singular values below this part of the largest count as zero."""
+"""Singular values below this fraction of the largest one count as zero."""
 
 
-def jacobian(system: System, state: np.ndarray, sample: int = 0) -> np.ndarray:
+def jacobian(system: System, z: np.ndarray, sample: int = 0) -> np.ndarray:
     """Return Φ_q at time zero, shape (multipliers, coordinates).
 
     Parameters
     ----------
-    state : [1, q, …] of the sample, shape (rows,).
+    z : the state of the sample, shape (rows,).
     """
-    terms, count = system.structure.terms, system.structure.coordinates
-    rows = system.rows["coefficient"]
+    terms, state = system.structure.terms, system.structure.state
+    rows, count = system.values.terms, state.coordinates
     c = rows[:, min(sample, rows.shape[1] - 1)].copy()
     for t, f in enumerate(terms.f):
         if f > 0:
             values = np.atleast_1d(np.asarray(system.functions[f - 1](0.0), dtype=float))
             c[t] *= values[min(sample, len(values) - 1)]
-    dense = np.zeros((1 + count + system.structure.multipliers, 1 + count))
+    dense = np.zeros((state.angle, 1 + count))
     plain, angles = slice(terms.polynomials), system.structure.angles
     k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
-    np.add.at(dense, (k, i), c[plain] * state[j])
-    np.add.at(dense, (k, j), c[plain] * state[i])
-    x, y = (system.rows[f"angles.{axis}"] for axis in "xy")
-    x, y = (v[:, min(sample, v.shape[1] - 1)] for v in (x, y))
+    np.add.at(dense, (k, i), c[plain] * z[j])
+    np.add.at(dense, (k, j), c[plain] * z[i])
+    x, y = (v[:, min(sample, v.shape[1] - 1)] for v in system.values.angles)
     for t in range(terms.polynomials, len(terms.k)):
-        a = terms.j[t] - angles.first
+        a = terms.j[t] - state.angle
         own = slice(angles.start[a], angles.start[a + 1])
-        q = state[angles.coordinate[own]]
+        q = z[angles.coordinate[own]]
         nx, ny = x[own] @ q, y[own] @ q
         gradient = (nx * y[own] - ny * x[own]) / (nx * nx + ny * ny)
         np.add.at(dense, (terms.k[t], angles.coordinate[own]), c[t] * gradient)
     return dense[1 + count :, 1:]
 
 
-def dependent(system: System, state: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:
-    """Return how many constraints are redundant, and the joints among those that depend on others.
+def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:
+    """Return the number of redundant constraints, and the joints among the dependent ones.
 
-    Their multipliers are not unique: forces may be shifted from one to the other.
+    Their multipliers are not unique: forces can be shifted from one joint to another.
     """
-    matrix = jacobian(system, state, sample)
+    matrix = jacobian(system, z, sample)
     matrix = matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
     ways = null_space(matrix.T, rcond=RANK)
     involved = np.flatnonzero(np.abs(ways).max(axis=1, initial=0.0) > 1e-6)

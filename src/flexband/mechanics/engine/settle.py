@@ -1,8 +1,8 @@
 """Static equilibrium of one block of samples, on lanes: Newton's method on the whole residual.
 
-With a = v = 0 Eq. (26) asks for F(q) + Φ_qᵀλ = Q and Φ(q) = 0. The matrix is that of the
-integrator, [M + w K, Φ_qᵀ; Φ_q, 0]; M/w keeps steps short while w is small, and w grows as steps
-shrink, so that in the end they are Newton's.
+With a = v = 0, Eq. (26) becomes F(q) + Φ_qᵀλ = Q and Φ(q) = 0. The matrix is that of the
+integrator, [M + w K, Φ_qᵀ; Φ_q, 0]. M/w keeps the steps short while w is small; w grows as the
+steps shrink, so that the last steps are Newton's.
 """
 
 from __future__ import annotations
@@ -24,9 +24,14 @@ from flexband.mechanics.kernels.lanes import (
 )
 
 ITERATIONS = 200
-TOLERANCE = 1e-10  # of the last step, relative to the size of the mechanism
-LONGEST = 0.1  # a step is cut to this, relative to the size
-GROWTH, MOST = 10.0, 1e3  # of w from step to step, and in all
+TOLERANCE = 1e-10
+"""Of the last step, relative to the size of the mechanism."""
+
+LONGEST_STEP = 0.1
+"""Relative to the size of the mechanism; longer steps are shortened."""
+
+GROWTH, TOTAL_GROWTH = 10.0, 1e3
+"""Of w, from one step to the next and over all steps."""
 
 NOT_SETTLED = 6.0
 
@@ -35,13 +40,14 @@ NOT_SETTLED = 6.0
 def settle(structure, values, work, outputs, failure):
     """Move from the state in `work.z` to an equilibrium under the loads of `values`.
 
-    `outputs`, shape (rows, WIDTH), gets the sensors' rows; `failure` is brought up to date.
+    Fills `outputs`, shape (rows, WIDTH), with the sensors' rows, and updates `failure`.
     """
+    state = structure.state
     z, r, matrix, pivots = work.z, work.r, work.matrix, work.inverse_pivots
     now = np.int64(0)
-    for i in range(1, structure.coordinates + 1):
-        store(z, structure.velocity + i, filled(0.0))
-        store(z, structure.acceleration + i, filled(0.0))
+    for i in range(1, state.coordinates + 1):
+        store(z, state.velocity + i, filled(0.0))
+        store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
     least, w = load(values.rigidity, 0), load(values.rigidity, 0)
     for _ in range(ITERATIONS):
@@ -51,16 +57,16 @@ def settle(structure, values, work, outputs, failure):
         to_right_side(structure, r, w)
         solve(structure.pattern, matrix, pivots, r)
         largest = filled(0.0)
-        for i in range(1, structure.coordinates + 1):
+        for i in range(1, state.coordinates + 1):
             largest = maximum(largest, magnitude(w * load(r, i)) * load(values.inverse_scale, i))
-        part = where(less(largest, filled(LONGEST)), filled(1.0), LONGEST / largest)
-        for i in range(1, structure.pattern.unknowns + 1):
+        part = where(less(largest, filled(LONGEST_STEP)), filled(1.0), LONGEST_STEP / largest)
+        for i in range(1, state.angle):
             step = part * load(r, i)
-            if i <= structure.coordinates:
+            if i <= state.coordinates:
                 step = w * step
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
-        grown = less(w, 0.99 * MOST * least)
-        short = less(largest, filled(LONGEST))
+        grown = less(w, 0.99 * TOTAL_GROWTH * least)
+        short = less(largest, filled(LONGEST_STEP))
         done = where(grown, filled(0.0), less(largest, filled(TOLERANCE)))
         moving = where(done, filled(0.0), moving)
         w = where(short, where(grown, GROWTH * w, w), w)

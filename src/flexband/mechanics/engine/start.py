@@ -1,14 +1,12 @@
-"""Consistent positions, velocities and accelerations at the start: one projection each.
+"""Consistent positions, velocities and accelerations at the start, by one projection each.
 
-All three solve the saddle-point system of the integrator, [M + s K, Φ_qᵀ; Φ_q, 0], K being the
-stiffness of the beams. A large s makes a beam prefer to move as a rigid body: positions minimize
+All three solve the saddle-point system of the integrator, [M + s K, Φ_qᵀ; Φ_q, 0], where K is the
+stiffness of the beams. With a large s a beam prefers to move as a rigid body: positions minimize
 the elastic energy, then the distance to the guess; velocities minimize the rate of deformation,
 then the kinetic energy. With s = 0 the same system gives accelerations and multipliers.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -40,16 +38,18 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
-    nearest_whole,
     store,
     where,
 )
-from flexband.mechanics.kernels.springs import spring_vector
-from flexband.mechanics.loads.force_laws import RELAXED
+from flexband.mechanics.kernels.springs import set_rest
 
 ITERATIONS = 50
-CONSTRAINTS_MET = 1e-9  # what constraints may be off, relative to the size
-POSITION_TOLERANCE = 1e-12  # of the last correction, relative to the size
+CONSTRAINT_TOLERANCE = 1e-9
+"""Of the constraints, relative to the size of the mechanism."""
+
+POSITION_TOLERANCE = 1e-12
+"""Of the last correction, relative to the size of the mechanism."""
+
 VELOCITY_SWEEPS = 4
 
 NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
@@ -57,21 +57,24 @@ NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 @inlined
 def elastic_matrix(structure, values, s, work):
-    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, 0 for none."""
-    z, matrix, blocks = work.z, work.matrix, work.blocks
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, or 0."""
+    state, z, matrix, blocks = structure.state, work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
-    add_elastic_tangent(
-        structure.beams, values.beams, z, structure.velocity, s, 0.0, matrix, blocks
-    )
-    add_cable_tangent(
-        structure.cables, values.cables, z, structure.velocity, s, 0.0, matrix, blocks
-    )
+    add_elastic_tangent(structure.beams, values.beams, z, state.velocity, s, 0.0, matrix, blocks)
+    add_cable_tangent(structure.cables, values.cables, z, state.velocity, s, 0.0, matrix, blocks)
     add_constraint_tangent(
-        structure.terms, values.coefficient, values.functions, np.int64(0), z, filled(0.0), matrix
+        structure.terms, values.terms, values.functions, np.int64(0), z, filled(0.0), matrix
     )
     add_angle_tangent(
-        structure.angles, values.angles, structure.terms, values.coefficient, z, filled(0.0), matrix
+        structure.angles,
+        values.angles,
+        structure.terms,
+        values.terms,
+        state,
+        z,
+        filled(0.0),
+        matrix,
     )
     return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
@@ -80,64 +83,66 @@ def elastic_matrix(structure, values, s, work):
 def assemble(structure, values, s, work):
     """Move q to where Φ(q, 0) = 0.
 
-    Returns the multiplier furthest off where that failed, else 0, and one that had to be left out
-    at the guess, else 0.
+    Returns the multiplier of the constraint that is violated most, or 0 if all are met, and a
+    multiplier that had to be left out at the guess, or 0.
     """
-    z, r = work.z, work.r
+    state, z, r = structure.state, work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
-        update_angles(structure.angles, values.angles, z)
+        update_angles(structure.angles, values.angles, state, z)
         left_out = elastic_matrix(structure, values, s, work)
         if iteration == 0:
             redundant = left_out
-        clear(r, structure.velocity)
-        add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
-        add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
-        add_constraints(structure.terms, values.coefficient, values.functions, np.int64(0), z, r)
-        pass_on_moments(structure.angles, values.angles, z, r)
+        clear(r, state.velocity)
+        add_elastic_forces(structure.beams, values.beams, z, state.velocity, r)
+        add_cable_forces(structure.cables, values.cables, z, state.velocity, r)
+        add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
+        pass_on_moments(structure.angles, values.angles, state, z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         largest = filled(0.0)
-        for i in range(1, structure.coordinates + 1):
+        for i in range(1, state.coordinates + 1):
             step = s * load(r, i)
             largest = maximum(largest, magnitude(step) * load(values.inverse_scale, i))
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
         moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
         if not any_true(moving):
             break
-    return violated_constraint(structure, values, np.int64(0), z, r, CONSTRAINTS_MET), redundant
+    return violated_constraint(
+        structure, values, np.int64(0), z, r, CONSTRAINT_TOLERANCE
+    ), redundant
 
 
 @inlined
 def project_velocities(structure, values, s, work):
-    """Set v with Φ_q v + Φ_t = 0, of least deformation, nearest to the wish."""
-    z, r = work.z, work.r
+    """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
+    state, z, r = structure.state, work.z, work.r
     elastic_matrix(structure, values, s, work)
-    velocity, terms = structure.velocity, structure.terms
-    for i in range(1, structure.coordinates + 1):
+    velocity, terms = state.velocity, structure.terms
+    for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
     for _ in range(VELOCITY_SWEEPS):
-        clear(r, structure.velocity)
+        clear(r, state.velocity)
         add_mass_product(structure.mass, values.mass, z, velocity, r)
         for t in range(len(terms.k)):
             k, i, j = terms.k[t], terms.i[t], terms.j[t]
             rate = load(values.rates, structure.functions + terms.f[t])
-            drift = load(values.coefficient, t) * rate * load(z, i) * load(z, j)
+            drift = load(values.terms, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
-        for i in range(1, structure.coordinates + 1):
+        for i in range(1, state.coordinates + 1):
             store(z, velocity + i, load(r, i))
 
 
 @inlined
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
-    z, r = work.z, work.r
+    state, z, r = structure.state, work.z, work.r
     redundant = elastic_matrix(structure, values, filled(0.0), work)
     residual(structure, values, np.int64(0), z, r, work.blocks)
-    for i in range(1, structure.pattern.unknowns + 1):
-        store(r, i, -load(r, i) if i <= structure.coordinates else filled(0.0))
-    velocity, acceleration, terms = structure.velocity, structure.acceleration, structure.terms
+    for i in range(1, state.angle):
+        store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
+    velocity, terms = state.velocity, structure.terms
     for t in range(terms.polynomials):
         k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
         zi, zj = load(z, i), load(z, j)
@@ -147,50 +152,33 @@ def solve_accelerations(structure, values, work):
             + 2.0 * load(values.rates, structure.functions + f) * (vi * zj + zi * vj)
             + 2.0 * load(values.rates, f) * vi * vj
         )
-        store(r, k, load(r, k) - load(values.coefficient, t) * second)
+        store(r, k, load(r, k) - load(values.terms, t) * second)
     for t in range(terms.polynomials, len(terms.k)):
-        a, k = terms.j[t] - structure.angles.first, terms.k[t]
-        second = angle_drift(structure.angles, values.angles, z, velocity, a)
-        store(r, k, load(r, k) - load(values.coefficient, t) * second)
+        a, k = terms.j[t] - state.angle, terms.k[t]
+        second = angle_drift(structure.angles, values.angles, state, z, a)
+        store(r, k, load(r, k) - load(values.terms, t) * second)
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
-    for i in range(1, structure.coordinates + 1):
-        store(z, acceleration + i, load(r, i))
-    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
+    for i in range(1, state.coordinates + 1):
+        store(z, state.acceleration + i, load(r, i))
+    for k in range(state.multiplier, state.angle):
         store(z, k, load(r, k))
     return redundant
 
 
 @inlined
-def set_angles_at_rest(structure, values, z):
-    """Count angles at rest from the turn where torsion springs start; φ where they are relaxed."""
-    laws, parameter = structure.laws, values.laws.parameter
-    for law in range(len(laws.address)):
-        if laws.rest[law] >= 0:
-            first = structure.angles.first + laws.angle[laws.point_start[law]]
-            twist, given = load(z, first) - load(z, first + 1), load(parameter, laws.rest[law])
-            turns = math.tau * nearest_whole(twist / math.tau)
-            at_rest = where(less(given, filled(RELAXED)), given + turns, twist)
-            store(parameter, laws.rest[law], at_rest)
-
-
-@inlined
 def start(structure, values, work, failure):
-    """Fill the state z of one block of samples at time zero, and `failure`, see `engine`."""
-    z = work.z
-    clear(z, structure.angles.moment + len(structure.angles.start) - 1)
-    for i in range(structure.coordinates + 1):
+    """Fill the state z of one block of samples at time zero, and `failure`, see `entries`."""
+    state, z = structure.state, work.z
+    clear(z, state.rows)
+    for i in range(state.coordinates + 1):
         store(z, i, load(values.start, i))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work)
-    for spring in range(len(structure.springs.start) - 1):
-        _, _, length = spring_vector(structure.springs, values.springs, z, spring)
-        rest = load(values.springs.rest_length, spring)
-        store(values.springs.rest_length, spring, where(less(rest, filled(0.0)), length, rest))
-    set_angles_at_rest(structure, values, z)
+    set_rest(structure.springs, values.springs, state, z)
     project_velocities(structure, values, s, work)
     left_out = solve_accelerations(structure, values, work)
     code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))
     store(failure, 0, where(failed, code, filled(0.0)))
     store(failure, 1, filled(0.0))
-    store(failure, 2, failed - float(structure.coordinates + 1))
+    store(failure, 2, failed - float(state.multiplier))
     store(failure, 3, left_out)

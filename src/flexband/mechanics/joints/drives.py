@@ -9,7 +9,14 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, scale, subtract
-from flexband.mechanics.joints.joints import PointName, Resolve, along, check_axis
+from flexband.mechanics.joints.joints import (
+    Joint,
+    PairJoint,
+    PointName,
+    Resolve,
+    along,
+    check_axis,
+)
 
 
 def _check_function(name: str, function: object) -> None:
@@ -18,20 +25,20 @@ def _check_function(name: str, function: object) -> None:
 
 
 @dataclass(frozen=True)
-class PrescribedRotation:
+class PrescribedRotation(Joint):
     """A drive: the body of `first` is at the given angle to the X axis.
 
     Parameters
     ----------
-    first : a point of the driven body; the normal of its section (the x axis of a rigid body) is
-        what turns.
-    angle : function of the time [s] that returns radians, a number or an array of shape (n,); any
-        number of turns. The body's own `angle` at the start has to be within 90° of it.
+    first : a point of the driven body. The angle is that of the normal of its section (the x axis
+        of a rigid body).
+    angle : function of the time [s] that returns radians, a number or an array of shape (n,), with
+        any number of turns. The body's own `angle` at the start must be within 90° of it.
 
     Raises
     ------
     InputError
-        Where the angle is no function.
+        If the angle is not a function.
     """
 
     first: PointName
@@ -43,22 +50,19 @@ class PrescribedRotation:
     def _direction(self) -> Vector:
         return Form.function(self._cosine), Form.function(self._sine)
 
-    def constraints(self, frame: Resolve) -> list[Form]:
-        """Return the sine of the angle from the prescribed direction to the body's x axis."""
-        return [cross(self._direction(), frame(self.first).normal)]
-
     def _cosine(self, time: float) -> np.ndarray:
         return np.cos(self.angle(time))
 
     def _sine(self, time: float) -> np.ndarray:
         return np.sin(self.angle(time))
 
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return the sine of the angle from the prescribed direction to the body's x axis."""
+        return [cross(self._direction(), frame(self.first).normal)]
+
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle from the prescribed direction to the body's x axis."""
         return [dot(self._direction(), frame(self.first).normal)]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> None:
-        """Return none."""
 
     def moment(self, multipliers: Sequence[Form]) -> Form:
         """Return −λ."""
@@ -66,20 +70,20 @@ class PrescribedRotation:
 
 
 @dataclass(frozen=True)
-class PrescribedTravel:
-    """A drive: how far a point is along a line.
+class PrescribedTravel(PairJoint):
+    """A drive: the position of a point along a line.
 
     Parameters
     ----------
     first : the driven point.
-    second : where the line starts.
+    second : the origin of the line.
     travel : function of the time [s] that returns metres, a number or an array of shape (n,).
-    axis : direction of the line in the axes of the second point's body; need not have length 1.
+    axis : direction of the line in the axes of the second body; any length but zero.
 
     Raises
     ------
     InputError
-        Where the travel is no function or the axis has no length.
+        If the travel is not a function or the axis has no length.
     """
 
     first: PointName
@@ -99,21 +103,14 @@ class PrescribedTravel:
         apart = subtract(frame(self.first).position, frame(self.second).position)
         return [dot(self._axis(frame), apart) - Form.function(self.travel)]
 
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return none."""
-        return []
-
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ u."""
         return scale(-multipliers[0], self._axis(frame))
 
-    def moment(self, multipliers: Sequence[Form]) -> None:
-        """Return none."""
-
 
 @dataclass(frozen=True)
-class PrescribedPath:
-    """A drive: where a point is, in global axes.
+class PrescribedPath(Joint):
+    """A drive: the position of a point in global axes.
 
     Parameters
     ----------
@@ -123,7 +120,7 @@ class PrescribedPath:
     Raises
     ------
     InputError
-        Where x or y is no function.
+        If x or y is not a function.
     """
 
     first: PointName
@@ -139,13 +136,6 @@ class PrescribedPath:
         path = Form.function(self.x), Form.function(self.y)
         return list(subtract(frame(self.first).position, path))
 
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return none."""
-        return []
-
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
         return -multipliers[0], -multipliers[1]
-
-    def moment(self, multipliers: Sequence[Form]) -> None:
-        """Return none."""

@@ -1,6 +1,7 @@
 """Gears and racks: bodies that roll on each other without slipping.
 
-The rows hold what they are at the start, so bodies may be put together at any angle.
+The rows of these joints keep the values that they have at the start, so the bodies may be put
+together at any angle.
 """
 
 from __future__ import annotations
@@ -13,25 +14,18 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
 from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
-from flexband.mechanics.joints.joints import PointName, Resolve, along, check_axis
-
-
-class Rolling:
-    """A joint whose row keeps the value that it has at the guess for the start."""
-
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return none."""
-        return []
+from flexband.mechanics.joints.joints import PairJoint, PointName, Resolve, along, check_axis
 
 
 @dataclass(frozen=True)
-class Gear(Rolling):
+class Gear(PairJoint):
     """Two gears in mesh: they roll on each other without slipping.
 
-    With the angles θ₁ and θ₂ of the gears and θ of the line of centres r₁ θ₁ + r₂ θ₂ = (r₁ + r₂) θ
-    from the start on. So the centres may move: on a turning arm the gears are planets. What holds
-    them r₁ + r₂ apart are other joints. The reaction is the force that the second gear exerts on
-    the first one's teeth along the common tangent; the pressure angle is zero.
+    With the angles θ₁ and θ₂ of the gears and θ of the line of centres, the change of
+    r₁ θ₁ + r₂ θ₂ since the start equals that of (r₁ + r₂) θ. The centres may move: on a turning arm
+    the gears are planets. Other joints must keep the centres r₁ + r₂ apart. The reaction is the
+    force that the second gear exerts on the teeth of the first one, along the common tangent; the
+    pressure angle is zero.
 
     Parameters
     ----------
@@ -42,13 +36,15 @@ class Gear(Rolling):
     Raises
     ------
     InputError
-        Where a radius is zero, or the two cancel: such gears turn together.
+        If a radius is zero, or if their sum is: such gears turn together.
     """
 
     first: PointName
     second: PointName
     first_radius: ArrayLike
     second_radius: ArrayLike
+
+    holds_start = True
 
     def __post_init__(self) -> None:
         radii = [
@@ -64,9 +60,8 @@ class Gear(Rolling):
     @property
     def radii(self) -> tuple[np.ndarray, np.ndarray]:
         """Both radii [m]."""
-        return np.asarray(self.first_radius, dtype=float), np.asarray(
-            self.second_radius, dtype=float
-        )
+        first = np.asarray(self.first_radius, dtype=float)
+        return first, np.asarray(self.second_radius, dtype=float)
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ."""
@@ -86,30 +81,32 @@ class Gear(Rolling):
 
 
 @dataclass(frozen=True)
-class Rack(Rolling):
+class Rack(PairJoint):
     """A pinion on a rack: it rolls along a line of another body without slipping.
 
-    With the pinion's way x along the axis and its angle θ, both against the rack, x + r θ keeps its
-    value: the rack is to the right of the axis' direction. What holds the pinion's centre at its
-    height over the rack are other joints.
+    With the travel x of the pinion along the axis and its angle θ, both relative to the rack,
+    x + r θ keeps its value: the rack is to the right of the direction of the axis. Other joints
+    must keep the centre of the pinion at its distance from the rack.
 
     Parameters
     ----------
     first : the centre of the pinion.
     second : a point of the rack.
     radius : of the pitch circle [m]; negative for a rack to the left of the axis.
-    axis : along the rack, in the axes of its body; need not have length 1.
+    axis : along the rack, in the axes of its body; any length but zero.
 
     Raises
     ------
     InputError
-        Where the radius is zero or the axis has no length.
+        If the radius is zero or the axis has no length.
     """
 
     first: PointName
     second: PointName
     radius: ArrayLike
     axis: tuple[float, float] = (1.0, 0.0)
+
+    holds_start = True
 
     def __post_init__(self) -> None:
         if np.any(finite("Rack radius [m]", self.radius) == 0):
@@ -119,8 +116,8 @@ class Rack(Rolling):
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return x + r θ."""
         pinion, rack, r = frame(self.first), frame(self.second), np.asarray(self.radius, float)
-        way = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
-        return [way + angle(pinion.normal) * r - angle(rack.normal) * r]
+        travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
+        return [travel + angle(pinion.normal) * r - angle(rack.normal) * r]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ along the axis."""

@@ -1,14 +1,15 @@
 """Joints: rows of at most quadratic constraints Φ(q, t) = 0, Eq. (26).
 
-A point is written "body.point" ("body" alone is its "center"), or as its coordinates (X, Y) [m]
-where it belongs to the ground.
+A point is written "body.point" ("body" alone is its "center"), or as coordinates (X, Y) [m] if it
+belongs to the ground.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,34 +28,59 @@ from flexband.mechanics.forms import (
 )
 
 PointName = str | Point
+"""A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""
+
 Resolve = Callable[[PointName], Frame]
-"""Finds the frame of a point."""
+"""Returns the frame of a point."""
 
 
-class Joint(Protocol):
-    """What assembly asks of a joint; `first` is on the body that forces are told for."""
+class Joint(ABC):
+    """A constraint between points. The first point is on the body that reactions act on.
+
+    A new kind of joint is a subclass with `constraints` and, so that sensors can report reactions,
+    `force` or `moment`.
+    """
 
     first: PointName
 
+    holds_start: ClassVar[bool] = False
+    """Whether the rows of Φ keep the values that they have in the guess, instead of 0."""
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """The points that the joint names."""
+        return [self.first]
+
+    @abstractmethod
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the rows of Φ."""
-        ...
 
     def conditions(self, frame: Resolve) -> list[Form]:
-        """Return what must stay positive: where Φ = 0 has two branches, on which one to be."""
-        ...
+        """Return forms that must stay positive: they select a branch if Φ = 0 has two."""
+        return []
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
-        """Return the force [N] on the first body at its point, −Φ_qᵀλ; None where there is none."""
-        ...
+        """Return the force [N] on the first body at its point, from −Φ_qᵀλ, or None."""
+        return None
 
     def moment(self, multipliers: Sequence[Form]) -> Form | None:
-        """Return the moment [N m] on the first body, −Φ_θᵀλ; None where there is none."""
-        ...
+        """Return the moment [N m] on the first body, from −Φ_qᵀλ, or None."""
+        return None
+
+
+class PairJoint(Joint):
+    """A joint between two points."""
+
+    second: PointName
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """Both points."""
+        return [self.first, self.second]
 
 
 def along(line: Frame, axis: tuple[float, float]) -> Vector:
-    """Return the unit vector of this direction in the axes of a frame."""
+    """Return the unit vector of a direction given in the axes of a frame."""
     x, y = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     return line.direction(x, y)
 
@@ -64,13 +90,13 @@ def _normal(axis: tuple[float, float]) -> tuple[float, float]:
 
 
 def check_axis(name: str, axis: tuple[float, float]) -> None:
-    """Raise `InputError` where an axis has no length."""
+    """Raise `InputError` if an axis has no length."""
     if np.linalg.norm(numbers(name, axis, 2)) == 0:
         raise InputError(f"{name} must have a length; got {axis}")
 
 
 @dataclass(frozen=True)
-class Revolute:
+class Revolute(PairJoint):
     """A pin: the two points coincide."""
 
     first: PointName
@@ -80,35 +106,28 @@ class Revolute:
         """Return r_first − r_second."""
         return list(subtract(frame(self.first).position, frame(self.second).position))
 
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return none."""
-        return []
-
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
         return -multipliers[0], -multipliers[1]
 
-    def moment(self, multipliers: Sequence[Form]) -> None:
-        """Return none."""
-
 
 @dataclass(frozen=True)
-class Weld:
-    """A clamp: the points coincide and the sections there keep their angle.
+class Weld(PairJoint):
+    """A clamp: the points coincide, and the sections there keep the angle between them.
 
     Parameters
     ----------
     first, second : the points.
-    angle : from the second section's normal (the body's x axis, where it is rigid) to the first
-        one's [rad].
-    axis : whether the axes of the two keep their angle as well, and not only the sections: the
-        built-in end of the literature on these elements. It forbids shear there, which matters on
-        coarse meshes only. At least one of the points has to be a beam's.
+    angle : from the normal of the second section (the x axis of a rigid body) to the normal of the
+        first one [rad].
+    axis : whether the axes of the two bodies keep their angle as well, and not only the sections.
+        This is the built-in end of the literature on these elements: it forbids shear there, which
+        matters on coarse meshes only. At least one of the points must belong to a beam.
 
     Raises
     ------
     InputError
-        Where the angle is not finite.
+        If the angle is not finite.
     """
 
     first: PointName
@@ -123,15 +142,15 @@ class Weld:
         return turned(frame(self.second).normal, self.angle), frame(self.first).normal
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return r_first − r_second and the sine of the angle between sections, and of that between
-        axes.
+        """Return r_first − r_second, the sine of the angle between the sections, and with `axis`
+        that of the angle between the axes.
         """  # noqa: D205
         first, second = frame(self.first), frame(self.second)
         rows = [*subtract(first.position, second.position), cross(*self._normals(frame))]
         return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
 
     def conditions(self, frame: Resolve) -> list[Form]:
-        """Return the cosine of the angle that is left."""
+        """Return the cosine of the angle between the sections."""
         return [dot(*self._normals(frame))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
@@ -144,20 +163,20 @@ class Weld:
 
 
 @dataclass(frozen=True)
-class Prismatic:
-    """A slide: the first point stays on a line, and its body does not turn against the other.
+class Prismatic(PairJoint):
+    """A slide: the first point stays on a line, and its body does not rotate against the other.
 
     Parameters
     ----------
     first : the point that slides.
     second : a point of the line.
-    axis : direction of the line in the axes of the second point's body; need not have length 1.
+    axis : direction of the line in the axes of the second body; any length but zero.
     angle : from the axes of the second body to those of the first [rad].
 
     Raises
     ------
     InputError
-        Where the axis has no length or a number is not finite.
+        If the axis has no length or a number is not finite.
     """
 
     first: PointName
@@ -192,19 +211,19 @@ class Prismatic:
 
 
 @dataclass(frozen=True)
-class Slot:
-    """A pin in a straight slot: the first point stays on a line, its body may turn.
+class Slot(PairJoint):
+    """A pin in a straight slot: the first point stays on a line, its body may rotate.
 
     Parameters
     ----------
     first : the pin.
     second : a point of the slot's line.
-    axis : direction of the line in the axes of the second point's body; need not have length 1.
+    axis : direction of the line in the axes of the second body; any length but zero.
 
     Raises
     ------
     InputError
-        Where the axis has no length.
+        If the axis has no length.
     """
 
     first: PointName
@@ -219,20 +238,13 @@ class Slot:
         pin, line = frame(self.first), frame(self.second)
         return [dot(along(line, _normal(self.axis)), subtract(pin.position, line.position))]
 
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return none."""
-        return []
-
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n."""
         return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
 
-    def moment(self, multipliers: Sequence[Form]) -> None:
-        """Return none."""
-
 
 @dataclass(frozen=True)
-class Distance:
+class Distance(PairJoint):
     """A rigid rod without mass between two points.
 
     Parameters
@@ -243,7 +255,7 @@ class Distance:
     Raises
     ------
     InputError
-        Where the length is not positive.
+        If the length is not positive.
     """
 
     first: PointName
@@ -254,19 +266,12 @@ class Distance:
         positive("Distance length [m]", self.length)
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second: the multiplier is the rod's force."""
+        """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         apart = subtract(frame(self.first).position, frame(self.second).position)
         length = np.asarray(self.length, dtype=float)
         return [dot(apart, apart) * (0.5 / length) - Form.constant(0.5 * length)]
-
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return none."""
-        return []
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ d/ℓ."""
         apart = subtract(frame(self.first).position, frame(self.second).position)
         return scale(-multipliers[0] * (1 / np.asarray(self.length, dtype=float)), apart)
-
-    def moment(self, multipliers: Sequence[Form]) -> None:
-        """Return none."""

@@ -1,8 +1,9 @@
 """Angles of directions as variables that follow from the coordinates, on lanes.
 
-An angle θ = atan2(n_y, n_x), turns counted, of a direction n that is linear in the coordinates has
-a row of its own in z. What acts on θ, the derivative of the constraints' potential or a moment, is
-summed up in the same row of the residual, and then passed on to the coordinates by ∂θ/∂q.
+An angle θ = atan2(n_y, n_x), with full turns counted, of a direction n that is linear in the
+coordinates has a row in the state z. What acts on θ, the derivative of the constraints' potential
+or a moment, is summed in the same row of the residual and then passed on to the coordinates
+by ∂θ/∂q.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from flexband.mechanics.kernels.lanes import add_to, atan2, compiled, load, near
 
 @compiled
 def direction(angles, values, z, first, a):
-    """Return n of angle `a`, or its rate, z holding the coordinates or their rates from `first`."""
+    """Return n of angle `a`, or its rate if z holds the coordinates' rates from row `first` on."""
     x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
     for p in range(angles.start[a], angles.start[a + 1]):
         coordinate = load(z, first + angles.coordinate[p])
@@ -24,45 +25,45 @@ def direction(angles, values, z, first, a):
 
 
 @compiled
-def update_angles(angles, values, z):
-    """Set the angles, each on the turn nearest to where it was."""
+def update_angles(angles, values, state, z):
+    """Set the angles, each on the turn nearest to its present value."""
     for a in range(len(angles.start) - 1):
         x, y = direction(angles, values, z, 0, a)
-        angle, before = atan2(y, x), load(z, angles.first + a)
+        angle, before = atan2(y, x), load(z, state.angle + a)
         turns = nearest_whole((before - angle) / math.tau)
-        store(z, angles.first + a, angle + math.tau * turns)
+        store(z, state.angle + a, angle + math.tau * turns)
 
 
 @compiled
-def angle_rate(angles, values, z, velocity, a):
-    """Return θ̇; [0, v] starts in row `velocity`."""
+def angle_rate(angles, values, state, z, a):
+    """Return θ̇."""
     x, y = direction(angles, values, z, 0, a)
-    u, v = direction(angles, values, z, velocity, a)
+    u, v = direction(angles, values, z, state.velocity, a)
     return (x * v - y * u) / (x * x + y * y)
 
 
 @compiled
 def angle_gradient(angles, values, p, x, y):
-    """Return ∂θ/∂q for entry p, the direction being (x, y)."""
+    """Return ∂θ/∂q for entry p if the direction is (x, y)."""
     return (x * load(values.y, p) - y * load(values.x, p)) / (x * x + y * y)
 
 
 @compiled
-def pass_on_moments(angles, values, z, r):
+def pass_on_moments(angles, values, state, z, r):
     """Pass what acts on the angles on to the coordinates, and keep it in z for the tangent."""
     for a in range(len(angles.start) - 1):
-        moment = load(r, angles.first + a)
-        store(z, angles.moment + a, moment)
+        moment = load(r, state.angle + a)
+        store(z, state.moment + a, moment)
         x, y = direction(angles, values, z, 0, a)
         for p in range(angles.start[a], angles.start[a + 1]):
             add_to(r, angles.coordinate[p], moment * angle_gradient(angles, values, p, x, y))
 
 
 @compiled
-def add_angle_tangent(angles, values, terms, coefficient, z, weight, matrix):
-    """Add what the constraints' angles have in Φ_q, and `weight` times moment × θ_qq."""
+def add_angle_tangent(angles, values, terms, coefficient, state, z, weight, matrix):
+    """Add the angles' part of Φ_q, and `weight` times moment × θ_qq."""
     for t in range(terms.polynomials, len(terms.k)):
-        a, own = terms.j[t] - angles.first, t - terms.polynomials
+        a, own = terms.j[t] - state.angle, t - terms.polynomials
         x, y = direction(angles, values, z, 0, a)
         for p in range(angles.start[a], angles.start[a + 1]):
             entry = load(coefficient, t) * angle_gradient(angles, values, p, x, y)
@@ -70,7 +71,7 @@ def add_angle_tangent(angles, values, terms, coefficient, z, weight, matrix):
     for a in range(len(angles.start) - 1):
         x, y = direction(angles, values, z, 0, a)
         square = x * x + y * y
-        factor = weight * load(z, angles.moment + a) / (square * square)
+        factor = weight * load(z, state.moment + a) / (square * square)
         xx, xy = factor * 2.0 * x * y, factor * (y * y - x * x)
         first = angles.start[a]
         for p in range(first, angles.start[a + 1]):
@@ -82,9 +83,9 @@ def add_angle_tangent(angles, values, terms, coefficient, z, weight, matrix):
 
 
 @compiled
-def angle_drift(angles, values, z, velocity, a):
-    """Return what θ̈ has apart from ∂θ/∂q q̈, −2 (n · ṅ)(n × ṅ)/(n · n)²."""
+def angle_drift(angles, values, state, z, a):
+    """Return θ̈ without ∂θ/∂q q̈, which is −2 (n · ṅ)(n × ṅ)/(n · n)²."""
     x, y = direction(angles, values, z, 0, a)
-    u, v = direction(angles, values, z, velocity, a)
+    u, v = direction(angles, values, z, state.velocity, a)
     square = x * x + y * y
     return -2.0 * (x * u + y * v) * (x * v - y * u) / (square * square)

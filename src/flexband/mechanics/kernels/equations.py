@@ -5,9 +5,7 @@ the multiplier of the row: its derivative by z_k is the constraint Φ_k, by z_i 
 constraint force Φ_qᵀλ, and its second derivatives are Φ_q and Σ λ Φ_qq. One loop serves every
 joint.
 
-State `z` also holds angles θ of directions, which follow from q, then velocities and accelerations,
-the elastic energy U and moments on the angles: z = [1, q, λ, θ | 0, v | 0, a | U | M], in rows of
-lanes.
+`state.State` describes all rows of z, which are rows of lanes.
 """
 
 from __future__ import annotations
@@ -28,7 +26,13 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws import add_law_forces, add_law_tangent
-from flexband.mechanics.kernels.springs import add_spring_forces, add_spring_tangent, spring_energy
+from flexband.mechanics.kernels.springs import (
+    add_spring_forces,
+    add_spring_tangent,
+    add_torsion_tangent,
+    spring_energy,
+    update_springs,
+)
 
 
 @compiled
@@ -46,7 +50,7 @@ def add_constraints(terms, coefficient, functions, now, z, r):
 
 @compiled
 def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
-    """Add Φ_q, and `weight` times Σ λ Φ_qq, of all but the angles."""
+    """Add Φ_q, and `weight` times Σ λ Φ_qq, of all terms without angles."""
     for t in range(terms.polynomials):
         i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
@@ -67,15 +71,16 @@ def add_products(products, coefficient, functions, now, z, rows, sign):
 
 @inlined
 def violated_constraint(structure, values, now, z, r, tolerance):
-    """Return the multiplier of the constraint that is furthest off, 0 where all are met.
+    """Return the multiplier of the constraint that is violated most, or 0 if all are met.
 
-    `tolerance` is relative to the size of the mechanism, `r` work space.
+    `tolerance` is relative to the size of the mechanism, `r` is work space.
     """
-    update_angles(structure.angles, values.angles, z)
-    clear(r, structure.velocity)
-    add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
+    state = structure.state
+    update_angles(structure.angles, values.angles, state, z)
+    clear(r, state.velocity)
+    add_constraints(structure.terms, values.terms, values.functions, now, z, r)
     largest, worst = filled(0.0), filled(0.0)
-    for k in range(structure.coordinates + 1, structure.pattern.unknowns + 1):
+    for k in range(state.multiplier, state.angle):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
         worst = where(less(off, largest), worst, filled(float(k)))
         largest = maximum(off, largest)
@@ -102,14 +107,14 @@ def add_mass(mass, values, matrix):
 
 @compiled
 def clear(array, rows):
-    """Set so many rows to zero."""
+    """Set the first `rows` rows to zero."""
     for row in range(rows):
         store(array, row, filled(0.0))
 
 
 @inlined
 def clear_matrix(pattern, matrix):
-    """Set the matrix to zero, and to one what fills up its tiles."""
+    """Set the matrix to zero, and the pivots that fill up its tiles to one."""
     clear(matrix, pattern.rows)
     for k in range(len(pattern.filled_up)):
         store(matrix, pattern.filled_up[k], filled(1.0))
@@ -117,74 +122,82 @@ def clear_matrix(pattern, matrix):
 
 @inlined
 def residual(structure, values, now, z, r, memory):
-    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), rows numbered as z.
+    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), in the rows of z.
 
     `memory` is work space of force laws.
     """
-    update_angles(structure.angles, values.angles, z)
-    clear(r, structure.velocity)
-    add_mass_product(structure.mass, values.mass, z, structure.acceleration, r)
-    for i in range(1, structure.coordinates + 1):
-        add_to(r, i, -load(values.force, i))
-    add_elastic_forces(structure.beams, values.beams, z, structure.velocity, r)
-    add_cable_forces(structure.cables, values.cables, z, structure.velocity, r)
-    add_spring_forces(
-        structure.springs, values.springs, values.functions, now, z, structure.velocity, r
+    state, functions = structure.state, values.functions
+    update_angles(structure.angles, values.angles, state, z)
+    update_springs(
+        structure.springs, values.springs, structure.angles, values.angles, state, functions, now, z
     )
-    add_products(structure.forces, values.load, values.functions, now, z, r, -1.0)
+    clear(r, state.velocity)
+    add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
+    for i in range(1, state.coordinates + 1):
+        add_to(r, i, -load(values.weight, i))
+    add_elastic_forces(structure.beams, values.beams, z, state.velocity, r)
+    add_cable_forces(structure.cables, values.cables, z, state.velocity, r)
+    add_spring_forces(structure.springs, values.springs, state, z, r)
+    add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
     add_law_forces(
-        structure.laws, values.laws, structure.angles, values.angles, values.functions, now, z,
-        structure.velocity, r, memory,
+        structure.laws, values.laws, structure.angles, values.angles, state, functions, now, z, r,
+        memory,
     )  # fmt: skip
-    add_constraints(structure.terms, values.coefficient, values.functions, now, z, r)
-    pass_on_moments(structure.angles, values.angles, z, r)
+    add_constraints(structure.terms, values.terms, functions, now, z, r)
+    pass_on_moments(structure.angles, values.angles, state, z, r)
 
 
 @inlined
 def to_right_side(structure, r, weight):
     """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
-    for i in range(1, structure.pattern.unknowns + 1):
+    for i in range(1, structure.state.angle):
         part = load(r, i)
-        store(r, i, -part if i <= structure.coordinates else -part / weight)
+        store(r, i, -part if i <= structure.state.coordinates else -part / weight)
 
 
 @inlined
 def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
 
-    C is the damping of springs and beams. Forces that are products are left out: they are small
-    changes, and not symmetric.
+    C is the damping of springs and beams. It follows a `residual` of the same state. Forces that
+    are products of z are left out: their tangent is small, and not symmetric.
     """
+    state, functions = structure.state, values.functions
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
     add_elastic_tangent(
-        structure.beams, values.beams, z, structure.velocity, weight, rate, matrix, blocks
+        structure.beams, values.beams, z, state.velocity, weight, rate, matrix, blocks
     )
     add_cable_tangent(
-        structure.cables, values.cables, z, structure.velocity, weight, rate, matrix, blocks
+        structure.cables, values.cables, z, state.velocity, weight, rate, matrix, blocks
     )
-    add_spring_tangent(
-        structure.springs, values.springs, values.functions, now, z, structure.velocity, weight,
-        rate, matrix,
+    add_spring_tangent(structure.springs, values.springs, state, z, weight, rate, matrix)
+    add_torsion_tangent(
+        structure.springs, values.springs, structure.angles, values.angles, state, z, weight, rate,
+        matrix,
     )  # fmt: skip
     add_law_tangent(
-        structure.laws, values.laws, structure.angles, values.angles, values.functions, now, z,
-        structure.velocity, weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
+        structure.laws, values.laws, structure.angles, values.angles, state, functions, now, z,
+        weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
     )  # fmt: skip
-    add_constraint_tangent(
-        structure.terms, values.coefficient, values.functions, now, z, weight, matrix
-    )
+    add_constraint_tangent(structure.terms, values.terms, functions, now, z, weight, matrix)
     add_angle_tangent(
-        structure.angles, values.angles, structure.terms, values.coefficient, z, weight, matrix
+        structure.angles, values.angles, structure.terms, values.terms, state, z, weight, matrix
     )
 
 
 @inlined
 def sense(structure, values, now, z, outputs):
-    """Set the sensors' rows."""
-    if structure.energy > 0:
-        store(z, structure.energy, beam_energy(structure.beams, values.beams, z))
-        add_to(z, structure.energy, cable_energy(structure.cables, values.cables, z))
-        add_to(z, structure.energy, spring_energy(structure.springs, values.springs, z))
+    """Set the sensors' rows, after the rows of z that they may depend on."""
+    state = structure.state
+    update_angles(structure.angles, values.angles, state, z)
+    update_springs(
+        structure.springs, values.springs, structure.angles, values.angles, state,
+        values.functions, now, z,
+    )  # fmt: skip
+    if structure.reads_energy:
+        store(z, state.energy, beam_energy(structure.beams, values.beams, z))
+        add_to(z, state.energy, cable_energy(structure.cables, values.cables, z))
+        add_to(z, state.energy, spring_energy(structure.springs, values.springs, state, z))
     clear(outputs, outputs.shape[0])
-    add_products(structure.sensors, values.sensor, values.functions, now, z, outputs, 1.0)
+    add_products(structure.sensors, values.sensors, values.functions, now, z, outputs, 1.0)

@@ -1,8 +1,8 @@
-"""Forces and tangent of force laws, on lanes: the engine fills a law's memory and calls it.
+"""Forces and tangent of force laws, on lanes: the engine fills a law's memory and calls the law.
 
-Rows of the memory of a law with m parameters and P points: t, p (m), then x, v and force, 3P each;
-behind them, for the tangent, B = ∂x/∂q (3P × C for the C coordinates it depends on),
-K = −∂force/∂x (3P × 3P) and K B.
+The rows of the memory of a law with m parameters and P points are t, p (m rows), then x, v and
+force (3P rows each). The tangent needs three matrices behind them: B = ∂x/∂q (3P × C, where C is
+the number of coordinates that the law depends on), K = −∂force/∂x (3P × 3P) and K B.
 """
 
 from __future__ import annotations
@@ -10,13 +10,16 @@ from __future__ import annotations
 from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, direction
 from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
 
-AXES = 3  # X, Y and θ of a point
-NUDGE = 1e-6  # for the tangent: an angle [rad], or a displacement relative to the size
+AXES = 3
+"""Of a point: X, Y and θ."""
+
+DIFFERENCE = 1e-6
+"""Step of the central differences: an angle [rad], or a displacement relative to the size."""
 
 
 @compiled
 def _layout(laws, s):
-    """Return how many points and coordinates a law has, and the rows of x, v, force and B."""
+    """Return the numbers of points and coordinates of a law, and the rows of x, v, force and B."""
     points = laws.point_start[s + 1] - laws.point_start[s]
     coordinates = laws.coordinate_start[s + 1] - laws.coordinate_start[s]
     x = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s]
@@ -24,7 +27,7 @@ def _layout(laws, s):
 
 
 @compiled
-def _fill(laws, values, angles, angle_values, functions, now, z, velocity, s, memory):
+def _fill(laws, values, angles, angle_values, state, functions, now, z, s, memory):
     """Write time, parameters, positions and velocities."""
     store(memory, 0, load(functions, now + laws.time))
     first = laws.parameter_start[s]
@@ -38,22 +41,22 @@ def _fill(laws, values, angles, angle_values, functions, now, z, velocity, s, me
         for c in range(count):
             coordinate = laws.coordinate[laws.coordinate_start[s] + c]
             cx, cy = load(values.x, entry + c), load(values.y, entry + c)
-            position, rate = load(z, coordinate), load(z, velocity + coordinate)
+            position, rate = load(z, coordinate), load(z, state.velocity + coordinate)
             px, py, vx, vy = px + cx * position, py + cy * position, vx + cx * rate, vy + cy * rate
         a = laws.angle[laws.point_start[s] + k]
         store(memory, x + AXES * k, px)
         store(memory, x + AXES * k + 1, py)
-        store(memory, x + AXES * k + 2, load(z, angles.first + a))
+        store(memory, x + AXES * k + 2, load(z, state.angle + a))
         store(memory, v + AXES * k, vx)
         store(memory, v + AXES * k + 1, vy)
-        store(memory, v + AXES * k + 2, angle_rate(angles, angle_values, z, velocity, a))
+        store(memory, v + AXES * k + 2, angle_rate(angles, angle_values, state, z, a))
 
 
 @compiled
-def add_law_forces(laws, values, angles, angle_values, functions, now, z, velocity, r, memory):
+def add_law_forces(laws, values, angles, angle_values, state, functions, now, z, r, memory):
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
     for s in range(len(laws.address)):
-        _fill(laws, values, angles, angle_values, functions, now, z, velocity, s, memory)
+        _fill(laws, values, angles, angle_values, state, functions, now, z, s, memory)
         call_at(laws.address[s], memory, 0)
         points, count, _, _, force, _ = _layout(laws, s)
         for k in range(points):
@@ -64,26 +67,25 @@ def add_law_forces(laws, values, angles, angle_values, functions, now, z, veloci
                 part = load(values.x, entry + c) * fx + load(values.y, entry + c) * fy
                 add_to(r, coordinate, -part)
             a = laws.angle[laws.point_start[s] + k]
-            add_to(r, angles.first + a, -load(memory, row + 2))
+            add_to(r, state.angle + a, -load(memory, row + 2))
 
 
 @compiled
 def add_law_tangent(
-    laws, values, angles, angle_values, functions, now, z, velocity, weight, rate, size, matrix,
-    memory,
+    laws, values, angles, angle_values, state, functions, now, z, weight, rate, size, matrix, memory
 ):  # fmt: skip
-    """Add `weight` times Bᵀ (K + Kᵀ)/2 B: the matrix is symmetric, so the other half is left out.
+    """Add `weight` times Bᵀ (K + Kᵀ)/2 B; the matrix is symmetric, so K's other part is left out.
 
-    K is by central differences of positions and, `rate` as much, velocities; `size` is
-    that of the mechanism [m].
+    K comes from central differences of positions and, `rate` times as large, of velocities; `size`
+    is the size of the mechanism [m].
     """
     for s in range(len(laws.address)):
-        _fill(laws, values, angles, angle_values, functions, now, z, velocity, s, memory)
+        _fill(laws, values, angles, angle_values, state, functions, now, z, s, memory)
         points, count, x, v, force, B = _layout(laws, s)
         axes = AXES * points
         K, KB = B + axes * count, B + axes * count + axes * axes
         for j in range(axes):
-            nudge = filled(NUDGE)
+            nudge = filled(DIFFERENCE)
             if j % AXES < 2:
                 nudge = nudge * size
             place, speed = load(memory, x + j), load(memory, v + j)
@@ -115,7 +117,7 @@ def add_law_tangent(
 
 @compiled
 def _fill_directions(laws, values, angles, angle_values, z, s, memory, B):
-    """Write B, how positions and angles of the points change with the coordinates."""
+    """Write B, the derivatives of the points' positions and angles by the coordinates."""
     points, count, _, _, _, _ = _layout(laws, s)
     for k in range(points):
         entry, row = laws.entry_start[s] + k * count, B + AXES * k * count

@@ -1,39 +1,134 @@
-"""Forces and tangent of translational springs, dampers and actuators, on lanes."""
+"""Forces and tangent of springs, dampers and actuators, on lanes.
+
+A spring acts along its elongation s with the tension
+
+    T = k x + k₃ x³ + d ṡ + f(t),   x = s − s₀.
+
+The elongation of a translational spring is the length ℓ = |d| of a vector d that is linear in the
+coordinates; that of a torsion spring is the difference of two angles. The translational springs are
+numbered first.
+"""
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.lanes import add_to, compiled, filled, load, maximum, sqrt
+import math
 
-SHORTEST = 1e-300  # lets a spring of rest length 0 pass through length 0
+from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, direction
+from flexband.mechanics.kernels.lanes import (
+    add_to,
+    compiled,
+    filled,
+    less,
+    load,
+    maximum,
+    nearest_whole,
+    sqrt,
+    store,
+    where,
+)
+
+SHORTEST = 1e-300
+"""Lets a spring of rest length 0 pass through length 0."""
+
+RELAXED = 1e300
+"""In place of the rest elongation s₀ of a spring that is relaxed at the start."""
 
 
 @compiled
-def add_spring_forces(springs, values, functions, now, z, velocity, r):
-    """Add the forces k x + k₃ x³ + d ℓ̇ + f with x = ℓ − ℓ₀; [0, v] starts in row `velocity`."""
+def _vector(springs, values, z, first, s):
+    """Return d of a translational spring, or its rate if z holds rates from row `first` on."""
+    x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
+    for p in range(springs.start[s], springs.start[s + 1]):
+        coordinate = load(z, first + springs.coordinate[p])
+        x += load(values.x, p) * coordinate
+        y += load(values.y, p) * coordinate
+    return x, y
+
+
+@compiled
+def _length(x, y):
+    """Return the length of a vector, which is never 0."""
+    return maximum(sqrt(x * x + y * y), filled(SHORTEST))
+
+
+@compiled
+def _angles_of(springs, s):
+    """Return the numbers of both angles of a torsion spring."""
+    place = 2 * (s - (len(springs.start) - 1))
+    return springs.angle[place], springs.angle[place + 1]
+
+
+@compiled
+def elongation(springs, values, state, z, s):
+    """Return s."""
+    if s < len(springs.start) - 1:
+        x, y = _vector(springs, values, z, 0, s)
+        return _length(x, y)
+    first, second = _angles_of(springs, s)
+    return load(z, state.angle + first) - load(z, state.angle + second)
+
+
+@compiled
+def _rate(springs, values, angles, angle_values, state, z, s):
+    """Return ṡ."""
+    if s < len(springs.start) - 1:
+        x, y = _vector(springs, values, z, 0, s)
+        vx, vy = _vector(springs, values, z, state.velocity, s)
+        return (x * vx + y * vy) / _length(x, y)
+    first, second = _angles_of(springs, s)
+    rate = angle_rate(angles, angle_values, state, z, first)
+    return rate - angle_rate(angles, angle_values, state, z, second)
+
+
+@compiled
+def update_springs(springs, values, angles, angle_values, state, functions, now, z):
+    """Set the tension T and the elongation s of every spring."""
+    for s in range(len(springs.f)):
+        length = elongation(springs, values, state, z, s)
+        stretch = length - load(values.rest, s)
+        elastic = load(values.stiffness, s) + load(values.cubic, s) * stretch * stretch
+        rate = _rate(springs, values, angles, angle_values, state, z, s)
+        pull = load(values.pull, s) * load(functions, now + springs.f[s])
+        tension = elastic * stretch + load(values.damping, s) * rate + pull
+        store(z, state.tension + s, tension)
+        store(z, state.elongation + s, length)
+
+
+@compiled
+def add_spring_forces(springs, values, state, z, r):
+    """Add T ∂s/∂q, or T to the rows of the angles; the springs are up to date."""
     for s in range(len(springs.start) - 1):
-        x, y, length = spring_vector(springs, values, z, s)
-        vector = x, y, length
-        tension = _tension(springs, values, functions, now, z, velocity, s, vector) / length
+        x, y = _vector(springs, values, z, 0, s)
+        tension = load(z, state.tension + s) / load(z, state.elongation + s)
         for p in range(springs.start[s], springs.start[s + 1]):
             force = x * load(values.x, p) + y * load(values.y, p)
             add_to(r, springs.coordinate[p], tension * force)
+    for s in range(len(springs.start) - 1, len(springs.f)):
+        first, second = _angles_of(springs, s)
+        add_to(r, state.angle + first, load(z, state.tension + s))
+        add_to(r, state.angle + second, -load(z, state.tension + s))
 
 
 @compiled
-def add_spring_tangent(springs, values, functions, now, z, velocity, weight, rate, matrix):
-    """Add `weight` times the tangent, (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ), T being the tension.
+def _slope(values, state, z, rate, s):
+    """Return ∂T/∂s + rate ∂T/∂ṡ."""
+    stretch = load(z, state.elongation + s) - load(values.rest, s)
+    slope = load(values.stiffness, s) + 3.0 * load(values.cubic, s) * stretch * stretch
+    return slope + rate * load(values.damping, s)
 
-    How the damper's ℓ̇ changes with the direction is left out.
+
+@compiled
+def add_spring_tangent(springs, values, state, z, weight, rate, matrix):
+    """Add `weight` times the tangent of translational springs, (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ).
+
+    The change of the damper's ℓ̇ with the direction is left out.
     """
     for s in range(len(springs.start) - 1):
         begin, end = springs.start[s], springs.start[s + 1]
-        x, y, length = spring_vector(springs, values, z, s)
-        stretch = length - load(values.rest_length, s)
-        slope = load(values.stiffness, s) + 3.0 * load(values.cubic, s) * stretch * stretch
-        slope = weight * (slope + rate * load(values.damping, s))
-        vector = x, y, length
-        tension = _tension(springs, values, functions, now, z, velocity, s, vector)
-        across = weight * tension / length
+        x, y = _vector(springs, values, z, 0, s)
+        length = load(z, state.elongation + s)
+        slope = weight * _slope(values, state, z, rate, s)
+        across = weight * load(z, state.tension + s) / length
         nx, ny = x / length, y / length
         for p in range(begin, end):
             px, py = load(values.x, p), load(values.y, p)
@@ -45,41 +140,59 @@ def add_spring_tangent(springs, values, functions, now, z, velocity, weight, rat
 
 
 @compiled
-def spring_energy(springs, values, z):
-    """Return ½ k x² + ¼ k₃ x⁴ of the springs; what actuators pull with has no part in it."""
+def _angle_entry(springs, angles, angle_values, z, s, e):
+    """Return the coordinate of entry `e` of a torsion spring, and ∂s/∂q there."""
+    first, second = _angles_of(springs, s)
+    count = angles.start[first + 1] - angles.start[first]
+    a, sign = (first, 1.0) if e < count else (second, -1.0)
+    p = angles.start[a] + (e if e < count else e - count)
+    x, y = direction(angles, angle_values, z, 0, a)
+    return angles.coordinate[p], sign * angle_gradient(angles, angle_values, p, x, y)
+
+
+@compiled
+def add_torsion_tangent(springs, values, angles, angle_values, state, z, weight, rate, matrix):
+    """Add `weight` times (T′ + rate d) ∂s/∂q ∂s/∂qᵀ of torsion springs.
+
+    The rest, T times the second derivatives of the angles, is in `angles.add_angle_tangent`.
+    """
+    for s in range(len(springs.start) - 1, len(springs.f)):
+        slope = weight * _slope(values, state, z, rate, s)
+        first, second = _angles_of(springs, s)
+        count = angles.start[first + 1] - angles.start[first]
+        count += angles.start[second + 1] - angles.start[second]
+        torsion = s - (len(springs.start) - 1)
+        for e in range(count):
+            i, gradient = _angle_entry(springs, angles, angle_values, z, s, e)
+            for f in range(e, count):
+                j, other = _angle_entry(springs, angles, angle_values, z, s, f)
+                entry = slope * gradient * other
+                if i == j and e != f:  # both angles depend on this coordinate
+                    entry = entry + entry
+                add_to(matrix, springs.torsion_slot[torsion, e, f], entry)
+
+
+@compiled
+def spring_energy(springs, values, state, z):
+    """Return ½ k x² + ¼ k₃ x⁴ of all springs; actuators have no part in it."""
     total = 0.0 * load(z, 0)
-    for s in range(len(springs.start) - 1):
-        _, _, length = spring_vector(springs, values, z, s)
-        stretch = length - load(values.rest_length, s)
+    for s in range(len(springs.f)):
+        stretch = load(z, state.elongation + s) - load(values.rest, s)
         square = stretch * stretch
-        total += (
-            0.5 * load(values.stiffness, s) * square
-            + 0.25 * load(values.cubic, s) * square * square
-        )
+        total += 0.5 * load(values.stiffness, s) * square
+        total += 0.25 * load(values.cubic, s) * square * square
     return total
 
 
 @compiled
-def _tension(springs, values, functions, now, z, velocity, s, vector):
-    """Return k x + k₃ x³ + d ℓ̇ + f, with the `spring_vector`."""
-    x, y, length = vector
-    vx, vy = 0.0 * x, 0.0 * x
-    for p in range(springs.start[s], springs.start[s + 1]):
-        rate = load(z, velocity + springs.coordinate[p])
-        vx += load(values.x, p) * rate
-        vy += load(values.y, p) * rate
-    stretch = length - load(values.rest_length, s)
-    elastic = load(values.stiffness, s) + load(values.cubic, s) * stretch * stretch
-    pull = load(values.pull, s) * load(functions, now + springs.f[s])
-    return elastic * stretch + load(values.damping, s) * (x * vx + y * vy) / length + pull
+def set_rest(springs, values, state, z):
+    """Set s₀ of springs that are relaxed at the start.
 
-
-@compiled
-def spring_vector(springs, values, z, s):
-    """Return the components and the length of a spring's vector, a length that is never 0."""
-    x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
-    for p in range(springs.start[s], springs.start[s + 1]):
-        coordinate = load(z, springs.coordinate[p])
-        x += load(values.x, p) * coordinate
-        y += load(values.y, p) * coordinate
-    return x, y, maximum(sqrt(x * x + y * y), filled(SHORTEST))
+    A given angle at rest is counted from the turn on which the torsion spring starts.
+    """
+    for s in range(len(springs.f)):
+        start, given = elongation(springs, values, state, z, s), load(values.rest, s)
+        relaxed = less(filled(0.5 * RELAXED), given)
+        if s >= len(springs.start) - 1:
+            given = given + math.tau * nearest_whole(start / math.tau)
+        store(values.rest, s, where(relaxed, start, given))

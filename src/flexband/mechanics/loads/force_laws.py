@@ -1,6 +1,6 @@
-"""Loads by a law: a function of time, positions, velocities and parameters, compiled.
+"""Force laws: compiled functions of time, positions, velocities and parameters.
 
-The engine calls the law through its address, so no law needs the engine to be compiled anew.
+The engine calls a law through its address, so it need not be compiled again for a new law.
 """
 
 from __future__ import annotations
@@ -12,15 +12,16 @@ from typing import Any
 
 import numpy as np
 from numba import cfunc, njit
+from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 from numba.np.numpy_support import carray
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, non_negative
+from flexband.errors import InputError, non_negative
 from flexband.mechanics.joints.joints import PointName
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.kernels.laws import AXES
-from flexband.mechanics.loads.loads import InTime, in_time
+from flexband.mechanics.loads.loads import Entries, InTime, LawEntry, Model, in_time
 
 Law = Callable[..., None]
 """``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.
@@ -29,28 +30,26 @@ Rows of `x` are (X, Y, θ), turns counted, rows of `v` their rates, shape (point
 rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body.
 """
 
-RELAXED = 1e300  # angle at rest of a torsion spring that is relaxed at the start
-
 
 @dataclass(frozen=True)
 class ForceLaw:
-    """Forces and moments on points by a law of the user's own.
+    """Forces and moments on points by a user's function.
 
     Parameters
     ----------
-    points : where the forces act; ground points may be among them, as places to look at.
-    law : ``law(t, x, v, p, force)``, a Python function that Numba can compile, or one compiled
-        already. It is told time [s], positions and velocities of the points as arrays
-        of shape (points, 3) with rows (X, Y, θ), and parameters of shape (parameters,); it fills
-        `force`, zeros of shape (points, 3), with rows (F_X, F_Y, M). On a beam θ and M are those of
-        the section. Define it outside the builder of a study: each new function is compiled.
-        Compiled code does not check indices.
+    points : where the forces act. Points of the ground are allowed, so that the law can read them.
+    law : ``law(t, x, v, p, force)``, a Python function that Numba can compile, or a compiled one.
+        It receives the time [s], the positions and velocities of the points as arrays of shape
+        (points, 3) with rows (X, Y, θ), and the parameters, shape (parameters,). It fills `force`,
+        zeros of shape (points, 3), with rows (F_X, F_Y, M). On a beam, θ and M belong to the
+        section. Define the function outside the builder of a study, since each new function is
+        compiled. Compiled code does not check indices.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
 
     Raises
     ------
     InputError
-        Where there is no point, a parameter is neither finite nor a function of time, or the law
+        If there is no point, a parameter is neither finite nor a function of time, or the law
         does not compile.
     """
 
@@ -67,23 +66,23 @@ class ForceLaw:
             raise InputError(f"ForceLaw law must be a function; got {self.law!r}")
         compiled_law(self.law, len(self.points), len(self.parameters))
 
-    def force_law(self) -> ForceLaw:
-        """Return itself."""
-        return self
+    def enters(self, model: Model) -> Entries:
+        """Return the law."""
+        frames = [model.frame(point) for point in self.points]
+        function = compiled_law(self.law, len(frames), len(self.parameters))
+        return Entries(laws=[LawEntry(frames, function, self.parameters)])
 
 
 @lru_cache
 def compiled_law(law: Law, points: int, parameters: int) -> Any:
-    """Return a law as a C function of the memory that `law_forces` fills, for all lanes.
-
-    Rows of the memory: t, then p, x, v and force, point by point.
+    """Return a law as a C function of the memory that `kernels.laws` describes, for all lanes.
 
     Raises
     ------
     InputError
-        Where it does not compile.
+        If it does not compile.
     """
-    one = law if hasattr(law, "py_func") else njit(error_model="numpy")(law)
+    one = law if isinstance(law, Dispatcher) else njit(error_model="numpy")(law)
     size = points * AXES
     start_x = 1 + parameters
     start_v, start_force, rows = start_x + size, start_x + 2 * size, start_x + 3 * size
@@ -110,62 +109,16 @@ def compiled_law(law: Law, points: int, parameters: int) -> Any:
 
 
 @dataclass(frozen=True)
-class TorsionSpring:
-    """A spring, damper and actuator that turns two bodies, or a body and the ground.
-
-    It exerts −(k (φ − φ₀) + k₃ (φ − φ₀)³ + d φ̇) + T(t) on the first body, and the opposite on the
-    second, φ being the first's angle less the second's. On a beam it acts on the section.
-
-    Parameters
-    ----------
-    first, second : points of the bodies.
-    stiffness : k [N m/rad].
-    rest_angle : φ₀ [rad], or None for a spring that is relaxed at the start, once the mechanism is
-        assembled. φ starts between −π and π; then its turns are counted.
-    cubic : k₃ [N m/rad³].
-    damping : d [N m s/rad]; alone it is the viscous friction of a pin.
-    torque : T [N m], a motor between the two.
-
-    Raises
-    ------
-    InputError
-        Where stiffness or damping is negative or a number is not finite.
-    """
-
-    first: PointName
-    second: PointName
-    stiffness: ArrayLike = 0.0
-    rest_angle: ArrayLike | None = None
-    cubic: ArrayLike = 0.0
-    damping: ArrayLike = 0.0
-    torque: InTime = 0.0
-
-    def __post_init__(self) -> None:
-        non_negative("TorsionSpring stiffness [N m/rad]", self.stiffness)
-        non_negative("TorsionSpring damping [N m s/rad]", self.damping)
-        finite("TorsionSpring cubic [N m/rad³]", self.cubic)
-        if self.rest_angle is not None:
-            finite("TorsionSpring rest_angle [rad]", self.rest_angle)
-        in_time("TorsionSpring torque [N m]", self.torque)
-
-    def force_law(self) -> ForceLaw:
-        """Return the law, whose last parameter is the angle at rest."""
-        rest = RELAXED if self.rest_angle is None else self.rest_angle
-        numbers = (self.stiffness, self.cubic, self.damping, self.torque, rest)
-        return ForceLaw((self.first, self.second), twist, numbers)
-
-
-@dataclass(frozen=True)
 class ViscousFriction:
-    """Friction in proportion to how fast two points pass each other, as in a guide [N s/m].
+    """Friction in proportion to the relative velocity of two points, as in a guide.
 
-    The force on the first is −d (ṙ_first − ṙ_second), on the second the opposite. For the friction
-    of a pin, which turns, take a `TorsionSpring` with damping alone.
+    The force on the first is −d (ṙ_first − ṙ_second), on the second the opposite, with the damping
+    d [N s/m]. The friction of a pin, which rotates, is a `TorsionSpring` with damping alone.
 
     Raises
     ------
     InputError
-        Where the damping is negative.
+        If the damping is negative.
     """
 
     first: PointName
@@ -175,17 +128,14 @@ class ViscousFriction:
     def __post_init__(self) -> None:
         non_negative("ViscousFriction damping [N s/m]", self.damping)
 
-    def force_law(self) -> ForceLaw:
+    @property
+    def points(self) -> Sequence[PointName]:
+        """Both points."""
+        return [self.first, self.second]
+
+    def enters(self, model: Model) -> Entries:
         """Return the law."""
-        return ForceLaw((self.first, self.second), drag, (self.damping,))
-
-
-def twist(t, x, v, p, force):
-    """Fill in the moments of a `TorsionSpring`."""
-    angle = x[0, 2] - x[1, 2] - p[4]
-    moment = angle * (p[0] + p[1] * angle * angle) + p[2] * (v[0, 2] - v[1, 2]) - p[3]
-    force[0, 2] = -moment
-    force[1, 2] = moment
+        return ForceLaw(self.points, drag, (self.damping,)).enters(model)
 
 
 def drag(t, x, v, p, force):

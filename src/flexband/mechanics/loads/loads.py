@@ -1,15 +1,14 @@
-"""Loads: gravity, forces, moments, distributed loads and springs."""
+"""Loads: gravity, forces, moments and distributed loads, and what any load enters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, non_negative
+from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.centre_line import Property
 from flexband.mechanics.forms import (
     Form,
@@ -21,42 +20,114 @@ from flexband.mechanics.forms import (
     add,
     at_point,
     scale,
-    subtract,
 )
-from flexband.mechanics.joints.joints import PointName, Resolve
+from flexband.mechanics.joints.joints import PointName
 
 InTime = ArrayLike | TimeFunction
 """A number, an array of shape (n,), or a function of the time [s] that returns one of these."""
 
 
 class Model(Protocol):
-    """What a load may ask of the mechanism."""
+    """What a load may ask the mechanism for."""
 
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""
         ...
 
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
-        """Return the generalized force of a load [N/m] along a beam."""
+        """Return the generalized force of a load [N/m] along a beam or cable."""
+        ...
+
+    def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce:
+        """Return the weight M g in a uniform field g = (x, y) [m/s²]."""
         ...
 
 
-class Load(Protocol):
-    """What assembly asks of a load but a `Gravity` or a `Spring`."""
+class SpringEntry(NamedTuple):
+    """A spring, damper and actuator along an elongation s, see `kernels.springs`.
 
-    def forces(self, model: Model) -> GeneralizedForce:
-        """Return the generalized forces."""
+    Attributes
+    ----------
+    vectors : of a translational spring one vector, whose length is s [m]; of a torsion spring two
+        directions, the angle of the first less that of the second being s [rad].
+    stiffness, cubic, damping : k, k₃ and d.
+    rest : s₀, or None if the spring is relaxed at the start.
+    pull : f(t), an additional tension: one term c f(t), or none.
+    """
+
+    vectors: Sequence[Vector]
+    stiffness: ArrayLike
+    rest: ArrayLike | None
+    cubic: ArrayLike
+    damping: ArrayLike
+    pull: Form
+
+    @property
+    def torsion(self) -> bool:
+        """Whether it is a torsion spring."""
+        return len(self.vectors) > 1
+
+
+class LawEntry(NamedTuple):
+    """A compiled force law, see `kernels.laws`.
+
+    Attributes
+    ----------
+    points : the frames that the law reads and acts on.
+    function : the compiled function, which the engine calls by its `address`.
+    parameters : numbers, arrays of shape (n,), or functions of the time [s].
+    """
+
+    points: Sequence[Frame]
+    function: Any
+    parameters: Sequence[InTime]
+
+
+@dataclass(frozen=True)
+class Entries:
+    """What a load enters in the equations of motion.
+
+    Attributes
+    ----------
+    forces : generalized forces that are forms of the state.
+    potential : the potential energy [J] that `forces` derive from, zero if they derive from none.
+    springs, laws : entries of the engine's springs and force laws.
+    """
+
+    forces: GeneralizedForce = field(default_factory=dict)
+    potential: Form = field(default_factory=lambda: Form({}))
+    springs: Sequence[SpringEntry] = ()
+    laws: Sequence[LawEntry] = ()
+
+
+@runtime_checkable
+class Load(Protocol):
+    """A load on a mechanism: which points it names, and what it enters."""
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """The points that the load names."""
+        ...
+
+    def enters(self, model: Model) -> Entries:
+        """Return what the load enters in the equations of motion."""
         ...
 
 
 def in_time(name: str, value: InTime) -> Form:
-    """Return a form; raise `InputError` for what is neither finite nor a function of time."""
+    """Return a form; raise `InputError` for a value that is neither finite nor a function."""
     return Form.function(value) if callable(value) else Form.constant(finite(name, value))
 
 
 @dataclass(frozen=True)
 class Gravity:
-    """A uniform field of acceleration (X, Y) [m/s²] on every body."""
+    """A uniform field of acceleration (x, y) [m/s²] that acts on every body.
+
+    Raises
+    ------
+    InputError
+        If a component is not finite.
+    """
 
     x: ArrayLike = 0.0
     y: ArrayLike = -9.81
@@ -64,6 +135,17 @@ class Gravity:
     def __post_init__(self) -> None:
         finite("Gravity x [m/s²]", self.x)
         finite("Gravity y [m/s²]", self.y)
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """None: it acts on every body."""
+        return []
+
+    def enters(self, model: Model) -> Entries:
+        """Return the weight M g, and its potential −∫ρ g · r dV."""
+        weight = model.weight(self.x, self.y)
+        energies = (force * Form.variable(j) * -1.0 for j, force in weight.items())
+        return Entries(forces=weight, potential=sum(energies, Form({})))
 
 
 @dataclass(frozen=True)
@@ -73,14 +155,14 @@ class Force:
     Parameters
     ----------
     point : where it acts.
-    x, y : components [N], in global axes or, where `following`, in the axes of the point's frame,
-        which turns with the body (on a beam, with the section).
-    following : which of the two.
+    x, y : components [N] in global axes or, if `following`, in the axes of the point's frame, which
+        turns with the body (on a beam, with the section).
+    following : whether the force turns with the body.
 
     Raises
     ------
     InputError
-        Where a component is neither finite nor a function of time.
+        If a component is neither finite nor a function of time.
     """
 
     point: PointName
@@ -92,12 +174,18 @@ class Force:
         for name, value in (("x", self.x), ("y", self.y)):
             in_time(f"Force {name} [N]", value)
 
-    def forces(self, model: Model) -> GeneralizedForce:
+    @property
+    def points(self) -> Sequence[PointName]:
+        """The point where it acts."""
+        return [self.point]
+
+    def enters(self, model: Model) -> Entries:
         """Return F · ∂r/∂q."""
         frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
+        force = (x, y)
         if self.following:
-            return at_point(add(scale(x, frame.normal), scale(y, frame.y)), frame.position)
-        return at_point((x, y), frame.position)
+            force = add(scale(x, frame.normal), scale(y, frame.y))
+        return Entries(forces=at_point(force, frame.position))
 
 
 @dataclass(frozen=True)
@@ -105,7 +193,7 @@ class Moment:
     """A moment at a point of a body.
 
     On a beam it turns the section: it does work on the rotation of r_y, whose length is taken as
-    one; strains across the section make that wrong by a part of their own size.
+    one. Strains across the section cause an error of their own relative size.
 
     Parameters
     ----------
@@ -115,7 +203,7 @@ class Moment:
     Raises
     ------
     InputError
-        Where the moment is neither finite nor a function of time.
+        If the moment is neither finite nor a function of time.
     """
 
     point: PointName
@@ -124,25 +212,31 @@ class Moment:
     def __post_init__(self) -> None:
         in_time("Moment moment [N m]", self.moment)
 
-    def forces(self, model: Model) -> GeneralizedForce:
+    @property
+    def points(self) -> Sequence[PointName]:
+        """The point where it acts."""
+        return [self.point]
+
+    def enters(self, model: Model) -> Entries:
         """Return M ∂θ/∂q."""
-        return about(in_time("moment", self.moment), model.frame(self.point).normal)
+        moment = in_time("moment", self.moment)
+        return Entries(forces=about(moment, model.frame(self.point).normal))
 
 
 @dataclass(frozen=True)
 class DistributedLoad:
-    """A load along the axis of a beam, in global axes; it does not follow the beam.
+    """A load along the axis of a beam or cable, in global axes; it does not turn with the beam.
 
     Parameters
     ----------
-    beam : name of the beam.
+    beam : name of the beam or cable.
     x, y : components [N/m]: numbers, arrays of shape (n,), or functions of the position [m].
-    factor : what the load is multiplied by, a function of the time [s]; none for a constant load.
+    factor : function of the time [s] that multiplies the load, or None for a constant load.
 
     Raises
     ------
     InputError
-        Where a component is neither finite nor a function.
+        If a component is neither finite nor a function.
     """
 
     beam: str
@@ -157,59 +251,13 @@ class DistributedLoad:
         if self.factor is not None and not callable(self.factor):
             raise InputError(f"DistributedLoad factor must be a function; got {self.factor!r}")
 
-    def forces(self, model: Model) -> GeneralizedForce:
-        """Return ∫ f · ∂r/∂q dx."""
-        steady = model.line_load(self.beam, self.x, self.y)
-        if self.factor is None:
-            return steady
-        return {j: force * Form.function(self.factor) for j, force in steady.items()}
-
-
-@dataclass(frozen=True)
-class Spring:
-    """A translational spring, damper and actuator between two points.
-
-    It pulls with k (ℓ − ℓ₀) + k₃ (ℓ − ℓ₀)³ + d ℓ̇ + f(t) along its line.
-
-    Parameters
-    ----------
-    first, second : the points it joins.
-    stiffness : k [N/m].
-    rest_length : ℓ₀ [m], or None for a spring that is relaxed at the start, once the mechanism
-        is assembled.
-    cubic : k₃ [N/m³].
-    damping : d [N s/m].
-    pull : f [N], positive where it draws the points together.
-
-    Raises
-    ------
-    InputError
-        Where stiffness, rest length or damping is negative or a number is not finite.
-    """
-
-    first: PointName
-    second: PointName
-    stiffness: ArrayLike = 0.0
-    rest_length: ArrayLike | None = None
-    cubic: ArrayLike = 0.0
-    damping: ArrayLike = 0.0
-    pull: InTime = 0.0
-
-    def __post_init__(self) -> None:
-        non_negative("Spring stiffness [N/m]", self.stiffness)
-        if self.rest_length is not None:
-            non_negative("Spring rest_length [m]", self.rest_length)
-        finite("Spring cubic [N/m³]", self.cubic)
-        non_negative("Spring damping [N s/m]", self.damping)
-        in_time("Spring pull [N]", self.pull)
-
-    def separation(self, frame: Resolve) -> Vector:
-        """Return r_first − r_second, whose length is ℓ."""
-        return subtract(frame(self.first).position, frame(self.second).position)
-
     @property
-    def actuator(self) -> tuple[np.ndarray, Callable | None]:
-        """The pull as a number and a function of time that multiplies it."""
-        if callable(self.pull):
-            return np.asarray(1.0), self.pull
-        return np.asarray(self.pull, dtype=float), None
+    def points(self) -> Sequence[PointName]:
+        """The beam, whose centre stands for it."""
+        return [self.beam]
+
+    def enters(self, model: Model) -> Entries:
+        """Return ∫ f · ∂r/∂q dx."""
+        factor = Form.constant(1.0) if self.factor is None else Form.function(self.factor)
+        steady = model.line_load(self.beam, self.x, self.y)
+        return Entries(forces={j: force * factor for j, force in steady.items()})

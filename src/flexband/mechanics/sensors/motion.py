@@ -1,11 +1,12 @@
-"""Sensors: named outputs with units, from quadratic forms of the state z.
+"""Sensors: named outputs with units, from quadratic forms of the state z, and those of motion.
 
-The engine evaluates a sensor's rows at every step; `derive` turns them into outputs, a block at a
-time.
+The engine evaluates a sensor's rows at every step; `derive` computes the outputs from them, one
+block of samples at a time.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,13 +15,12 @@ import numpy as np
 
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
-from flexband.mechanics.forms import Form, Frame, GeneralizedForce
+from flexband.mechanics.forms import Form, Frame
 from flexband.mechanics.joints.joints import Joint, PointName
-from flexband.mechanics.loads.loads import Load, Spring
 
 
 class Model(Protocol):
-    """What a sensor may ask of the mechanism."""
+    """What a sensor may ask the mechanism for; see `Mechanism` for the errors."""
 
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""
@@ -34,12 +34,20 @@ class Model(Protocol):
         """Return the second rates of a point's frame."""
         ...
 
+    def member(self, name: str) -> tuple[Beam | Cable, int]:
+        """Return a beam or cable, and the row of z where its coordinates start."""
+        ...
+
     def joint(self, name: str) -> tuple[Joint, Sequence[Form]]:
         """Return a joint and its multipliers."""
         ...
 
-    def spring(self, name: str) -> Spring:
-        """Return a spring."""
+    def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
+        """Return the tension and the elongation of a spring."""
+        ...
+
+    def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
+        """Return the forces of a joint or load, each with the variable that it does work on."""
         ...
 
     def kinetic_energy(self) -> Form:
@@ -50,59 +58,38 @@ class Model(Protocol):
         """Return the energy of beams, cables and springs."""
         ...
 
-    def generalized_force(self, part: str) -> GeneralizedForce:
-        """Return the generalized force of a joint, a drive, or a load that is a form."""
-        ...
-
     def potential_energy(self) -> Form:
-        """Return −∫ρ g · r dV."""
-        ...
-
-    def load(self, name: str) -> Load | None:
-        """Return a load, None where there is none of the name."""
-        ...
-
-    def torsion_springs(self) -> list[str]:
-        """Return the names of the torsion springs."""
-        ...
-
-    def member(self, name: str) -> tuple[Beam | Cable, int]:
-        """Return a beam or cable and where in z its coordinates start."""
+        """Return the potential energy of all loads that have one."""
         ...
 
 
-class Sensor(Protocol):
-    """What assembly asks of a sensor."""
+class Sensor(ABC):
+    """Named outputs that are computed from the state.
 
+    A new kind of sensor is a subclass with `outputs`, `rows` and, if its rows are not its outputs,
+    `derive`.
+    """
+
+    @abstractmethod
     def outputs(self) -> list[tuple[str, str]]:
-        """Return what follows the sensor's name, and the unit, for each output."""
-        ...
+        """Return, for each output, what follows the sensor's name, and the unit."""
 
+    @abstractmethod
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the forms to evaluate."""
-        ...
+        """Return the forms to evaluate at every step."""
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return the outputs (outputs, times, lanes) from the rows' values."""
-        ...
-
-
-class Plain:
-    """A sensor whose rows are its outputs."""
-
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return the rows."""
+        """Return the outputs (outputs, times, lanes) from the values of the rows."""
         return rows
 
 
 @dataclass(frozen=True)
-class Position(Plain):
+class Position(Sensor):
     """The position of a point in global axes [m]: outputs "_X" and "_Y"."""
 
     point: PointName
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return X and Y in metres."""
         return [("_X", "m"), ("_Y", "m")]
 
     def rows(self, model: Model) -> Sequence[Form]:
@@ -111,13 +98,12 @@ class Position(Plain):
 
 
 @dataclass(frozen=True)
-class Velocity(Plain):
+class Velocity(Sensor):
     """The velocity of a point in global axes [m/s]: outputs "_X" and "_Y"."""
 
     point: PointName
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return X and Y in metres a second."""
         return [("_X", "m/s"), ("_Y", "m/s")]
 
     def rows(self, model: Model) -> Sequence[Form]:
@@ -126,13 +112,12 @@ class Velocity(Plain):
 
 
 @dataclass(frozen=True)
-class Acceleration(Plain):
+class Acceleration(Sensor):
     """The acceleration of a point in global axes [m/s²]: outputs "_X" and "_Y"."""
 
     point: PointName
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return X and Y in metres a second squared."""
         return [("_X", "m/s²"), ("_Y", "m/s²")]
 
     def rows(self, model: Model) -> Sequence[Form]:
@@ -141,16 +126,15 @@ class Acceleration(Plain):
 
 
 @dataclass(frozen=True)
-class Angle:
-    """The angle from the X axis to the normal of the section at a point [rad], turns counted.
+class Angle(Sensor):
+    """The angle from the X axis to the normal of the section at a point [rad], with turns counted.
 
-    On a rigid body that is the angle of its x axis.
+    On a rigid body this is the angle of its x axis.
     """
 
     point: PointName
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return one output in radians."""
         return [("", "rad")]
 
     def rows(self, model: Model) -> Sequence[Form]:
@@ -163,13 +147,12 @@ class Angle:
 
 
 @dataclass(frozen=True)
-class AngularVelocity:
-    """The rate of turn of the section at a point [rad/s]."""
+class AngularVelocity(Sensor):
+    """The angular velocity of the section at a point [rad/s]."""
 
     point: PointName
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return one output in radians a second."""
         return [("", "rad/s")]
 
     def rows(self, model: Model) -> Sequence[Form]:
@@ -184,20 +167,21 @@ class AngularVelocity:
 
 
 @dataclass(frozen=True)
-class Deflection:
-    """How far a point of a beam or cable is to the left of the chord from start to end [m].
+class Deflection(Sensor):
+    """The distance of a point of a beam or cable from the chord between its ends [m].
+
+    It is positive to the left of the direction from start to end.
 
     Parameters
     ----------
     body : name of the beam or cable.
-    place : the point of it, "middle" or the part of the length from the start.
+    place : a point of it, such as "middle", or the fraction of the length from the start, "0.25".
     """
 
     body: str
     place: str = "middle"
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return one output in metres."""
         return [("", "m")]
 
     def rows(self, model: Model) -> Sequence[Form]:
@@ -206,7 +190,7 @@ class Deflection:
         return [form for name in names for form in model.frame(f"{self.body}.{name}").position]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return the distance from the chord, positive to the left of its direction."""
+        """Return the distance from the chord."""
         ax, ay, x, y, bx, by = rows
         chord_x, chord_y = bx - ax, by - ay
         return ((chord_x * (y - ay) - chord_y * (x - ax)) / np.hypot(chord_x, chord_y))[None]

@@ -1,7 +1,8 @@
 """Sensors inside beams and cables: section forces, strains and stresses.
 
-They come from the material law in one element, so they converge more slowly with the mesh than
-displacements do, and jump where a force or joint acts. At a node the element behind it is asked.
+They follow from the material law in one element, so they converge more slowly with the mesh than
+displacements do, and jump where a force or joint acts. At a node they are those of the element that
+starts there.
 """
 
 from __future__ import annotations
@@ -21,29 +22,29 @@ from flexband.mechanics.bodies.section_stiffness import SectionStiffness
 from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form
 from flexband.mechanics.kernels.beam_strains import gradient, resultants
-from flexband.mechanics.sensors.motion import Model
+from flexband.mechanics.sensors.motion import Model, Sensor
 
 
-class _Local:
-    """A sensor at a place of a beam or cable, which reads the element's coordinates."""
+class _Local(Sensor):
+    """A sensor at a place of a beam or cable, which reads the coordinates of one element."""
 
     body: str
     place: str
 
     def _located(self, model: Model) -> tuple[Beam | Cable, int, int, float]:
-        """Return the member, where its coordinates start, the element and ξ of the place."""
+        """Return the member, the row of its first coordinate, the element and ξ of the place."""
         member, first = model.member(self.body)
         place = member.located(self.place)
         element = min(int(place), member.elements - 1)
         return member, first, element, place - element
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the element's coordinates, its length, the strains at the start and the numbers.
+        """Return the element's coordinates, its length, the strains at the start and `_numbers`.
 
         Raises
         ------
         InputError
-            Where the mechanism has no such member, or the member no such place.
+            If the mechanism has no such member, or the member no such place.
         """
         member, first, element, xi = self._located(model)
         first, at = first + member.per_node * element, np.array([element + xi])
@@ -60,14 +61,14 @@ class _Local:
         ]
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
-        """Return what the sensor asks of the member at the place."""
+        """Return the properties of the member at the place that the sensor needs."""
         raise NotImplementedError
 
     def _read(self, rows: np.ndarray, model: Model):
         """Return the member, q, ξ, length, strains less those at the start, and the numbers.
 
-        In a beam's element the bending strain a₁ is constant, and right in the middle. From there
-        it is continued by the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
+        In an element of a beam the bending strain a₁ is constant, and accurate in the middle. From
+        there it is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
         """
         member, _, _, xi = self._located(model)
         count = member.element_coordinates
@@ -88,20 +89,19 @@ class SectionForces(_Local):
     """Axial force, shear force and bending moment: outputs "_N" [N], "_Q" [N], "_M" [N m].
 
     They are what the part behind the section (towards the end) exerts on the part before it: N
-    along the section's normal, Q along the section, to the left, and M about the axis. A cable has
+    along the section's normal, Q along the section to the left, and M about the axis. A cable has
     no shear strain; its Q is −dM/ds.
 
     Parameters
     ----------
     body : name of the beam or cable.
-    place : the point of it, "start", "middle", "node 2" or the part of the length, "0.25".
+    place : a point of it: "start", "middle", "node 2", or the fraction of the length, "0.25".
     """
 
     body: str
     place: str = "middle"
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return N and Q in newtons, M in newton metres."""
         return [("_N", "N"), ("_Q", "N"), ("_M", "N m")]
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
@@ -130,8 +130,8 @@ class SectionForces(_Local):
 class Strain(_Local):
     """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
 
-    Green–Lagrange strains in the section's axes, 2E_xy for the last; of a cable ε − y (κ − κ₀), and
-    none across the section.
+    They are the Green–Lagrange strains E_xx, E_yy and 2E_xy in the section's axes. Those of a cable
+    are ε − y (κ − κ₀), 0 and 0.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class Strain(_Local):
     Raises
     ------
     InputError
-        Where y is not finite; and when the mechanism is made, where it is outside the beam.
+        If y is not finite or, when the mechanism is made, outside the beam.
     """
 
     body: str
@@ -152,7 +152,6 @@ class Strain(_Local):
         finite(f"{type(self).__name__} y [m]", self.y)
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return three numbers."""
         return [(axes, "1") for axes in ("_xx", "_yy", "_xy")]
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
@@ -179,13 +178,12 @@ class Strain(_Local):
 class Stress(Strain):
     """Stresses at a point of a beam's section [Pa]: outputs "_xx", "_yy", "_xy".
 
-    Second Piola–Kirchhoff stresses in the section's axes, of the law that the beam's `integration`
-    uses, damping left aside. Parameters and errors as of `Strain`; a cable, which knows no section,
-    is refused.
+    They are second Piola–Kirchhoff stresses in the section's axes, without damping, from the law
+    that the beam's `integration` uses. Parameters and errors are those of `Strain`; a cable, which
+    has no section, is refused.
     """
 
     def outputs(self) -> list[tuple[str, str]]:
-        """Return three stresses in pascals."""
         return [(axes, "Pa") for axes in ("_xx", "_yy", "_xy")]
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:

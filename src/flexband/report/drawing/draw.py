@@ -82,7 +82,7 @@ def _canvas(scene: Scene, axes: Axes | None, *, names: bool, dimensions: bool) -
     """Return paper on which the mechanism fits."""
     mechanism = scene.mechanism
     parts = (*mechanism.joints.values(), *mechanism.loads.values())
-    named = [scene.at(point) for part in parts for point in scene.points_of(part)]
+    named = [scene.at(point) for part in parts for point in part.points]
     named += [end for part in parts if isinstance(part, Rack) for end in scene.rack_line(part)]
     circles = [circle(*pitch) for part in parts for pitch in scene.pitch_circles(part)]
     outlines = [*map(scene.outline, mechanism.bodies), *circles]

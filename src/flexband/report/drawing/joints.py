@@ -31,7 +31,7 @@ STARTS = 10.0 ** np.arange(-6, 3)
 def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
     """Draw a joint with its name; one of a kind not known here as a diamond."""
     joint, gid = scene.mechanism.joints[name], f"joint {name!r}"
-    points = scene.points_of(joint)
+    points = joint.points
     places = [scene.at(point) for point in points]
     match joint:
         case PrescribedRotation() | PrescribedTravel() | PrescribedPath():
@@ -55,9 +55,9 @@ def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
             share = first[1] / (first[1] + second[1])
             places = [first[0] + share * (second[0] - first[0])]  # where the circles touch
         case Rack():
-            ends = scene.rack_line(joint)
-            round_symbols.rack(canvas, *scene.pitch_circles(joint), *ends, gid=gid)
-            places = [ends[1]]
+            (pinion,), (start, end) = scene.pitch_circles(joint), scene.rack_line(joint)
+            round_symbols.rack(canvas, pinion, start, end, gid)
+            places = [end]
         case _:
             symbols.unknown(canvas, places, name, gid)
             return

@@ -6,8 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from flexband.mechanics.loads.force_laws import ForceLaw, TorsionSpring, ViscousFriction
-from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, InTime, Moment, Spring
+from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
+from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, InTime, Moment
+from flexband.mechanics.loads.springs import Spring, TorsionSpring
 from flexband.report.drawing import round_symbols, symbols
 from flexband.report.drawing.canvas import Canvas
 from flexband.report.drawing.scene import Scene
@@ -41,12 +42,12 @@ def draw_load(scene: Scene, canvas: Canvas, name: str) -> None:
         case TorsionSpring():
             named = _draw_torsion(scene, canvas, load, gid)
         case ForceLaw():
-            places = [scene.at(point) for point in scene.points_of(load)]
+            places = [scene.at(point) for point in load.points]
             named = round_symbols.law(canvas, places, gid, LOADS)
         case DistributedLoad():
             named = _draw_row(scene, canvas, load, gid)
         case _:
-            places = [scene.at(point) for point in scene.points_of(load)]
+            places = [scene.at(point) for point in load.points]
             symbols.unknown(canvas, places, name, gid, LOADS)
             return
     canvas.label(named, name, color=LOADS)

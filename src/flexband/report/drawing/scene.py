@@ -2,46 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import InputError
 from flexband.mechanics.bodies.beam import Beam
-from flexband.mechanics.bodies.centre_line import CentreLine, Property
+from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.configuration import Configuration
-from flexband.mechanics.description import POINTS
-from flexband.mechanics.forms import Frame, GeneralizedForce
 from flexband.mechanics.joints.gears import Gear, Rack
-from flexband.mechanics.joints.joints import Joint, PointName, along
-from flexband.mechanics.loads.force_laws import ForceLaw
-from flexband.mechanics.loads.loads import Load, Spring
+from flexband.mechanics.joints.joints import PointName, along
 from flexband.mechanics.mechanism import Mechanism
 
 ALONG = 48
 """Points, or a few more, that the axis of a beam is drawn through."""
-
-
-@dataclass
-class Witness:
-    """A mechanism that notes which points it is asked for."""
-
-    mechanism: Mechanism
-    points: list[PointName] = field(default_factory=list)
-
-    def frame(self, point: PointName) -> Frame:
-        """Return the frame of a point."""
-        self.points.append(point)
-        return self.mechanism.frame(point)
-
-    def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
-        """Return the generalized force of a load along a beam."""
-        self.points.append(body)
-        return self.mechanism.line_load(body, x, y)
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self.mechanism, name)
 
 
 @dataclass(frozen=True)
@@ -58,21 +32,6 @@ class Scene:
     def velocity(self, point: PointName) -> np.ndarray:
         """Return a point's velocity [m/s]."""
         return self.start.vector(self.mechanism.velocity(point).position)
-
-    def points_of(self, part: Joint | Load) -> list[PointName]:
-        """Return the points that a joint or load asks for, or else those it has as attributes."""
-        witness = Witness(self.mechanism)
-        if callable(constraints := getattr(part, "constraints", None)):
-            constraints(witness.frame)
-        elif isinstance(part, Spring):
-            part.separation(witness.frame)
-        elif callable(forces := getattr(part, "forces", None)):
-            forces(witness)
-        elif isinstance(part, ForceLaw):
-            witness.points.extend(part.points)
-        named = (getattr(part, name, None) for name in POINTS)
-        points = [*(p for p in named if self._is_point(p)), *witness.points]
-        return [p for k, p in enumerate(points) if not any(p is q for q in points[:k])]
 
     def pitch_circles(self, part: object) -> list[tuple[np.ndarray, float]]:
         """Return centre and radius [m] of the gears that a joint holds, the radius below zero of a
@@ -97,13 +56,6 @@ class Scene:
         ways = [-reach, reach, *(axis @ (point - centre) for point in points)]
         touch = centre + radius * np.array([y, -x])
         return touch + min(ways) * axis, touch + max(ways) * axis
-
-    def _is_point(self, point: object) -> bool:
-        try:
-            self.mechanism.frame(point)  # type: ignore[arg-type]
-        except InputError:
-            return False
-        return True
 
     def corners(self, name: str) -> np.ndarray:
         """Return the hull of a body's named points [m], shape (points, 2), with its centre where it

@@ -1,0 +1,49 @@
+"""The state z of a mechanism: which of its rows holds what.
+
+    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s]
+
+z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
+coordinates, λ the Lagrange multipliers and θ the angles of directions, which follow from q; v and
+a are the velocities and accelerations of q. U is the elastic energy, M what acts on each angle, T
+the tension of each spring and s its elongation: the length of a translational spring, the angle of
+a torsion spring. Everything that reads the state (forms, sensors, kernels) finds its rows here.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class State(NamedTuple):
+    """The number of coordinates, and the row of z where each part starts.
+
+    Coordinate q_i is in row i = 1 … `coordinates`, its rate in row `velocity` + i, its second rate
+    in row `acceleration` + i.
+    """
+
+    coordinates: int
+    multiplier: int
+    angle: int
+    velocity: int
+    acceleration: int
+    energy: int
+    moment: int
+    tension: int
+    elongation: int
+    rows: int
+
+    @staticmethod
+    def of(coordinates: int, multipliers: int, angles: int, springs: int) -> State:
+        """Return the rows of a mechanism with so many coordinates, multipliers, … ."""
+        multiplier = 1 + coordinates
+        angle = multiplier + multipliers
+        velocity = angle + angles
+        acceleration = velocity + 1 + coordinates
+        energy = acceleration + 1 + coordinates
+        moment = energy + 1
+        tension = moment + angles
+        elongation = tension + springs
+        return State(
+            coordinates, multiplier, angle, velocity, acceleration,
+            energy, moment, tension, elongation, elongation + springs,
+        )  # fmt: skip

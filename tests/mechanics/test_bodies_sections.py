@@ -42,7 +42,6 @@ def test_sections_carry_their_area_and_second_moment(name):
     }[name]
     exact = 1 / (3 * E * second) + 1 / (k * G * area)
     assert float(tip_compliance(beam)) == pytest.approx(exact, rel=2e-3)
-    free = fb.Mechanism(bodies={"m": beam}, sensors={"E": fb.KineticEnergy()})
     sailing = fb.Beam(length=1.0, section=section, elements=2, velocity=(2.0, 0.0), **STEEL)
     free = fb.Mechanism(bodies={"m": sailing}, sensors={"E": fb.KineticEnergy()})
     energy = fb.simulate(free, duration=1e-3, step=1e-3)[0, 0]

@@ -19,7 +19,7 @@ from .models import block, two_blocks
         ),
         (
             lambda: two_blocks({"pin": fb.Revolute("a.tip", "b")}),
-            "joint 'pin': point 'tip' is unknown; there is center",
+            "joint 'pin': point must be 'center'; got 'tip'",
         ),
         (lambda: two_blocks({"pin": fb.Revolute("a", (0.0, np.inf))}), "ground point Y"),
         (

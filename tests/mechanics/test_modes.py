@@ -63,5 +63,5 @@ def test_bad_requests_are_refused():
     model = fb.Mechanism(bodies={"m": fb.PointMass(mass=1.0)})
     with pytest.raises(fb.InputError, match="count must be 1 or more; got 0"):
         fb.modes(model, 0)
-    with pytest.raises(fb.InputError, match="about 'rest' is unknown"):
+    with pytest.raises(fb.InputError, match="about must be 'start' or 'equilibrium'; got 'rest'"):
         fb.modes(model, 1, about="rest")  # type: ignore[arg-type]

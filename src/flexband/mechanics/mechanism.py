@@ -11,10 +11,11 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.mechanics.bodies.beam import Beam
+from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.centre_line import Property
-from flexband.mechanics.bodies.rigid import PointMass, RigidBody
-from flexband.mechanics.bodies.rigid import point as ground_point
+from flexband.mechanics.bodies.point_mass import PointMass
+from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
 from flexband.mechanics.joints.gears import Rolling
 from flexband.mechanics.joints.joints import Joint, PointName

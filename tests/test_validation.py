@@ -1,15 +1,8 @@
 """The reference problems of docs/validation.md."""
 
-import sys
-from pathlib import Path
-
+import flexible
 import pytest
-
-FOLDER = Path(__file__).parents[1] / "validation"
-sys.path.insert(0, str(FOLDER))
-
-import flexible  # noqa: E402
-import rigid  # noqa: E402
+import rigid
 
 
 @pytest.mark.parametrize("problem", [*rigid.PROBLEMS, *flexible.PROBLEMS], ids=lambda p: p.__name__)

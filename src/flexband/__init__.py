@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from flexband.errors import AssemblyError, InputError, SimulationError
     from flexband.mechanics.bodies.beam import Beam
     from flexband.mechanics.bodies.cable import Cable
-    from flexband.mechanics.bodies.rigid import PointMass, RigidBody
+    from flexband.mechanics.bodies.point_mass import PointMass
+    from flexband.mechanics.bodies.rigid import RigidBody
     from flexband.mechanics.bodies.section_stiffness import FullIntegration, SelectiveIntegration
     from flexband.mechanics.bodies.sections import Circle, GeneralSection, Rectangle
     from flexband.mechanics.description import describe

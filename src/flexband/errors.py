@@ -1,4 +1,4 @@
-"""What can go wrong, and the checks that refuse bad input where it enters."""
+"""Exceptions, and checks that refuse bad input where it enters."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import ArrayLike
 
 
 class InputError(ValueError):
-    """A value that makes no sense; the message names it, gives it and says what is allowed."""
+    """An invalid argument; the message states its name, its value and what is allowed."""
 
 
 class RunError(RuntimeError):
-    """Runs that failed; the message gives the inputs, the time and the reason of each.
+    """Some runs failed; the message states the inputs, the time and the reason of each.
 
     Attributes
     ----------
     failures : dict
-        Sample number in the batch -> (time [s], reason).
+        Number of the sample in the batch -> (time [s], reason).
     """
 
     def __init__(self, message: str, failures: dict[int, tuple[float, str]]):
@@ -27,15 +27,15 @@ class RunError(RuntimeError):
 
 
 class AssemblyError(RunError):
-    """A mechanism whose constraints cannot be met or do not determine their multipliers."""
+    """The constraints cannot be satisfied, or do not determine their multipliers."""
 
 
 class SimulationError(RunError):
-    """Runs that diverged on the way."""
+    """Some runs diverged during the integration."""
 
 
 def finite(name: str, value: ArrayLike, allowed: str = "finite numbers") -> np.ndarray:
-    """Return `value` as floats; raise `InputError` where it is not a finite number."""
+    """Return `value` as an array of floats; raise `InputError` if one is not finite."""
     if callable(value):
         raise InputError(f"{name} must be {allowed}; got a function")
     try:
@@ -47,7 +47,7 @@ def finite(name: str, value: ArrayLike, allowed: str = "finite numbers") -> np.n
 
 
 def numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
-    """Return exactly `count` finite numbers; raise `InputError` for any other shape."""
+    """Return `count` finite numbers, shape (count,) or () if one; else raise `InputError`."""
     array = finite(name, value)
     if array.shape != (() if count == 1 else (count,)):
         raise InputError(f"{name} must be {count} number{'s' * (count > 1)}; got {value!r}")
@@ -55,22 +55,22 @@ def numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
 
 
 def positive(name: str, value: ArrayLike) -> np.ndarray:
-    """Return `value` as floats; raise `InputError` where it is not above zero."""
+    """Return `value` as an array of floats; raise `InputError` if one is not positive."""
     return _within(name, value, "positive", lambda x: x <= 0)
 
 
 def non_negative(name: str, value: ArrayLike) -> np.ndarray:
-    """Return `value` as floats; raise `InputError` where it is below zero."""
+    """Return `value` as an array of floats; raise `InputError` if one is negative."""
     return _within(name, value, "zero or positive", lambda x: x < 0)
 
 
 def poissons_ratio(name: str, value: ArrayLike) -> np.ndarray:
-    """Return `value` as floats; raise `InputError` outside the open interval (−1, 0.5)."""
+    """Return `value` as an array of floats; raise `InputError` if one is outside (−1, 0.5)."""
     return _within(name, value, "above -1 and below 0.5", lambda x: (x <= -1) | (x >= 0.5))
 
 
 def whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Return `value` as an int; raise `InputError` where it is no whole number in this range."""
+    """Return `value` as an int; raise `InputError` if it is not a whole number in this range."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
         raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
     if value < least:
@@ -81,10 +81,12 @@ def whole(name: str, value: object, least: int, most: int | None = None) -> int:
 
 
 def known(name: str, value: str, allowed: Iterable[str]) -> None:
-    """Raise `InputError` where `value` is not one of the names `allowed`."""
+    """Raise `InputError` if `value` is not one of the names `allowed`."""
     allowed = list(allowed)
     if value not in allowed:
-        raise InputError(f"{name} {value!r} is unknown; there is {', '.join(allowed) or 'none'}")
+        quoted = [repr(option) for option in allowed]
+        options = [", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted or ["nothing"]
+        raise InputError(f"{name} must be {' or '.join(options)}; got {value!r}")
 
 
 def _within(

@@ -16,6 +16,12 @@ from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lanes import WIDTH, filled
 from flexband.mechanics.kernels.springs import RELAXED
 
+ROD = {"length": 1.0, "height": 0.05, "width": 0.02, "density": 1000.0}  # 1 kg
+SQUARE_ROD = {"height": 0.02, "width": 0.02, "density": 2000.0}  # 0.8 kg/m
+FINE = fb.GeneralizedAlpha(spectral_radius=0.8, tolerance=1e-12)
+STEEL = {"density": 7800.0, "youngs_modulus": 2.1e11, "poissons_ratio": 0.3}
+THIN = {"mass_per_length": 0.2, "axial_stiffness": 4e6, "bending_stiffness": 3.0}
+
 
 def slider_crank(
     crank_length=0.2,
@@ -102,6 +108,101 @@ def beam(elements=3, integration=None, **changes):
         "integration": integration or fb.FullIntegration(),
     }
     return fb.Beam(**(values | changes))
+
+
+def motion_of(duration=0.5, step=5e-4, **parts):
+    """The motion of a mechanism of these parts, integrated with `FINE`."""
+    return fb.simulate(fb.Mechanism(**parts), duration=duration, step=step, integrator=FINE)
+
+
+def wheel(mass=1.0, inertia=0.5, **start):
+    """A body with its centre in its axis and a point on its rim."""
+    return fb.RigidBody(mass=mass, inertia=inertia, points={"rim": (0.1, 0.0)}, **start)
+
+
+def gears(radii, inertias, **joints):
+    """Bodies and joints of two gears on fixed axes."""
+    r1, r2 = radii
+    first = wheel(inertia=inertias[0], angle=0.3)
+    second = wheel(inertia=inertias[1], position=(r1 + r2, 0.0), angle=-0.5)
+    return {"1": first, "2": second}, {
+        "A": fb.Revolute("1", (0.0, 0.0)),
+        "B": fb.Revolute("2", (r1 + r2, 0.0)),
+        "mesh": fb.Gear("1", "2", r1, r2),
+        **joints,
+    }
+
+
+def spring_and_moment(t, x, v, p, force):
+    """A spring between two points, and a moment on the second by its angle."""
+    for axis in range(2):
+        pull = p[0] * (x[0, axis] - x[1, axis])
+        force[0, axis] = -pull
+        force[1, axis] = pull
+    force[1, 2] = -p[1] * x[1, 2]
+
+
+def block(**changes):
+    """A cube of 1 kg."""
+    return fb.RigidBody.block(
+        **({"length": 0.1, "height": 0.1, "width": 0.1, "density": 1000.0} | changes)
+    )
+
+
+def two_blocks(joints=None, **parts):
+    """A mechanism of two cubes "a" and "b" with these joints, loads or sensors."""
+    return fb.Mechanism(bodies={"a": block(), "b": block()}, joints=joints or {}, **parts)
+
+
+def pendulum_driven(angle, **parts):
+    """A cube whose angle is prescribed, pinned at its centre."""
+    return fb.Mechanism(
+        bodies={"a": block()},
+        joints={"pin": fb.Revolute("a", (0, 0)), "motor": fb.PrescribedRotation("a", angle)},
+        **parts,
+    )
+
+
+def parallelogram(cranks, lean=0.3):
+    """Cranks of 1 m at x = 0, 1, …, all pinned to one coupler; a third one is redundant."""
+    direction = np.pi / 2 - lean
+    x, y = np.cos(direction), np.sin(direction)
+    bodies = {
+        f"crank{k}": fb.RigidBody.bar(length=1.0, start=(k, 0.0), angle=direction, **SQUARE_ROD)
+        for k in range(cranks)
+    }
+    joints = {f"ground{k}": fb.Revolute(f"crank{k}.start", (k, 0.0)) for k in range(cranks)}
+    bodies["coupler"] = fb.RigidBody(
+        mass=0.8, inertia=0.1, position=(x, y), points={f"{k}": (k, 0.0) for k in range(cranks)}
+    )
+    for k in range(cranks):
+        joints[f"top{k}"] = fb.Revolute(f"crank{k}.end", f"coupler.{k}")
+    return fb.Mechanism(
+        bodies=bodies,
+        joints=joints,
+        loads={"gravity": fb.Gravity()},
+        sensors={
+            "coupler": fb.Position("coupler"),
+            **{f"F{k}": fb.Reaction(f"ground{k}") for k in range(cranks)},
+        },
+    )
+
+
+def clamped(member, loads):
+    """A member "m" clamped at its start, with sensors of its end."""
+    return fb.Mechanism(
+        bodies={"m": member},
+        joints={"clamp": fb.Weld("m.start", (0.0, 0.0))},
+        loads=loads,
+        sensors={"tip": fb.Position("m.end"), "angle": fb.Angle("m.end")},
+    )
+
+
+def tip_compliance(member, direction=(0.0, 1.0), force=1.0):
+    """Displacement of the tip along a small force there, over the force."""
+    load = {"P": fb.Force("m.end", *(force * d for d in direction))}
+    rest, moved = (fb.equilibrium(clamped(member, loads))[..., :2] for loads in ({}, load))
+    return (moved - rest).values @ np.array(direction) / force
 
 
 @dataclass

@@ -1,76 +1,14 @@
-"""Tangent, factorization, integrator, initial conditions and lanes."""
+"""The integrator, its start, lanes and threads, and assemblies that it refuses."""
 
 import numpy as np
 import pytest
 import scipy.integrate
-from hypothesis import given
-from hypothesis import strategies as st
 
 import flexband as fb
-from flexband.mechanics.kernels.factorization import analyse
 
-from .models import Dense, pendulum, rigid_slider_crank, slider_crank, states
+from .models import block, pendulum, pendulum_driven, rigid_slider_crank, slider_crank, states
 
 DURATION, STEP = 0.05, 1e-3
-
-
-@pytest.mark.parametrize("integration", [fb.FullIntegration(), fb.SelectiveIntegration()])
-def test_tangent_is_the_derivative_of_the_residual(integration):
-    dense = Dense(slider_crank(integration=integration, youngs_modulus=1e6))
-    rng = np.random.default_rng(0)
-    size = dense.structure.pattern.unknowns
-    unknowns = np.concatenate([dense.start, np.zeros(size - len(dense.start))])
-    unknowns += 0.05 * rng.standard_normal(size)
-    n = dense.structure.state.coordinates
-    step = 1e-5  # central differences: the error is third derivatives times step²/6
-    exact = np.stack(
-        [
-            (dense.residual(unknowns + step * e) - dense.residual(unknowns - step * e)) / (2 * step)
-            for e in np.eye(size)
-        ],
-        axis=1,
-    )
-    exact[:n, :n] += dense.mass()
-    np.testing.assert_allclose(dense.tangent(unknowns), exact, atol=1e-8 * np.abs(exact).max())
-
-
-def test_factorization_solves_the_saddle_point_system():
-    dense = Dense(slider_crank(youngs_modulus=1e4))
-    size = dense.structure.pattern.unknowns
-    unknowns = np.concatenate([dense.start, np.zeros(size - len(dense.start))])
-    right = np.random.default_rng(0).standard_normal(size)
-    matrix = dense.tangent(unknowns)
-    np.testing.assert_allclose(
-        dense.solved(unknowns, right), np.linalg.solve(matrix, right), rtol=1e-7
-    )
-
-
-@given(st.integers(1, 6), st.integers(0, 10_000))
-def test_a_multiplier_comes_after_its_coordinates(multipliers, seed):
-    rng = np.random.default_rng(seed)
-    coordinates = 12
-    couples = {(i, i) for i in range(1, coordinates + 1)}
-    couples |= {tuple(sorted(rng.integers(1, coordinates + 1, 2))) for _ in range(15)}
-    for k in range(multipliers):
-        own = rng.choice(np.arange(1, coordinates + 1), 3, replace=False)
-        couples |= {(int(i), coordinates + 1 + k) for i in own}
-    count = coordinates + multipliers
-    pairs = [(i, i + 1 if i < count else 0) for i in range(1, count + 1, 2)]
-    pattern, _ = analyse(pairs, coordinates, couples)
-    ordered = np.stack([pattern.first, pattern.second], axis=1)
-    place = {int(i): k for k, pair in enumerate(ordered) for i in pair}
-    assert sorted(place.keys() - {0}) == list(range(1, count + 1))
-    for i, j in couples:
-        if j > coordinates:
-            assert place[i] < place[j]
-
-
-def test_a_chain_costs_in_proportion_to_its_length():
-    def products(elements):
-        dense = Dense(slider_crank(elements=elements))
-        return len(dense.structure.pattern.product_v)
-
-    assert products(64) - products(32) == 2 * (products(32) - products(16))
 
 
 def exact_pendulum(time):
@@ -224,35 +162,84 @@ def test_slider_rings_on_the_links_axial_stiffness_about_the_springs_force():
     assert motion.values.mean() == pytest.approx(-350.0, rel=0.02)
 
 
-def test_spring_is_relaxed_at_the_start_unless_told():
-    still = fb.simulate(slider_crank(angle=lambda t: 0.0), duration=0.05, step=1e-3)
-    assert np.abs(still.sel(output=["F_X", "F_Y"])).max() < 1e-6
-
-
-def test_points_along_a_beam_of_uncertain_length():
-    lengths = np.array([0.4, 0.5])
-    still = {"height": 0.01, "width": 0.01, "density": 1.0, "elements": 3}
-    beam = fb.Beam(length=lengths, youngs_modulus=1e9, poissons_ratio=0.3, angle=0.3, **still)
-    model = fb.Mechanism(bodies={"b": beam}, sensors={"m": fb.Position("b.middle")})
-    start = fb.simulate(model, duration=0.01, step=0.01).isel(time=0).values
-    exact = lengths[:, None] / 2 * [np.cos(0.3), np.sin(0.3)]
-    np.testing.assert_allclose(start, exact, atol=1e-15)
-
-
-def test_soft_pendulum():
-    """A published flexible pendulum; positions of the tip [m] of a converged solution."""
-    beam = fb.Beam(
-        length=0.5, height=0.002, width=0.01, density=1000.0, elements=32,
-        youngs_modulus=1e8, poissons_ratio=0.3,
+def test_a_rough_guess_is_assembled():
+    crank = fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=7800.0, angle=0.2)
+    link = fb.Beam(
+        length=0.45, height=0.01, width=0.01, density=2700.0, youngs_modulus=69e9,
+        poissons_ratio=0.34, elements=3, start=(0.19, 0.05), angle=-0.15,
     )  # fmt: skip
+    slider = block(position=(0.6, 0.02), angle=0.1)
     model = fb.Mechanism(
-        bodies={"beam": beam},
-        joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},
-        loads={"gravity": fb.Gravity()},
-        sensors={"tip": fb.Position("beam.end"), "middle": fb.Position("beam.middle")},
+        bodies={"crank": crank, "link": link, "slider": slider},
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("link.start", "crank.end"),
+            "C": fb.Revolute("slider", "link.end"),
+            "guide": fb.Prismatic("slider", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("crank", lambda t: 0.3),
+        },
+        sensors={"x": fb.Position("slider"), "F": fb.Reaction("A")},
     )
-    motion = fb.simulate(model, duration=0.75, step=1e-3)
-    tip = motion.sel(output=["tip_X", "tip_Y"]).isel(time=[250, 500, 750]).values.T
-    exact = [(0.32400, -0.37488), (-0.42067, -0.26203), (-0.41177, 0.06961)]
-    np.testing.assert_allclose(tip, exact, atol=2e-3)
-    assert np.hypot(*motion.sel(output=["middle_X", "middle_Y"]).values).max() < 0.2501
+    motion = fb.simulate(model, duration=0.01, step=1e-3)
+    exact = 0.2 * np.cos(0.3) + np.sqrt(0.45**2 - (0.2 * np.sin(0.3)) ** 2)
+    np.testing.assert_allclose(motion.sel(output="x_X"), exact, atol=1e-9)
+    assert np.abs(motion.sel(output=["F_X", "F_Y"])).max() < 1e-3  # no stress, no load
+
+
+@pytest.mark.parametrize("angle", [2.0, 3.0, np.pi, -2.5])
+def test_a_drive_that_would_start_the_wrong_way_round_is_refused(angle):
+    with pytest.raises(fb.AssemblyError, match="'motor' holds its body the wrong way round"):
+        fb.simulate(pendulum_driven(lambda t: angle), duration=0.01, step=1e-3)
+    with pytest.raises(fb.AssemblyError, match="Jacobian loses rank; worst is joint 'motor'"):
+        fb.simulate(pendulum_driven(lambda t: np.pi / 2), duration=0.01, step=1e-3)
+
+
+def test_a_slide_that_would_be_held_upside_down_is_refused():
+    model = fb.Mechanism(
+        bodies={"a": block(angle=3.0)}, joints={"guide": fb.Prismatic("a", (0.0, 0.0))}
+    )
+    with pytest.raises(fb.AssemblyError, match="'guide' holds its body the wrong way round"):
+        fb.simulate(model, duration=0.01, step=1e-3)
+
+
+def test_a_mechanism_that_cannot_be_assembled():
+    # crank 0.2 and link 0.1 do not reach a pin 0.58 away
+    crank = fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=1.0)
+    link = fb.RigidBody.bar(
+        length=0.1, height=0.01, width=0.01, density=1.0, start=(0.2, 0.0), angle=1.0
+    )
+    impossible = fb.Mechanism(
+        bodies={"crank": crank, "link": link},
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("crank.end", "link.start"),
+            "C": fb.Revolute("link.end", (0.3, 0.5)),
+        },
+    )
+    with pytest.raises(fb.AssemblyError, match=r"cannot be met, worst is (joint|rigidity)"):
+        fb.simulate(impossible, duration=0.01, step=1e-3)
+
+
+def test_constraints_that_contradict_each_other():
+    twice = fb.Mechanism(
+        bodies={"a": fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=1.0)},
+        joints={
+            "A": fb.Revolute("a.start", (0.0, 0.0)),
+            "B": fb.Revolute("a.end", (0.25, 0.0)),
+        },
+    )
+    with pytest.raises(fb.AssemblyError, match=r"contradict each other.* joint 'B'"):
+        fb.simulate(twice, duration=0.01, step=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("build", "text"),
+    [
+        (lambda: fb.GeneralizedAlpha(spectral_radius=[0.1, 0.2]), "must be 1 number"),  # type: ignore
+        (lambda: fb.GeneralizedAlpha(spectral_radius=1.2), "between 0 and 1; got 1.2"),
+        (lambda: fb.GeneralizedAlpha(tolerance=0.0), "tolerance"),
+    ],
+)
+def test_bad_integrators_are_refused(build, text):
+    with pytest.raises(fb.InputError, match=text):
+        build()

@@ -13,17 +13,15 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
 from flexband.mechanics.bodies.beam import Beam
+from flexband.mechanics.bodies.body import Body
+from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.centre_line import Property
-from flexband.mechanics.bodies.rigid import PointMass, RigidBody
-from flexband.mechanics.bodies.rigid import point as ground_point
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
 from flexband.mechanics.joints.joints import Joint, PointName
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.loads import Entries, LawEntry, Load, SpringEntry
 from flexband.mechanics.sensors.motion import Sensor
-
-Body = RigidBody | PointMass | Beam | Cable
 
 KINDS = {
     "bodies": ("body", Body),

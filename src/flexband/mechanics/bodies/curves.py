@@ -1,4 +1,4 @@
-"""Plane curves by their curvature κ of the length s along them: r′ = (cos θ, sin θ), θ′ = κ."""
+"""Plane curves given by the curvature κ(s) over arc length: r′ = (cos θ, sin θ), θ′ = κ."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from scipy.interpolate import CubicSpline
 from flexband.errors import InputError, finite
 
 Path = Callable[[np.ndarray], ArrayLike] | Sequence[tuple[float, float]] | np.ndarray
-"""A curve: a function that takes u, shape (m,), from 0 to 1 to points, shape (m, 2), or points
-(m, 2) that a cubic spline is laid through."""
+"""A curve: a function that maps u, shape (m,), from 0 to 1 to points (X, Y) [m], shape (m, 2), or
+an array of points, shape (m, 2), which a cubic spline interpolates."""
 
-SAMPLES = 2001  # of a path
-PANELS = 64  # of Simpson's rule between two nodes
+SAMPLES = 2001
+"""Number of points at which a path is evaluated."""
+
+PANELS = 64
+"""Number of intervals of Simpson's rule between two nodes."""
 
 
 class Curve(NamedTuple):
-    """A curve by length, start, angle there [rad] and curvature [1/m] as a function of s [m]."""
+    """A curve: length [m], start [m], angle at the start [rad] and curvature κ(s) [1/m]."""
 
     length: float
     start: tuple[float, float]
@@ -30,12 +33,12 @@ class Curve(NamedTuple):
 
 
 def measured(path: Path) -> Curve:
-    """Return a path by its curvature.
+    """Return the length, the start and the curvature of a path.
 
     Raises
     ------
     InputError
-        Where it has no tangent somewhere, or is not made of points of the plane.
+        If the path has no tangent somewhere, or does not consist of points of the plane.
     """
     u = np.linspace(0.0, 1.0, SAMPLES)
     if callable(path):
@@ -43,21 +46,23 @@ def measured(path: Path) -> Curve:
     else:
         knots = finite("path", path)
         if knots.ndim != 2 or knots.shape[1] != 2 or len(knots) < 3:
-            raise InputError(f"path must be 3 points (X, Y) or more; got shape {knots.shape}")
+            raise InputError(f"path must have shape (m, 2), m ≥ 3; got shape {knots.shape}")
         chord = np.append(0.0, np.cumsum(np.hypot(*np.diff(knots, axis=0).T)))
         if np.any(np.diff(chord) == 0):
-            raise InputError("path must not hold a point twice in a row")
+            k = int(np.argmin(np.diff(chord)))
+            raise InputError(f"path must not repeat a point; points {k} and {k + 1} are {knots[k]}")
         points = CubicSpline(chord / chord[-1], knots)(u)
     if points.shape != (SAMPLES, 2):
         raise InputError(
-            f"path must take u of shape ({SAMPLES},) to points of shape ({SAMPLES}, 2); "
+            f"path must map u of shape ({SAMPLES},) to points of shape ({SAMPLES}, 2); "
             f"got shape {points.shape}"
         )
     spline = CubicSpline(u, points)
     x1, y1 = spline(u, 1).T
     speed = np.hypot(x1, y1)
     if speed.min() < 1e-9 * speed.max() or speed.max() == 0:
-        raise InputError(f"path must go on everywhere; it stops at u = {u[speed.argmin()]:g}")
+        where = f"u = {u[speed.argmin()]:g}"
+        raise InputError(f"path must have a tangent everywhere; got a zero derivative at {where}")
     s = cumulative_simpson(speed, x=u, initial=0)
     angle = np.unwrap(np.arctan2(y1, x1))
     return Curve(
@@ -69,17 +74,38 @@ def measured(path: Path) -> Curve:
 
 
 def drawn(curvature: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return x, y and θ, from 0, of a curve of these curvatures.
+    """Integrate a curvature to x [m], y [m] and θ [rad], all zero at the start.
 
     Parameters
     ----------
-    curvature : at equidistant s, shape (n, PANELS × nodes + 1).
-    step : between them [m], shape (n, 1).
+    curvature : κ at equidistant s [1/m], shape (n, PANELS × elements + 1).
+    step : distance of these s [m], shape (n, 1).
 
     Returns
     -------
-    At the nodes, every `PANELS` steps, each of shape (n, nodes + 1).
+    x, y, θ at the nodes, each of shape (n, elements + 1).
     """
     angle = step * cumulative_simpson(curvature, axis=-1, initial=0)
     x, y = (step * cumulative_simpson(f(angle), axis=-1, initial=0) for f in (np.cos, np.sin))
     return x[:, ::PANELS], y[:, ::PANELS], angle[:, ::PANELS]
+
+
+def arc(
+    curvature: np.ndarray, step: np.ndarray, steps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return x [m], y [m] and θ [rad] of a circular arc, all zero at the start.
+
+    Parameters
+    ----------
+    curvature : κ [1/m], shape (n or 1, 1).
+    step : distance of the points along the arc [m], shape (n or 1, 1).
+    steps : number of steps.
+
+    Returns
+    -------
+    x, y, θ at the points, each of shape (n or 1, steps + 1).
+    """
+    points = np.arange(steps + 1)
+    half = curvature * step * points / 2
+    chord = step * points * np.sinc(half / np.pi)
+    return chord * np.cos(half), chord * np.sin(half), 2 * half

@@ -1,14 +1,14 @@
-"""Integration of strain energy over a beam's section: the plain element, and one without locking.
+"""Integration of the strain energy over a beam's section, with and without locking.
 
-With p = r₀', w = d' and d, the position gradients are r_x = p + y w and r_y = d, and the
+With p = r₀′, w = d′ and d, the position gradients are r_x = p + y w and r_y = d, and the
 Green–Lagrange strains of Eq. (22) are
 
     E_xx = a₀ + y a₁ + y² a₂    a₀ = (p·p − 1)/2,  a₁ = p·w,  a₂ = w·w/2
     E_yy = b                    b  = (d·d − 1)/2
     2E_xy = g₀ + y g₁           g₀ = p·d,  g₁ = w·d
 
-so that the energy of a section, ½∫ Eᵀ D E dA, is a quadratic form in these six with the nine
-numbers of `SectionStiffness`.
+so that the energy of a section per length, ½∫ Eᵀ D E dA, is a quadratic form in these six
+generalized strains with the nine coefficients of `SectionStiffness`.
 """
 
 from __future__ import annotations
@@ -23,9 +23,12 @@ from flexband.errors import positive
 
 
 class SectionStiffness(NamedTuple):
-    """Energy of a section: ½c00 a₀² + c02 a₀a₂ + ½c22 a₂² + ½c11 a₁² + c0b a₀b + c2b a₂b
-    + ½cbb b² + ½s0 g₀² + ½s1 g₁².
-    """  # noqa: D205
+    """Coefficients of the energy of a section per length [J/m].
+
+    The energy is ½c00 a₀² + c02 a₀a₂ + ½c22 a₂² + ½c11 a₁² + c0b a₀b + c2b a₂b + ½cbb b² + ½s0 g₀²
+    + ½s1 g₁². Each has shape (n or 1, …); c00, c0b, cbb and s0 are in N, c02, c11, c2b and s1 in
+    N m², c22 in N m⁴.
+    """
 
     c00: np.ndarray
     c02: np.ndarray
@@ -39,37 +42,43 @@ class SectionStiffness(NamedTuple):
 
 
 Strains = Sequence[np.ndarray]
-"""a₀, a₁, a₂, b, g₀, g₁."""
+"""The generalized strains a₀, a₁ [1/m], a₂ [1/m²], b, g₀, g₁ [1/m], arrays of one shape."""
 
 
 class SectionIntegration(Protocol):
-    """A rule that turns material and section into `SectionStiffness`."""
+    """A rule for the integrals over the section, and the material law that it stands for."""
 
     def section_stiffness(
         self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
-        """Return the stiffness for E [Pa], ν, moments ∫dA, ∫y²dA, ∫y⁴dA and shear factor k."""
+        """Return the stiffness of a section, arrays of shape (n or 1, …) throughout.
+
+        Parameters
+        ----------
+        E, nu : Young's modulus [Pa] and Poisson's ratio.
+        moments : ∫dA [m²], ∫y²dA [m⁴] and ∫y⁴dA [m⁶].
+        k : shear correction factor.
+        """
         ...
 
     def stress(
         self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return S_xx, S_yy and S_xy [Pa] at y [m] of the strains a₀, a₁, a₂, b, g₀, g₁."""
+        """Return the second Piola–Kirchhoff stresses S_xx, S_yy and S_xy [Pa] at y [m]."""
         ...
 
 
 @dataclass(frozen=True)
 class FullIntegration:
-    """The plain element: plane stress, everything integrated over the whole section.
+    """The element of Omar and Shabana (2001): plane stress, integrated over the whole section.
 
-    It is the element of the continuum law. It locks: with Poisson's ratio ν its bending stiffness
-    is about 1/(1−ν²) too high, however fine the mesh.
+    It suffers from Poisson locking: its bending stiffness is too high by a factor of about
+    1/(1−ν²), however fine the mesh. The shear correction factor does not enter.
     """
 
     def section_stiffness(
         self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
-        """Return ∫ D over the section with D of plane stress, which knows no shear factor."""
         m0, m2, m4 = moments
         D = E / (1 - nu**2)
         G = E / (2 * (1 + nu))
@@ -88,7 +97,6 @@ class FullIntegration:
     def stress(
         self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the stresses of plane stress."""
         a0, a1, a2, b, g0, g1 = strain
         xx, D = a0 + y * a1 + y**2 * a2, E / (1 - nu**2)
         return D * (xx + nu * b), D * (b + nu * xx), E / (2 * (1 + nu)) * (g0 + y * g1)
@@ -96,19 +104,19 @@ class FullIntegration:
 
 @dataclass(frozen=True)
 class SelectiveIntegration:
-    """The element that does not lock: Poisson's coupling acts at the centre line only.
+    """The element without Poisson locking: Poisson's coupling acts on the centre line only.
 
-    D = diag(E, E, k G) + Dν; the first part is integrated over the section, Dν on the axis
-    (Gerstmayr, Matikainen and Mikkola 2008).
+    The elasticity matrix is split, D = diag(E, E, k G) + Dν. The first part is integrated over the
+    section, Dν only on the axis (Gerstmayr, Matikainen and Mikkola 2008).
 
     Parameters
     ----------
-    shear_factor : k, or None for that of the beam's section.
+    shear_factor : shear correction factor k, or None for that of the beam's section.
 
     Raises
     ------
     InputError
-        Where the shear factor is not positive.
+        If the shear factor is not positive.
     """
 
     shear_factor: float | None = None
@@ -120,7 +128,6 @@ class SelectiveIntegration:
     def section_stiffness(
         self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
     ) -> SectionStiffness:
-        """Return the stiffness with D over the section and Dν on the axis."""
         m0, m2, m4 = moments
         D = E / (1 - nu**2)  # = E + ν² E/(1−ν²), the diagonal of D + Dν
         kG = (k if self.shear_factor is None else self.shear_factor) * E / (2 * (1 + nu))
@@ -139,7 +146,6 @@ class SelectiveIntegration:
     def stress(
         self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return D times the strains, and Dν times those on the axis."""
         a0, a1, a2, b, g0, g1 = strain
         coupled = nu * E / (1 - nu**2)
         kG = (k if self.shear_factor is None else self.shear_factor) * E / (2 * (1 + nu))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite, numbers, positive
-from flexband.mechanics.bodies.rigid import Point
+from flexband.mechanics.bodies.body import Point
 from flexband.mechanics.forms import (
     Form,
     Frame,

@@ -14,7 +14,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, positive
+from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.centre_line import Property
@@ -105,10 +105,7 @@ class SectionForces(_Local):
         return [("_N", "N"), ("_Q", "N"), ("_M", "N m")]
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
-        if isinstance(member, Beam):
-            return member.section_stiffness(along)
-        _, (_, EA), (_, EI) = member.properties()
-        return along("axial_stiffness", EA, positive), along("bending_stiffness", EI, positive)
+        return member.section_stiffness(along)
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         """Return N, Q and M."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.mechanics.bodies.centre_line import CentreLine
-from flexband.mechanics.bodies.rigid import PointMass, RigidBody
+from flexband.mechanics.bodies.point_mass import PointMass
+from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joints import Prismatic
 from flexband.report.drawing import symbols

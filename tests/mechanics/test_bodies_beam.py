@@ -1,4 +1,4 @@
-"""The beam element against exact integrals and an independent energy."""
+"""The beam element against exact integrals, an independent energy and published beams."""
 
 import numpy as np
 import pytest
@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from scipy.linalg import eigh, null_space
 
 import flexband as fb
+from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.kernels.hermite import hermite, hermite_slope
 
-from .models import Dense, beam
+from .models import FINE, Dense, beam, motion_of, states
 
 
 def shape_matrix(x, y, length):
@@ -209,3 +210,115 @@ def test_bad_material_functions_are_refused_by_body():
         Dense(fb.Mechanism(bodies={"arm": bad}))
     with pytest.raises(fb.InputError, match="must return values of that shape"):
         Dense(fb.Mechanism(bodies={"arm": beam(density=lambda x: np.ones(7))}))
+
+
+def test_a_free_flexible_body_keeps_momentum():
+    """Linear and angular momentum, with velocities given at the start."""
+    body = beam(
+        elements=4, height=0.05, youngs_modulus=1e7, velocity=(1.0, 2.0), rate=30.0, angle=0.3
+    )
+    model = fb.Mechanism(
+        bodies={"b": body},
+        sensors={"T": fb.KineticEnergy()},
+    )
+    motion = fb.simulate(model, duration=0.3, step=1e-4, integrator=FINE)
+    mass, length = 2700 * 0.05 * 0.1 * 1.3, 1.3
+    start_energy = (
+        0.5
+        * mass
+        * (
+            (1.0 - 30.0 * length / 2 * np.sin(0.3)) ** 2
+            + (2.0 + 30.0 * length / 2 * np.cos(0.3)) ** 2
+        )
+        + 0.5 * mass * (length**2 + 0.05**2) / 12 * 30.0**2
+    )
+    assert float(motion.sel(output="T")[0]) == pytest.approx(start_energy, rel=1e-8)
+    q, v, _ = states(model, 3000, 1e-4, FINE)
+    q0, v0, _ = states(model, 0, 1e-4, FINE)
+    n = assemble(model).structure.state.coordinates
+    M = np.zeros((n, n))
+    for (i, j), value in model.mass_entries().items():
+        M[i - 1, j - 1] = M[j - 1, i - 1] = np.squeeze(value)
+    move = np.zeros((2, n))
+    move[0, 0::6] = move[1, 1::6] = 1.0
+    np.testing.assert_allclose(move @ M @ v, move @ M @ v0, rtol=1e-9)
+    turned = lambda s: np.stack([-s[1::2], s[0::2]], axis=1).ravel()  # noqa: E731
+    assert turned(q) @ M @ v == pytest.approx(turned(q0) @ M @ v0, rel=1e-6)
+
+
+def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
+    """A heavy mass on the axial stiffness of a light bar: logarithmic decrement."""
+    length, area, modulus, mass, tau = 1.0, 1e-4, 1e9, 50.0, 2e-4
+    rod = fb.Beam(
+        length=length, height=0.01, width=0.01, density=10.0, youngs_modulus=modulus,
+        poissons_ratio=0.0, elements=2, retardation=np.array([0.0, tau]),
+    )  # fmt: skip
+    motion = motion_of(
+        duration=0.6,
+        step=2e-4,
+        bodies={"rod": rod, "m": fb.PointMass(mass=mass, position=(length, 0.0))},
+        joints={
+            "clamp": fb.Weld("rod.start", (0.0, 0.0)),
+            "pin": fb.Revolute("rod.end", "m"),
+            "line": fb.Slot("m", (0.0, 0.0)),
+        },
+        loads={"kick": fb.Force("m", x=lambda t: 200.0 if t < 5e-3 else 0.0)},
+        sensors={"m": fb.Position("m")},
+    )
+    x = motion.sel(output="m_X").values - length
+    omega = np.sqrt(modulus * area / length / mass)
+    zeta = tau * omega / 2
+    t = motion.time.values
+    late = t > 0.01
+    for k, ratio in enumerate((0.0, zeta)):
+        decay = np.exp(-ratio * omega * t[late])
+        w = omega * np.sqrt(1 - ratio**2)
+        basis = np.stack([decay * np.cos(w * t[late]), decay * np.sin(w * t[late])], axis=1)
+        weights, *_ = np.linalg.lstsq(basis, x[k, late], rcond=None)
+        size = np.hypot(*weights)
+        np.testing.assert_allclose(x[k, late], basis @ weights, atol=0.003 * size)
+    assert size > 1e-4
+
+
+def test_damping_leaves_a_turning_beam_alone():
+    """A free beam that turns as a rigid body has no strain rates: it keeps its energy."""
+    spinning = {"height": 0.05, "rate": 20.0, "velocity": (1.0, -1.0), "elements": 3}
+    stiff = beam(retardation=np.array([0.0, 1e-3]), **spinning)
+    motion = motion_of(bodies={"b": stiff}, sensors={"T": fb.KineticEnergy()}, duration=0.2)
+    energy = motion.sel(output="T").values
+    np.testing.assert_allclose(energy[1, 20:], energy[1, -1], rtol=1e-4)
+    np.testing.assert_allclose(energy[1, -1], energy[0].mean(), rtol=1e-3)
+
+
+def test_points_along_a_beam_of_uncertain_length():
+    lengths = np.array([0.4, 0.5])
+    still = {"height": 0.01, "width": 0.01, "density": 1.0, "elements": 3}
+    beam = fb.Beam(length=lengths, youngs_modulus=1e9, poissons_ratio=0.3, angle=0.3, **still)
+    model = fb.Mechanism(bodies={"b": beam}, sensors={"m": fb.Position("b.middle")})
+    start = fb.simulate(model, duration=0.01, step=0.01).isel(time=0).values
+    exact = lengths[:, None] / 2 * [np.cos(0.3), np.sin(0.3)]
+    np.testing.assert_allclose(start, exact, atol=1e-15)
+
+
+def test_soft_pendulum():
+    """A published flexible pendulum; positions of the tip [m] of a converged solution."""
+    beam = fb.Beam(
+        length=0.5, height=0.002, width=0.01, density=1000.0, elements=32,
+        youngs_modulus=1e8, poissons_ratio=0.3,
+    )  # fmt: skip
+    model = fb.Mechanism(
+        bodies={"beam": beam},
+        joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+        sensors={"tip": fb.Position("beam.end"), "middle": fb.Position("beam.middle")},
+    )
+    motion = fb.simulate(model, duration=0.75, step=1e-3)
+    tip = motion.sel(output=["tip_X", "tip_Y"]).isel(time=[250, 500, 750]).values.T
+    exact = [(0.32400, -0.37488), (-0.42067, -0.26203), (-0.41177, 0.06961)]
+    np.testing.assert_allclose(tip, exact, atol=2e-3)
+    assert np.hypot(*motion.sel(output=["middle_X", "middle_Y"]).values).max() < 0.2501
+
+
+def test_a_bad_shear_factor_is_refused():
+    with pytest.raises(fb.InputError, match="shear_factor"):
+        fb.SelectiveIntegration(shear_factor=0.0)

@@ -1,4 +1,4 @@
-"""The cable element: derivatives, exact statics, frequencies, and arcs."""
+"""The cable element: derivatives, exact statics, frequencies, damping and arcs."""
 
 import numpy as np
 import pytest
@@ -6,18 +6,7 @@ from scipy.optimize import brentq
 
 import flexband as fb
 
-from .models import Dense
-
-THIN = {"mass_per_length": 0.2, "axial_stiffness": 4e6, "bending_stiffness": 3.0}
-
-
-def held(cable, loads, **joint):
-    return fb.Mechanism(
-        bodies={"c": cable},
-        joints={"clamp": fb.Weld("c.start", (0.0, 0.0), **joint)},
-        loads=loads,
-        sensors={"tip": fb.Position("c.end"), "angle": fb.Angle("c.end")},
-    )
+from .models import THIN, Dense, clamped
 
 
 def test_tangent_is_the_derivative_of_the_residual():
@@ -65,7 +54,7 @@ def test_forces_are_the_derivative_of_the_energy():
 def test_an_end_moment_rolls_a_straight_cable_to_an_arc(turns):
     bend = 2 * np.pi * turns / 2.0
     cable = fb.Cable(length=2.0, elements=24, **THIN)
-    found = fb.equilibrium(held(cable, {"M": fb.Moment("c.end", 3.0 * bend)}), steps=8)
+    found = fb.equilibrium(clamped(cable, {"M": fb.Moment("m.end", 3.0 * bend)}), steps=8)
     exact = [np.sin(2 * bend) / bend, (1 - np.cos(2 * bend)) / bend]
     np.testing.assert_allclose(found[:2], exact, atol=2e-3)
     assert np.cos(float(found[2]) - 2 * bend) == pytest.approx(1.0, abs=1e-5)
@@ -74,11 +63,11 @@ def test_an_end_moment_rolls_a_straight_cable_to_an_arc(turns):
 def test_an_arc_is_free_of_stress_and_a_moment_unrolls_it():
     curvature = np.array([0.5, -1.2])
     cable = fb.Cable(length=2.0, elements=24, curvature=curvature, **THIN)
-    rest = fb.equilibrium(held(cable, {}))
+    rest = fb.equilibrium(clamped(cable, {}))
     exact = np.stack([np.sin(2 * curvature), 1 - np.cos(2 * curvature)]) / curvature
     np.testing.assert_allclose(rest[:, :2], exact.T, atol=1e-9)
     np.testing.assert_allclose(rest[:, 2], 2 * curvature, atol=1e-9)
-    straight = fb.equilibrium(held(cable, {"M": fb.Moment("c.end", -3.0 * curvature)}), steps=4)
+    straight = fb.equilibrium(clamped(cable, {"M": fb.Moment("m.end", -3.0 * curvature)}), steps=4)
     np.testing.assert_allclose(straight[:, :2], [[2.0, 0.0]] * 2, atol=1e-3)
 
 
@@ -90,8 +79,8 @@ def test_a_very_thin_cantilever_does_not_lock():
         length=length, elements=16, mass_per_length=7800 * area,
         axial_stiffness=2e11 * area, bending_stiffness=2e11 * second,
     )  # fmt: skip
-    force = {"P": fb.Force("c.end", y=10 * 2e11 * second)}
-    x, y, angle = fb.equilibrium(held(cable, force), steps=8).values
+    force = {"P": fb.Force("m.end", y=10 * 2e11 * second)}
+    x, y, angle = fb.equilibrium(clamped(cable, force), steps=8).values
     exact = (0.5549955978, 0.8106090249, 1.4302855388)
     np.testing.assert_allclose((1 - x, y, angle), exact, atol=1e-3)
 
@@ -117,3 +106,20 @@ def test_cantilever_frequencies():
 def test_bad_numbers_are_refused(change, text):
     with pytest.raises(fb.InputError, match=text):
         fb.Cable(**({"length": 1.0, "elements": 2} | THIN | change))
+
+
+def test_a_damped_cable_decays_as_its_retardation_tells():
+    """Bending of a clamped cable: decay ratio e^(−2πζ/√(1−ζ²)) a period with ζ = τω/2."""
+    cable = fb.Cable(length=1.0, elements=8, **THIN)
+    omega = 2 * np.pi * float(fb.modes(clamped(cable, {}), 1, about="start")["frequency"][0])
+    ratio = 0.03
+    damped = fb.Cable(length=1.0, elements=8, retardation=2 * ratio / omega, **THIN)
+    plucked = clamped(damped, {"P": fb.Force("m.end", y=lambda t: 1e-4 * (t <= 0))})
+    period = 2 * np.pi / omega
+    motion = fb.simulate(
+        plucked, duration=8 * period, step=period / 200,
+        integrator=fb.GeneralizedAlpha(spectral_radius=0.9),
+    ).sel(output="tip_Y").values  # fmt: skip
+    swings = np.array([np.abs(motion[400 * k : 400 * (k + 1)]).max() for k in range(1, 4)])
+    exact = np.exp(-2 * 2 * np.pi * ratio / np.sqrt(1 - ratio**2))
+    np.testing.assert_allclose(swings[1:] / swings[:-1], exact, rtol=0.02)

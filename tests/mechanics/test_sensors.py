@@ -1,14 +1,15 @@
-"""Energies that add up, and section forces, strains and stresses of elementary beam theory."""
+"""Energies that add up, section forces, strains, stresses and reactions."""
 
 import numpy as np
 import pytest
 
 import flexband as fb
 
-from .models import slider_crank
+from .models import ROD, STEEL, motion_of, pendulum_driven, slider_crank, two_blocks
 
-STEEL = {"density": 7800.0, "youngs_modulus": 2.1e11, "poissons_ratio": 0.3}
 h, b, L = 0.02, 0.03, 1.0
+
+
 A, second = b * h, b * h**3 / 12
 
 
@@ -173,7 +174,7 @@ def test_the_work_of_a_drive_and_of_a_spring_is_what_the_energy_gains():
     [
         (fb.Strain("b", "middle", y=1.0), "must be from -0.01 to 0.01; got 1"),
         (fb.SectionForces("x"), "beam 'x' is not in the mechanism"),
-        (fb.SectionForces("b", "top"), "point 'top' is unknown"),
+        (fb.SectionForces("b", "top"), "point must be 'start', .*; got 'top'"),
         (fb.Work("nothing"), "'nothing' is not in the mechanism"),
     ],
 )
@@ -185,3 +186,73 @@ def test_sensors_of_what_is_not_there_are_refused(sensor, text):
 def test_stresses_of_a_cable_are_refused():
     with pytest.raises(fb.InputError, match="stresses need a Beam"):
         cantilever((0.0, 1.0), {"s": fb.Stress("b")}, kind="cable")
+
+
+def test_reaction_in_body_axes_is_the_same_force():
+    parts = {
+        "bodies": {"bar": fb.RigidBody.bar(**ROD, angle=0.4)},
+        "joints": {"pin": fb.Revolute("bar.start", (0.0, 0.0))},
+        "loads": {"gravity": fb.Gravity()},
+        "sensors": {
+            "F": fb.Reaction("pin"), "own": fb.Reaction("pin", axes="body"), "a": fb.Angle("bar"),
+        },
+    }  # fmt: skip
+    motion = motion_of(**parts)
+    a = motion.sel(output="a")
+    X, Y = motion.sel(output="F_X"), motion.sel(output="F_Y")
+    np.testing.assert_allclose(motion.sel(output="own_x"), X * np.cos(a) + Y * np.sin(a), atol=1e-9)
+    np.testing.assert_allclose(motion.sel(output="own_y"), Y * np.cos(a) - X * np.sin(a), atol=1e-9)
+
+
+def test_deflection_is_seen_from_the_chord():
+    body = fb.Cable(
+        length=2.0, elements=4, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=10.0,
+        curvature=0.5, angle=0.7,
+    )  # fmt: skip
+    model = fb.Mechanism(bodies={"c": body}, sensors={"d": fb.Deflection("c")})
+    sag = -(1 - np.cos(0.5)) / 0.5  # an arc to the left has its middle to the right of the chord
+    start = fb.simulate(model, duration=1e-3, step=1e-3).isel(time=0)
+    assert float(start.squeeze()) == pytest.approx(sag, rel=1e-9)
+    with pytest.raises(fb.InputError, match="spring 'x' is not in the mechanism"):
+        fb.Mechanism(bodies={"c": body}, sensors={"s": fb.SpringForce("x")})
+
+
+def slider_crank_with(**sensors):
+    model = slider_crank()
+    return fb.Mechanism(bodies=model.bodies, joints=model.joints, sensors=sensors)
+
+
+@pytest.mark.parametrize(
+    ("build", "text"),
+    [
+        (
+            lambda: fb.Reaction("a", axes="sideways"),
+            "axes must be 'global' or 'body'; got 'sideways'",
+        ),
+        (
+            lambda: slider_crank_with(x=fb.Position("link.1.5")),
+            "point must be .* from '0' to '1'; got '1.5'",
+        ),
+        (lambda: slider_crank_with(M=fb.ReactionMoment("A")), "exerts no moment"),
+        (
+            lambda: fb.Mechanism(
+                bodies={"m": fb.PointMass(mass=1.0)},
+                loads={"f": fb.ViscousFriction("m", (0.0, 0.0), 1.0)},
+                sensors={"W": fb.Work("f")},
+            ),
+            "sensor 'W': the work of a ViscousFriction is not known",
+        ),
+        (
+            lambda: two_blocks(sensors={"F": fb.Reaction("B")}),
+            "sensor 'F': joint 'B' is not in the mechanism; there is none",
+        ),
+        (lambda: two_blocks(sensors={"x": fb.Position("c")}), "sensor 'x': body 'c'"),
+        (
+            lambda: pendulum_driven(lambda t: 0.0, sensors={"M": fb.Reaction("motor")}),
+            "sensor 'M': joint 'motor' exerts a moment and no force",
+        ),
+    ],
+)
+def test_bad_sensors_are_refused(build, text):
+    with pytest.raises(fb.InputError, match=text):
+        build()

@@ -1,0 +1,88 @@
+"""The interface of a body, and the types that describe its points and its mass matrix."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite
+from flexband.mechanics.forms import Form, Frame
+
+Point = tuple[ArrayLike, ArrayLike]
+"""Coordinates (x, y) [m], each a number or an array of shape (n,)."""
+
+MassEntries = dict[tuple[int, int], np.ndarray]
+"""(i, j), i ≤ j, counted from the body's first coordinate -> entry of M, shape () or (n,)."""
+
+
+class Body(ABC):
+    """A body as assembly sees it: generalized coordinates q, constraints and a mass matrix.
+
+    The coordinates are grouped by node. The first two of each node are the position r [m]; the
+    following pairs are its gradients, vectors without a unit: r_x, and r_y if the node has six
+    coordinates. In the vector of unknowns z the coordinates occupy consecutive places that start
+    at an index `first`.
+    """
+
+    per_node: ClassVar[int]
+    """Number of coordinates of a node."""
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates; by default those of one node."""
+        return self.per_node
+
+    @property
+    def nodes(self) -> range:
+        """Index of the first coordinate of each node, counted from the body's first coordinate."""
+        return range(0, self.size, self.per_node)
+
+    @abstractmethod
+    def coordinates(self) -> list[np.ndarray]:
+        """Return the initial guess of q, one array of shape () or (n,) per coordinate."""
+
+    @abstractmethod
+    def velocities(self) -> list[np.ndarray]:
+        """Return the initial guess of q̇, one array of shape () or (n,) per coordinate."""
+
+    @abstractmethod
+    def mass_entries(self) -> MassEntries:
+        """Return the non-zero entries of the constant mass matrix M of ½ q̇ᵀ M q̇ [J]."""
+
+    @abstractmethod
+    def frame(self, name: str, first: int) -> Frame:
+        """Return the frame of a named point, position [m] and axes as forms of z.
+
+        Raises
+        ------
+        InputError
+            If the body has no point of this name.
+        """
+
+    def constraints(self, first: int) -> list[Form]:
+        """Return the forms of z that the body itself requires to vanish; none by default."""
+        return []
+
+
+def point(name: str, value: object) -> tuple[np.ndarray, np.ndarray]:
+    """Return `value` as coordinates; raise `InputError` if it is not a pair of finite numbers."""
+    try:
+        x, y = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair; got {value!r}") from None
+    return finite(f"{name} X [m]", x), finite(f"{name} Y [m]", y)
+
+
+def add_pairs(entries: MassEntries, places: list[int], block: np.ndarray) -> None:
+    """Add a symmetric block (n, i, j) to the X and to the Y components of vectors.
+
+    `places` holds the indices of their X components.
+    """
+    for a, i in enumerate(places):
+        for b, j in enumerate(places[a:], start=a):
+            for axis in range(2):
+                key = (i + axis, j + axis)
+                entries[key] = entries.get(key, 0.0) + block[:, a, b]

@@ -1,0 +1,55 @@
+"""Point masses, bodies with a position and no axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import known, positive
+from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
+from flexband.mechanics.forms import Form, Frame, fixed
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointMass(Body):
+    """A mass without extent; its only point is "center", whose axes do not rotate.
+
+    Parameters
+    ----------
+    mass : mass [kg], a number or an array of shape (n,), one value per sample.
+    position, velocity : at the start [m], [m/s]. They are guesses: assembly corrects them until
+        the joints are satisfied.
+
+    Raises
+    ------
+    InputError
+        If the mass is not positive or a number is not finite.
+    """
+
+    mass: ArrayLike
+    position: Point = (0.0, 0.0)
+    velocity: Point = (0.0, 0.0)
+
+    per_node: ClassVar[int] = 2
+
+    def __post_init__(self) -> None:
+        positive("PointMass mass [kg]", self.mass)
+        point("PointMass position", self.position)
+        point("PointMass velocity", self.velocity)
+
+    def coordinates(self) -> list[np.ndarray]:
+        return [np.asarray(p, dtype=float) for p in self.position]
+
+    def velocities(self) -> list[np.ndarray]:
+        return [np.asarray(p, dtype=float) for p in self.velocity]
+
+    def mass_entries(self) -> MassEntries:
+        return {(i, i): np.asarray(self.mass, dtype=float) for i in range(2)}
+
+    def frame(self, name: str, first: int) -> Frame:
+        known("point", name, ["center"])
+        position = Form.variable(first), Form.variable(first + 1)
+        return Frame(position, fixed((1.0, 0.0)), fixed((0.0, 1.0)))

@@ -1,0 +1,50 @@
+"""Properties that vary along the axis of a beam or cable, or between samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError
+
+Property = ArrayLike | Callable[[np.ndarray], ArrayLike]
+"""A number, an array of shape (n,), or a function of the position along the axis [m]. The function
+takes positions of shape (points,) or (n, points) and returns values of shape (points,) or
+(n, points)."""
+
+Along = Callable[[str, Property, Callable], np.ndarray]
+"""Evaluates a property at some positions, given its name, the property and the check of its values.
+The result has shape (n or 1, …)."""
+
+
+def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.ndarray:
+    """Return a property at positions x [m], shape (n or 1, positions).
+
+    Parameters
+    ----------
+    x : positions, shape (positions,) or (n, positions).
+    name, value : the property and its name in messages.
+    check : a function of the name and the values that raises `InputError`.
+
+    Raises
+    ------
+    InputError
+        If `check` refuses a value, or the shape of the values does not match the positions.
+    """
+    values = value(x) if callable(value) else np.asarray(value, dtype=float)[..., None]
+    try:
+        shape = np.broadcast_shapes(np.shape(values), x.shape)
+        values = np.atleast_2d(np.broadcast_to(values, shape))
+    except ValueError:
+        if not callable(value):
+            raise InputError(
+                f"{name} must have {len(x)} samples, as the length; got {np.size(value)}"
+            ) from None
+        raise InputError(
+            f"{name} as a function of positions of shape {x.shape} must return values of that "
+            f"shape or (n, {x.shape[-1]}); got shape {np.shape(values)}"
+        ) from None
+    check(name, values)
+    return values

@@ -1,0 +1,62 @@
+"""Rigid bodies: their inertia, their points, and numbers that make no sense."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import flexband as fb
+
+from .models import block, motion_of
+
+
+@given(st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+def test_polygon_is_a_block_wherever_its_axes_are(a, b, x, y):
+    corners = [(x, y), (x + a, y), (x + a, y + b), (x, y + b)]
+    block = fb.RigidBody.block(length=a, height=b, width=0.3, density=700.0)
+    for vertices in (corners, corners[::-1]):
+        plate = fb.RigidBody.polygon(vertices=vertices, width=0.3, density=700.0)
+        assert plate.mass == pytest.approx(block.mass)
+        assert plate.inertia == pytest.approx(block.inertia, rel=1e-6)
+        np.testing.assert_allclose(plate.center, (x + a / 2, y + b / 2), atol=1e-9)
+
+
+def test_points_are_where_the_axes_put_them_however_the_centre_lies():
+    def motion(center, shift):
+        points = {"p": (0.3 + shift[0], 0.1 + shift[1]), "pin": shift}
+        body = fb.RigidBody(
+            mass=1.0, inertia=0.2, center=(center[0] + shift[0], center[1] + shift[1]),
+            points=points, angle=0.5,
+            position=(-shift[0] * np.cos(0.5) + shift[1] * np.sin(0.5),
+                      -shift[0] * np.sin(0.5) - shift[1] * np.cos(0.5)),
+        )  # fmt: skip
+        return motion_of(
+            bodies={"b": body},
+            joints={"pin": fb.Revolute("b.pin", (0.0, 0.0))},
+            loads={"gravity": fb.Gravity()},
+            sensors={"p": fb.Position("b.p")},
+        )
+
+    here, there = motion((0.2, -0.1), (0.0, 0.0)), motion((0.2, -0.1), (0.7, -0.4))
+    np.testing.assert_allclose(here, there, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("build", "text"),
+    [
+        (lambda: fb.PointMass(mass=0.0), "PointMass mass"),
+        (lambda: fb.RigidBody.polygon(vertices=[(0, 0), (1, 0)], width=1, density=1), "3 points"),
+        (
+            lambda: fb.RigidBody.polygon(vertices=[(0, 0), (1, 0), (2, 0)], width=1, density=1),
+            "enclose",
+        ),
+        (lambda: block(length=0.0), r"block length \[m\] must be positive; got 0"),
+        (lambda: block(density=-1.0), "block density"),
+        (lambda: block(position=(0.0, np.nan)), "position Y"),
+        (lambda: block(length=np.sin), "block length .* must be positive; got a function"),
+        (lambda: block(position=1.0), "position must be a pair; got 1.0"),
+    ],
+)
+def test_bad_numbers_are_refused(build, text):
+    with pytest.raises(fb.InputError, match=text):
+        build()

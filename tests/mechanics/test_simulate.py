@@ -1,0 +1,70 @@
+"""Times, invariance, and runs that are repeated with half the step."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import flexband as fb
+
+from .models import beam, pendulum
+
+
+@pytest.mark.parametrize(
+    ("duration", "step", "text"),
+    [
+        (0.0, 1e-3, "duration .* must be positive; got 0"),
+        (1.0, -1e-3, "step .* must be positive; got -0.001"),
+        (1.0, 0.3, "whole number of steps; got 1 with step 0.3"),
+        (np.nan, 0.1, "duration"),
+    ],
+)
+def test_bad_times_are_refused(duration, step, text):
+    with pytest.raises(fb.InputError, match=text):
+        fb.simulate(pendulum(), duration=duration, step=step)
+
+
+def test_times_are_those_the_user_wrote():
+    motion = fb.simulate(pendulum(), duration=0.6, step=1e-3)
+    assert list(motion.time.values) == [k / 1000 for k in range(601)]
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.floats(-3.0, 3.0), st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
+def test_turning_and_moving_everything_changes_nothing(angle, x, y):
+    """A flexible pendulum under a turned field of gravity, seen in turned axes."""
+
+    def tip(turn, at):
+        c, s = np.cos(turn), np.sin(turn)
+        body = beam(elements=2, height=0.02, youngs_modulus=1e8, start=at, angle=turn)
+        model = fb.Mechanism(
+            bodies={"b": body},
+            joints={"hinge": fb.Weld("b.start", at, angle=turn)},
+            loads={"gravity": fb.Gravity(9.81 * s, -9.81 * c)},
+            sensors={"tip": fb.Position("b.end")},
+        )
+        motion = fb.simulate(model, duration=0.2, step=1e-3).values - np.array(at)[:, None]
+        return np.array([[c, s], [-s, c]]) @ motion
+
+    np.testing.assert_allclose(tip(angle, (x, y)), tip(0.0, (0.0, 0.0)), atol=1e-8)
+
+
+def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
+    def model(speed):
+        return fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
+            joints={"line": fb.Slot("m", (0.0, 0.0))},
+            loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
+            sensors={"m": fb.Position("m")},
+        )
+
+    speeds = np.array([0.1, 4.0, 0.2, 7.0, 0.3])
+    together = fb.simulate(model(speeds), duration=1.0, step=0.02)
+    assert together.attrs["halved_step"] == [1, 3]
+    for k in (0, 2, 4):
+        alone = fb.simulate(model(speeds[k]), duration=1.0, step=0.02)
+        np.testing.assert_array_equal(together[k], alone)
+    finer = fb.simulate(model(speeds[[1, 3]]), duration=1.0, step=0.01)
+    np.testing.assert_array_equal(together[[1, 3]], finer[:, :, ::2])
+    with pytest.raises(fb.SimulationError, match="with half the step as well"):
+        fb.simulate(model(22.0), duration=1.0, step=0.02)

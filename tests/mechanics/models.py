@@ -236,7 +236,7 @@ class Dense:
 
     def tangent(self, unknowns, weight=1.0):
         """Return the dense matrix, read back through the sparse slots."""
-        self.residual(unknowns)  # which also finds the moments on angles
+        self.residual(unknowns)  # which updates the angles, moments and springs in z
         self._tangent(weight)
         return to_dense(self.structure.pattern, self.work.matrix)[3]
 
@@ -245,7 +245,7 @@ class Dense:
 
     def solved(self, unknowns, right):
         """Return the solution of the tangent system by the sparse factorization."""
-        self._fill(unknowns)
+        self.residual(unknowns)
         self._tangent(1.0)
         factorize_of(self.structure, self.work)
         self.work.r[1:] = np.asarray(right)[:, None]

@@ -50,7 +50,6 @@ def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
         },
     )  # fmt: skip
     dense = Dense(model)
-    dense.values.laws.parameter[4] = 0.2
     count = dense.structure.state.coordinates
     rng = np.random.default_rng(3)
     unknowns = np.concatenate(

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from flexband.mechanics.assembly.stacking import indices, stack, starts
+from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Springs, SpringValues
-from flexband.mechanics.assembly.tables import Couples, Places, columns, linear, pairs_of
+from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.springs import RELAXED
 from flexband.mechanics.loads.loads import SpringEntry
 
@@ -19,38 +17,35 @@ class SpringTable:
     Parameters
     ----------
     springs : the entries, translational springs first.
-    first_angle : number of the first angle of the torsion springs.
+    numbers : of the vectors of each spring.
+    groups : the rows of z that each vector depends on.
     """
 
-    def __init__(self, springs: Sequence[SpringEntry], first_angle: int):
-        self.springs, self.first_angle = springs, first_angle
-        self.vectors = [linear(vector) for s in springs if not s.torsion for vector in s.vectors]
-        self.directions = [vector for s in springs if s.torsion for vector in s.vectors]
-        turned = [list(linear(vector)) for vector in self.directions]
-        self.groups = [list(entries) for entries in self.vectors]
-        self.torsion_groups = [a + b for a, b in zip(turned[::2], turned[1::2], strict=True)]
+    def __init__(
+        self,
+        springs: Sequence[SpringEntry],
+        numbers: Sequence[Sequence[int]],
+        groups: Sequence[Sequence[int]],
+    ):
+        self.springs, self.numbers = springs, numbers
+        self.groups = [[i for a in own for i in groups[a]] for own in numbers]
         pulls = [next(iter(s.pull.terms.items()), ((0, 0, None), 0.0)) for s in springs]
         self.pulls = [c for _, c in pulls]
         self.functions = [f for (_, _, f), _ in pulls]
 
     def couples(self) -> Couples:
-        return pairs_of(self.groups + self.torsion_groups)
+        return pairs_of(self.groups)
 
     def structure(self, places: Places) -> Springs:
         return Springs(
+            translational=sum(not spring.torsion for spring in self.springs),
             f=indices(places.functions[f] for f in self.functions),
-            start=starts(self.groups),
-            coordinate=indices(i for group in self.groups for i in group),
+            vector=indices(a for own in self.numbers for a in own),
             slot=places.square(self.groups),
-            angle=self.first_angle + np.arange(len(self.directions)),
-            torsion_slot=places.square(self.torsion_groups),
         )
 
     def values(self) -> SpringValues:
-        x, y = columns(self.vectors)
         return SpringValues(
-            x,
-            y,
             stiffness=stack([s.stiffness for s in self.springs]),
             rest=stack([RELAXED if s.rest is None else s.rest for s in self.springs]),
             cubic=stack([s.cubic for s in self.springs]),

@@ -38,15 +38,41 @@ class Cables(NamedTuple):
     slot: np.ndarray  # (elements, 8, 8)
 
 
-class Springs(NamedTuple):
-    """Springs and the coordinates that each depends on, translational springs first."""
+class Vectors(NamedTuple):
+    """Vectors that are linear in the coordinates; the first ones have angles.
 
-    f: np.ndarray  # spring -> function of time that multiplies the pull
-    start: np.ndarray  # translational spring -> first of its coordinates
-    coordinate: np.ndarray
-    slot: np.ndarray  # (translational springs, most coordinates, most coordinates)
-    angle: np.ndarray  # both angles of each torsion spring
-    torsion_slot: np.ndarray  # (torsion springs, most entries, most entries)
+    The angles of the constraints come first, then those of springs and laws.
+    """
+
+    start: np.ndarray  # vector -> first of its entries
+    coordinate: np.ndarray  # of an entry
+    slot: np.ndarray  # (angles, most entries, most entries)
+    multiplier_slot: np.ndarray  # (angles of constraints, most entries)
+
+
+class Springs(NamedTuple):
+    """Springs, translational ones first."""
+
+    translational: int  # number of translational springs
+    f: np.ndarray  # function of time that multiplies the pull
+    vector: np.ndarray  # the vector of each translational spring, both of each torsion spring
+    slot: np.ndarray  # (springs, most entries, most entries)
+
+
+class Laws(NamedTuple):
+    """Force laws."""
+
+    address: np.ndarray
+    time: int  # the function of time that is t itself
+    parameter_start: np.ndarray  # law -> first of its parameters
+    f: np.ndarray  # function of time that multiplies a parameter
+    point_start: np.ndarray  # law -> first of its points
+    angle: int  # angle of the first point; those of the others follow
+    position: int  # vector of the first point's position; those of the others follow
+    coordinates: np.ndarray  # law -> number of coordinates that it depends on
+    place: np.ndarray  # entry of a vector -> place of its coordinate among those of its law
+    slot: np.ndarray  # (laws, most coordinates, most coordinates)
+    memory: int  # rows of memory that the largest law needs
 
 
 class Terms(NamedTuple):
@@ -59,32 +85,6 @@ class Terms(NamedTuple):
     slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
     products: int  # number of terms with i > 0
     polynomials: int  # number of terms without an angle
-
-
-class Angles(NamedTuple):
-    """Angles of directions, the constraints' first, and the coordinates that each depends on."""
-
-    start: np.ndarray  # angle -> first of its coordinates
-    coordinate: np.ndarray
-    slot: np.ndarray  # (angles, most coordinates, most coordinates)
-    multiplier_slot: np.ndarray  # (angles of constraints, most coordinates)
-
-
-class Laws(NamedTuple):
-    """Force laws: their addresses, and what each reads."""
-
-    address: np.ndarray
-    time: int  # the function of time that is t itself
-    parameter_start: np.ndarray  # law -> first of its parameters
-    f: np.ndarray  # function of time that multiplies a parameter
-    point_start: np.ndarray  # law -> first of its points
-    angle: np.ndarray  # of a point
-    entry_start: np.ndarray  # law -> first of its points' coefficients
-    coordinate_start: np.ndarray  # law -> first of its coordinates
-    coordinate: np.ndarray
-    place: np.ndarray  # of each angle's coordinates among those of its law
-    slot: np.ndarray  # (laws, most coordinates, most coordinates)
-    memory: int  # rows of memory that the largest law needs
 
 
 class Products(NamedTuple):
@@ -105,10 +105,10 @@ class Structure(NamedTuple):
     mass: Mass
     beams: Beams
     cables: Cables
+    vectors: Vectors
     springs: Springs
-    terms: Terms
-    angles: Angles
     laws: Laws
+    terms: Terms
     forces: Products  # rows as [1, q]
     sensors: Products
     pattern: Pattern
@@ -131,31 +131,21 @@ class CableValues(NamedTuple):
     retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
 
 
-class SpringValues(NamedTuple):
-    """Numbers of the springs; x and y are the coefficients of their coordinates."""
+class VectorValues(NamedTuple):
+    """Coefficients of the vectors' coordinates."""
 
     x: np.ndarray
     y: np.ndarray
+
+
+class SpringValues(NamedTuple):
+    """Numbers of the springs."""
+
     stiffness: np.ndarray
     rest: np.ndarray  # elongation, or `RELAXED` until the start is known
     cubic: np.ndarray
     damping: np.ndarray
     pull: np.ndarray
-
-
-class AngleValues(NamedTuple):
-    """Coefficients of the directions' coordinates."""
-
-    x: np.ndarray
-    y: np.ndarray
-
-
-class LawValues(NamedTuple):
-    """Numbers of the force laws; x and y are the coefficients of their points' coordinates."""
-
-    x: np.ndarray
-    y: np.ndarray
-    parameter: np.ndarray
 
 
 class Values(NamedTuple):
@@ -171,10 +161,10 @@ class Values(NamedTuple):
     mass: np.ndarray
     beams: BeamValues
     cables: CableValues
+    vectors: VectorValues
     springs: SpringValues
+    laws: np.ndarray  # parameters
     terms: np.ndarray  # coefficients
-    angles: AngleValues
-    laws: LawValues
     forces: np.ndarray  # coefficients
     sensors: np.ndarray  # coefficients
 

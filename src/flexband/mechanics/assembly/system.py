@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.mechanics.assembly.angles import AngleTable
 from flexband.mechanics.assembly.elements import BeamTable, CableTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
 from flexband.mechanics.assembly.springs import SpringTable
-from flexband.mechanics.assembly.stacking import count_samples, leaves, stack
+from flexband.mechanics.assembly.stacking import count_samples, leaves, stack, starts
 from flexband.mechanics.assembly.structure import Structure, Values
 from flexband.mechanics.assembly.tables import MassTable, Places, Table
+from flexband.mechanics.assembly.vectors import VectorTable
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.forms import Form, TimeFunction
@@ -98,17 +98,14 @@ def assemble(mechanism: Mechanism) -> System:
         except InputError as error:
             raise InputError(f"body {name!r}: {error}") from None
 
-    springs, angles, laws = _springs_angles_laws(mechanism)
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
     weight, force_rows = _forces(mechanism)
     tables: dict[str, Table] = {
         "mass": MassTable(mass),
         "beams": beams,
         "cables": cables,
-        "springs": springs,
+        **_vector_tables(mechanism),
         "terms": TermTable(mechanism.constraint_forms, state.multiplier, state.angle),
-        "angles": angles,
-        "laws": laws,
         "forces": ProductTable(force_rows),
         "sensors": ProductTable(sensor_rows),
     }
@@ -145,22 +142,35 @@ def assemble(mechanism: Mechanism) -> System:
     )  # fmt: skip
 
 
-def _springs_angles_laws(mechanism: Mechanism) -> tuple[SpringTable, AngleTable, LawTable]:
-    """Return the tables of springs, angles and laws.
+def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:
+    """Return the tables of vectors, and of the springs and laws that use them.
 
-    The angles of the constraints come first, then those of the torsion springs and of the laws.
+    Vectors with angles come first: those of constraints, of torsion springs and of points of laws.
+    Those of translational springs and the positions of points of laws follow.
     """
     owned = [
         (mechanism.state.multiplier + k, vector)
         for k, (_, row) in enumerate(mechanism.constraints)
         for vector, _ in row.angles
     ]
-    springs = SpringTable([spring for _, spring in mechanism.springs], len(owned))
-    before = [vector for _, vector in owned] + springs.directions
-    own = [frame.normal for law in mechanism.laws for frame in law.points]
-    angles = AngleTable(before + own, [k for k, _ in owned])
-    entries = sum(map(len, angles.groups[: len(before)]))
-    return springs, angles, LawTable(mechanism.laws, len(before), entries)
+    springs = [spring for _, spring in mechanism.springs]
+    points = [frame for law in mechanism.laws for frame in law.points]
+    parts = [
+        [vector for _, vector in owned],
+        [vector for spring in springs if spring.torsion for vector in spring.vectors],
+        [frame.normal for frame in points],
+        [vector for spring in springs if not spring.torsion for vector in spring.vectors],
+        [frame.position for frame in points],
+    ]
+    _, torsion, normal, straight, position, _ = starts(parts).tolist()
+    vectors = VectorTable([v for part in parts for v in part], straight, [k for k, _ in owned])
+    numbers = [range(a, a + 1) for a in range(straight, position)]
+    numbers += [range(a, a + 2) for a in range(torsion, normal, 2)]
+    return {
+        "vectors": vectors,
+        "springs": SpringTable(springs, numbers, vectors.groups),
+        "laws": LawTable(mechanism.laws, normal, position, vectors.groups),
+    }
 
 
 def _sensors(mechanism: Mechanism):

@@ -12,18 +12,14 @@ from itertools import combinations_with_replacement
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Mass
-from flexband.mechanics.forms import TimeFunction, Vector
+from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.kernels.state import State
 
 Couples = Iterator[tuple[int, int]]
 """Pairs (i, j) of rows of z."""
-
-Coefficients = dict[int, list[ArrayLike]]
-"""Row of z -> its coefficients in X and Y."""
 
 
 @dataclass(frozen=True)
@@ -81,21 +77,6 @@ def pairs_of(groups: Sequence[Sequence[int]]) -> Couples:
     """Yield the pairs of rows that share a group."""
     for group in groups:
         yield from combinations_with_replacement(group, 2)
-
-
-def linear(vector: Vector) -> Coefficients:
-    """Return the coefficients of a linear vector."""
-    entries: Coefficients = {}
-    for axis, form in enumerate(vector):
-        for (_, j, _), c in form.terms.items():
-            entries.setdefault(j, [0.0, 0.0])[axis] = c
-    return dict(sorted(entries.items()))
-
-
-def columns(vectors: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coefficients in X and in Y, vector by vector, shape (rows, n or 1)."""
-    x, y = (stack([c[axis] for own in vectors for c in own.values()]) for axis in range(2))
-    return x, y
 
 
 class MassTable:

@@ -26,18 +26,18 @@ def jacobian(system: System, z: np.ndarray, sample: int = 0) -> np.ndarray:
             values = np.atleast_1d(np.asarray(system.functions[f - 1](0.0), dtype=float))
             c[t] *= values[min(sample, len(values) - 1)]
     dense = np.zeros((state.angle, 1 + count))
-    plain, angles = slice(terms.polynomials), system.structure.angles
+    plain, vectors = slice(terms.polynomials), system.structure.vectors
     k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
     np.add.at(dense, (k, i), c[plain] * z[j])
     np.add.at(dense, (k, j), c[plain] * z[i])
-    x, y = (v[:, min(sample, v.shape[1] - 1)] for v in system.values.angles)
+    x, y = (v[:, min(sample, v.shape[1] - 1)] for v in system.values.vectors)
     for t in range(terms.polynomials, len(terms.k)):
         a = terms.j[t] - state.angle
-        own = slice(angles.start[a], angles.start[a + 1])
-        q = z[angles.coordinate[own]]
+        own = slice(vectors.start[a], vectors.start[a + 1])
+        q = z[vectors.coordinate[own]]
         nx, ny = x[own] @ q, y[own] @ q
         gradient = (nx * y[own] - ny * x[own]) / (nx * nx + ny * ny)
-        np.add.at(dense, (terms.k[t], angles.coordinate[own]), c[t] * gradient)
+        np.add.at(dense, (terms.k[t], vectors.coordinate[own]), c[t] * gradient)
     return dense[1 + count :, 1:]
 
 

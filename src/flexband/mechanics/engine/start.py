@@ -67,15 +67,9 @@ def elastic_matrix(structure, values, s, work):
         structure.terms, values.terms, values.functions, np.int64(0), z, filled(0.0), matrix
     )
     add_angle_tangent(
-        structure.angles,
-        values.angles,
-        structure.terms,
-        values.terms,
-        state,
-        z,
-        filled(0.0),
-        matrix,
-    )
+        structure.vectors, values.vectors, structure.terms, values.terms, state,
+        z, filled(0.0), matrix,
+    )  # fmt: skip
     return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
 
@@ -89,7 +83,7 @@ def assemble(structure, values, s, work):
     state, z, r = structure.state, work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
-        update_angles(structure.angles, values.angles, state, z)
+        update_angles(structure.vectors, values.vectors, state, z)
         left_out = elastic_matrix(structure, values, s, work)
         if iteration == 0:
             redundant = left_out
@@ -97,7 +91,7 @@ def assemble(structure, values, s, work):
         add_elastic_forces(structure.beams, values.beams, z, state.velocity, r)
         add_cable_forces(structure.cables, values.cables, z, state.velocity, r)
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
-        pass_on_moments(structure.angles, values.angles, state, z, r)
+        pass_on_moments(structure.vectors, values.vectors, state, z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         largest = filled(0.0)
@@ -155,7 +149,7 @@ def solve_accelerations(structure, values, work):
         store(r, k, load(r, k) - load(values.terms, t) * second)
     for t in range(terms.polynomials, len(terms.k)):
         a, k = terms.j[t] - state.angle, terms.k[t]
-        second = angle_drift(structure.angles, values.angles, state, z, a)
+        second = angle_drift(structure.vectors, values.vectors, state, z, a)
         store(r, k, load(r, k) - load(values.terms, t) * second)
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, state.coordinates + 1):
@@ -174,7 +168,7 @@ def start(structure, values, work, failure):
         store(z, i, load(values.start, i))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work)
-    set_rest(structure.springs, values.springs, state, z)
+    set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
     project_velocities(structure, values, s, work)
     left_out = solve_accelerations(structure, values, work)
     code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))

@@ -1,9 +1,9 @@
-"""Angles of directions as variables that follow from the coordinates, on lanes.
+"""Vectors that are linear in the coordinates, and their angles as variables, on lanes.
 
-An angle θ = atan2(n_y, n_x), with full turns counted, of a direction n that is linear in the
-coordinates has a row in the state z. What acts on θ, the derivative of the constraints' potential
-or a moment, is summed in the same row of the residual and then passed on to the coordinates
-by ∂θ/∂q.
+The angles θ = atan2(n_y, n_x) of the first vectors n, with full turns counted, have rows in the
+state z. What acts on θ, the derivative of the constraints' potential or a moment, is summed in the
+same row of the residual and then passed on to the coordinates by ∂θ/∂q. Springs and force laws use
+the other vectors.
 """
 
 from __future__ import annotations
@@ -14,78 +14,78 @@ from flexband.mechanics.kernels.lanes import add_to, atan2, compiled, load, near
 
 
 @compiled
-def direction(angles, values, z, first, a):
-    """Return n of angle `a`, or its rate if z holds the coordinates' rates from row `first` on."""
+def vector(vectors, values, z, first, a):
+    """Return vector `a`, or its rate if z holds the coordinates' rates from row `first` on."""
     x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
-    for p in range(angles.start[a], angles.start[a + 1]):
-        coordinate = load(z, first + angles.coordinate[p])
+    for p in range(vectors.start[a], vectors.start[a + 1]):
+        coordinate = load(z, first + vectors.coordinate[p])
         x += load(values.x, p) * coordinate
         y += load(values.y, p) * coordinate
     return x, y
 
 
 @compiled
-def update_angles(angles, values, state, z):
+def update_angles(vectors, values, state, z):
     """Set the angles, each on the turn nearest to its present value."""
-    for a in range(len(angles.start) - 1):
-        x, y = direction(angles, values, z, 0, a)
+    for a in range(state.velocity - state.angle):
+        x, y = vector(vectors, values, z, 0, a)
         angle, before = atan2(y, x), load(z, state.angle + a)
         turns = nearest_whole((before - angle) / math.tau)
         store(z, state.angle + a, angle + math.tau * turns)
 
 
 @compiled
-def angle_rate(angles, values, state, z, a):
+def angle_rate(vectors, values, state, z, a):
     """Return θ̇."""
-    x, y = direction(angles, values, z, 0, a)
-    u, v = direction(angles, values, z, state.velocity, a)
+    x, y = vector(vectors, values, z, 0, a)
+    u, v = vector(vectors, values, z, state.velocity, a)
     return (x * v - y * u) / (x * x + y * y)
 
 
 @compiled
-def angle_gradient(angles, values, p, x, y):
-    """Return ∂θ/∂q for entry p if the direction is (x, y)."""
+def angle_gradient(values, p, x, y):
+    """Return ∂θ/∂q for entry p of the vector (x, y)."""
     return (x * load(values.y, p) - y * load(values.x, p)) / (x * x + y * y)
 
 
 @compiled
-def pass_on_moments(angles, values, state, z, r):
+def pass_on_moments(vectors, values, state, z, r):
     """Pass what acts on the angles on to the coordinates, and keep it in z for the tangent."""
-    for a in range(len(angles.start) - 1):
+    for a in range(state.velocity - state.angle):
         moment = load(r, state.angle + a)
         store(z, state.moment + a, moment)
-        x, y = direction(angles, values, z, 0, a)
-        for p in range(angles.start[a], angles.start[a + 1]):
-            add_to(r, angles.coordinate[p], moment * angle_gradient(angles, values, p, x, y))
+        x, y = vector(vectors, values, z, 0, a)
+        for p in range(vectors.start[a], vectors.start[a + 1]):
+            add_to(r, vectors.coordinate[p], moment * angle_gradient(values, p, x, y))
 
 
 @compiled
-def add_angle_tangent(angles, values, terms, coefficient, state, z, weight, matrix):
+def add_angle_tangent(vectors, values, terms, coefficient, state, z, weight, matrix):
     """Add the angles' part of Φ_q, and `weight` times moment × θ_qq."""
     for t in range(terms.polynomials, len(terms.k)):
         a, own = terms.j[t] - state.angle, t - terms.polynomials
-        x, y = direction(angles, values, z, 0, a)
-        for p in range(angles.start[a], angles.start[a + 1]):
-            entry = load(coefficient, t) * angle_gradient(angles, values, p, x, y)
-            add_to(matrix, angles.multiplier_slot[own, p - angles.start[a]], entry)
-    for a in range(len(angles.start) - 1):
-        x, y = direction(angles, values, z, 0, a)
+        x, y = vector(vectors, values, z, 0, a)
+        for p in range(vectors.start[a], vectors.start[a + 1]):
+            entry = load(coefficient, t) * angle_gradient(values, p, x, y)
+            add_to(matrix, vectors.multiplier_slot[own, p - vectors.start[a]], entry)
+    for a in range(state.velocity - state.angle):
+        x, y = vector(vectors, values, z, 0, a)
         square = x * x + y * y
         factor = weight * load(z, state.moment + a) / (square * square)
         xx, xy = factor * 2.0 * x * y, factor * (y * y - x * x)
-        first = angles.start[a]
-        for p in range(first, angles.start[a + 1]):
+        first = vectors.start[a]
+        for p in range(first, vectors.start[a + 1]):
             px, py = load(values.x, p), load(values.y, p)
-            for q in range(p, angles.start[a + 1]):
+            for q in range(p, vectors.start[a + 1]):
                 qx, qy = load(values.x, q), load(values.y, q)
                 entry = xx * (px * qx - py * qy) + xy * (px * qy + py * qx)
-                add_to(matrix, angles.slot[a, p - first, q - first], entry)
+                add_to(matrix, vectors.slot[a, p - first, q - first], entry)
 
 
 @compiled
-def angle_drift(angles, values, state, z, a):
+def angle_drift(vectors, values, state, z, a):
     """Return θ̈ without ∂θ/∂q q̈, which is −2 (n · ṅ)(n × ṅ)/(n · n)²."""
-    x, y = direction(angles, values, z, 0, a)
-    u, v = direction(angles, values, z, state.velocity, a)
+    x, y = vector(vectors, values, z, 0, a)
+    u, v = vector(vectors, values, z, state.velocity, a)
     square = x * x + y * y
     return -2.0 * (x * u + y * v) * (x * v - y * u) / (square * square)

@@ -76,7 +76,7 @@ def violated_constraint(structure, values, now, z, r, tolerance):
     `tolerance` is relative to the size of the mechanism, `r` is work space.
     """
     state = structure.state
-    update_angles(structure.angles, values.angles, state, z)
+    update_angles(structure.vectors, values.vectors, state, z)
     clear(r, state.velocity)
     add_constraints(structure.terms, values.terms, values.functions, now, z, r)
     largest, worst = filled(0.0), filled(0.0)
@@ -127,24 +127,25 @@ def residual(structure, values, now, z, r, memory):
     `memory` is work space of force laws.
     """
     state, functions = structure.state, values.functions
-    update_angles(structure.angles, values.angles, state, z)
+    update_angles(structure.vectors, values.vectors, state, z)
     update_springs(
-        structure.springs, values.springs, structure.angles, values.angles, state, functions, now, z
-    )
+        structure.springs, values.springs, structure.vectors, values.vectors, state,
+        values.functions, now, z,
+    )  # fmt: skip
     clear(r, state.velocity)
     add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
     for i in range(1, state.coordinates + 1):
         add_to(r, i, -load(values.weight, i))
     add_elastic_forces(structure.beams, values.beams, z, state.velocity, r)
     add_cable_forces(structure.cables, values.cables, z, state.velocity, r)
-    add_spring_forces(structure.springs, values.springs, state, z, r)
+    add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
     add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
     add_law_forces(
-        structure.laws, values.laws, structure.angles, values.angles, state, functions, now, z, r,
+        structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z, r,
         memory,
     )  # fmt: skip
     add_constraints(structure.terms, values.terms, functions, now, z, r)
-    pass_on_moments(structure.angles, values.angles, state, z, r)
+    pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
 @inlined
@@ -171,18 +172,21 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     add_cable_tangent(
         structure.cables, values.cables, z, state.velocity, weight, rate, matrix, blocks
     )
-    add_spring_tangent(structure.springs, values.springs, state, z, weight, rate, matrix)
+    add_spring_tangent(
+        structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
+        rate, matrix,
+    )  # fmt: skip
     add_torsion_tangent(
-        structure.springs, values.springs, structure.angles, values.angles, state, z, weight, rate,
-        matrix,
+        structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
+        rate, matrix,
     )  # fmt: skip
     add_law_tangent(
-        structure.laws, values.laws, structure.angles, values.angles, state, functions, now, z,
+        structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z,
         weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
     )  # fmt: skip
     add_constraint_tangent(structure.terms, values.terms, functions, now, z, weight, matrix)
     add_angle_tangent(
-        structure.angles, values.angles, structure.terms, values.terms, state, z, weight, matrix
+        structure.vectors, values.vectors, structure.terms, values.terms, state, z, weight, matrix
     )
 
 
@@ -190,9 +194,9 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
 def sense(structure, values, now, z, outputs):
     """Set the sensors' rows, after the rows of z that they may depend on."""
     state = structure.state
-    update_angles(structure.angles, values.angles, state, z)
+    update_angles(structure.vectors, values.vectors, state, z)
     update_springs(
-        structure.springs, values.springs, structure.angles, values.angles, state,
+        structure.springs, values.springs, structure.vectors, values.vectors, state,
         values.functions, now, z,
     )  # fmt: skip
     if structure.reads_energy:

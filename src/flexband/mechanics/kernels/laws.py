@@ -7,7 +7,7 @@ the number of coordinates that the law depends on), K = −∂force/∂x (3P × 
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, direction
+from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
 from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
 
 AXES = 3
@@ -19,60 +19,53 @@ DIFFERENCE = 1e-6
 
 @compiled
 def _layout(laws, s):
-    """Return the numbers of points and coordinates of a law, and the rows of x, v, force and B."""
-    points = laws.point_start[s + 1] - laws.point_start[s]
-    coordinates = laws.coordinate_start[s + 1] - laws.coordinate_start[s]
-    x = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s]
-    return points, coordinates, x, x + AXES * points, x + 2 * AXES * points, x + 3 * AXES * points
+    """Return the first and the last point of a law, and the rows of x, v, force and B."""
+    first, last = laws.point_start[s], laws.point_start[s + 1]
+    x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (last - first)
+    return first, last, x, x + size, x + 2 * size, x + 3 * size
 
 
 @compiled
-def _fill(laws, values, angles, angle_values, state, functions, now, z, s, memory):
+def _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory):
     """Write time, parameters, positions and velocities."""
     store(memory, 0, load(functions, now + laws.time))
-    first = laws.parameter_start[s]
-    for k in range(first, laws.parameter_start[s + 1]):
-        value = load(values.parameter, k) * load(functions, now + laws.f[k])
-        store(memory, 1 + k - first, value)
-    points, count, x, v, _, _ = _layout(laws, s)
-    for k in range(points):
-        entry = laws.entry_start[s] + k * count
-        px, py, vx, vy = filled(0.0), filled(0.0), filled(0.0), filled(0.0)
-        for c in range(count):
-            coordinate = laws.coordinate[laws.coordinate_start[s] + c]
-            cx, cy = load(values.x, entry + c), load(values.y, entry + c)
-            position, rate = load(z, coordinate), load(z, state.velocity + coordinate)
-            px, py, vx, vy = px + cx * position, py + cy * position, vx + cx * rate, vy + cy * rate
-        a = laws.angle[laws.point_start[s] + k]
-        store(memory, x + AXES * k, px)
-        store(memory, x + AXES * k + 1, py)
-        store(memory, x + AXES * k + 2, load(z, state.angle + a))
-        store(memory, v + AXES * k, vx)
-        store(memory, v + AXES * k + 1, vy)
-        store(memory, v + AXES * k + 2, angle_rate(angles, angle_values, state, z, a))
+    begin = laws.parameter_start[s]
+    for k in range(begin, laws.parameter_start[s + 1]):
+        value = load(values, k) * load(functions, now + laws.f[k])
+        store(memory, 1 + k - begin, value)
+    first, last, x, v, _, _ = _layout(laws, s)
+    for p in range(first, last):
+        row, a = AXES * (p - first), laws.angle + p
+        px, py = vector(vectors, vector_values, z, 0, laws.position + p)
+        vx, vy = vector(vectors, vector_values, z, state.velocity, laws.position + p)
+        store(memory, x + row, px)
+        store(memory, x + row + 1, py)
+        store(memory, x + row + 2, load(z, state.angle + a))
+        store(memory, v + row, vx)
+        store(memory, v + row + 1, vy)
+        store(memory, v + row + 2, angle_rate(vectors, vector_values, state, z, a))
 
 
 @compiled
-def add_law_forces(laws, values, angles, angle_values, state, functions, now, z, r, memory):
+def add_law_forces(laws, values, vectors, vector_values, state, functions, now, z, r, memory):
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
     for s in range(len(laws.address)):
-        _fill(laws, values, angles, angle_values, state, functions, now, z, s, memory)
+        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
         call_at(laws.address[s], memory, 0)
-        points, count, _, _, force, _ = _layout(laws, s)
-        for k in range(points):
-            entry, row = laws.entry_start[s] + k * count, force + AXES * k
+        first, last, _, _, force, _ = _layout(laws, s)
+        for p in range(first, last):
+            row, position = force + AXES * (p - first), laws.position + p
             fx, fy = load(memory, row), load(memory, row + 1)
-            for c in range(count):
-                coordinate = laws.coordinate[laws.coordinate_start[s] + c]
-                part = load(values.x, entry + c) * fx + load(values.y, entry + c) * fy
-                add_to(r, coordinate, -part)
-            a = laws.angle[laws.point_start[s] + k]
-            add_to(r, state.angle + a, -load(memory, row + 2))
+            for e in range(vectors.start[position], vectors.start[position + 1]):
+                part = load(vector_values.x, e) * fx + load(vector_values.y, e) * fy
+                add_to(r, vectors.coordinate[e], -part)
+            add_to(r, state.angle + laws.angle + p, -load(memory, row + 2))
 
 
 @compiled
 def add_law_tangent(
-    laws, values, angles, angle_values, state, functions, now, z, weight, rate, size, matrix, memory
+    laws, values, vectors, vector_values, state, functions, now, z, weight, rate, size, matrix,
+    memory,
 ):  # fmt: skip
     """Add `weight` times Bᵀ (K + Kᵀ)/2 B; the matrix is symmetric, so K's other part is left out.
 
@@ -80,9 +73,9 @@ def add_law_tangent(
     is the size of the mechanism [m].
     """
     for s in range(len(laws.address)):
-        _fill(laws, values, angles, angle_values, state, functions, now, z, s, memory)
-        points, count, x, v, force, B = _layout(laws, s)
-        axes = AXES * points
+        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        first, last, x, v, force, B = _layout(laws, s)
+        axes, count = AXES * (last - first), laws.coordinates[s]
         K, KB = B + axes * count, B + axes * count + axes * axes
         for j in range(axes):
             nudge = filled(DIFFERENCE)
@@ -99,7 +92,7 @@ def add_law_tangent(
                     store(memory, row, -part if sign > 0.0 else load(memory, row) - part)
             store(memory, x + j, place)
             store(memory, v + j, speed)
-        _fill_directions(laws, values, angles, angle_values, z, s, memory, B)
+        _fill_derivatives(laws, vectors, vector_values, z, s, memory, B)
         for i in range(axes):
             for c in range(count):
                 total = filled(0.0)
@@ -116,17 +109,18 @@ def add_law_tangent(
 
 
 @compiled
-def _fill_directions(laws, values, angles, angle_values, z, s, memory, B):
+def _fill_derivatives(laws, vectors, vector_values, z, s, memory, B):
     """Write B, the derivatives of the points' positions and angles by the coordinates."""
-    points, count, _, _, _, _ = _layout(laws, s)
-    for k in range(points):
-        entry, row = laws.entry_start[s] + k * count, B + AXES * k * count
-        for c in range(count):
-            store(memory, row + c, load(values.x, entry + c))
-            store(memory, row + count + c, load(values.y, entry + c))
-            store(memory, row + 2 * count + c, filled(0.0))
-        a = laws.angle[laws.point_start[s] + k]
-        nx, ny = direction(angles, angle_values, z, 0, a)
-        for p in range(angles.start[a], angles.start[a + 1]):
-            gradient = angle_gradient(angles, angle_values, p, nx, ny)
-            store(memory, row + 2 * count + laws.place[p], gradient)
+    first, last, _, _, _, _ = _layout(laws, s)
+    count = laws.coordinates[s]
+    for row in range(B, B + AXES * (last - first) * count):
+        store(memory, row, filled(0.0))
+    for p in range(first, last):
+        row, position, a = B + AXES * (p - first) * count, laws.position + p, laws.angle + p
+        for e in range(vectors.start[position], vectors.start[position + 1]):
+            store(memory, row + laws.place[e], load(vector_values.x, e))
+            store(memory, row + count + laws.place[e], load(vector_values.y, e))
+        nx, ny = vector(vectors, vector_values, z, 0, a)
+        for e in range(vectors.start[a], vectors.start[a + 1]):
+            gradient = angle_gradient(vector_values, e, nx, ny)
+            store(memory, row + 2 * count + laws.place[e], gradient)

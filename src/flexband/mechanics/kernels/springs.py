@@ -4,16 +4,15 @@ A spring acts along its elongation s with the tension
 
     T = k x + k₃ x³ + d ṡ + f(t),   x = s − s₀.
 
-The elongation of a translational spring is the length ℓ = |d| of a vector d that is linear in the
-coordinates; that of a torsion spring is the difference of two angles. The translational springs are
-numbered first.
+The elongation of a translational spring is the length ℓ = |d| of a vector d; that of a torsion
+spring is the difference of the angles of two vectors. The translational springs come first.
 """
 
 from __future__ import annotations
 
 import math
 
-from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, direction
+from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
@@ -35,17 +34,6 @@ RELAXED = 1e300
 
 
 @compiled
-def _vector(springs, values, z, first, s):
-    """Return d of a translational spring, or its rate if z holds rates from row `first` on."""
-    x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
-    for p in range(springs.start[s], springs.start[s + 1]):
-        coordinate = load(z, first + springs.coordinate[p])
-        x += load(values.x, p) * coordinate
-        y += load(values.y, p) * coordinate
-    return x, y
-
-
-@compiled
 def _length(x, y):
     """Return the length of a vector, which is never 0."""
     return maximum(sqrt(x * x + y * y), filled(SHORTEST))
@@ -54,56 +42,56 @@ def _length(x, y):
 @compiled
 def _angles_of(springs, s):
     """Return the numbers of both angles of a torsion spring."""
-    place = 2 * (s - (len(springs.start) - 1))
-    return springs.angle[place], springs.angle[place + 1]
+    place = 2 * s - springs.translational
+    return springs.vector[place], springs.vector[place + 1]
 
 
 @compiled
-def elongation(springs, values, state, z, s):
+def elongation(springs, vectors, vector_values, state, z, s):
     """Return s."""
-    if s < len(springs.start) - 1:
-        x, y = _vector(springs, values, z, 0, s)
+    if s < springs.translational:
+        x, y = vector(vectors, vector_values, z, 0, springs.vector[s])
         return _length(x, y)
     first, second = _angles_of(springs, s)
     return load(z, state.angle + first) - load(z, state.angle + second)
 
 
 @compiled
-def _rate(springs, values, angles, angle_values, state, z, s):
+def _rate(springs, vectors, vector_values, state, z, s):
     """Return ṡ."""
-    if s < len(springs.start) - 1:
-        x, y = _vector(springs, values, z, 0, s)
-        vx, vy = _vector(springs, values, z, state.velocity, s)
+    if s < springs.translational:
+        x, y = vector(vectors, vector_values, z, 0, springs.vector[s])
+        vx, vy = vector(vectors, vector_values, z, state.velocity, springs.vector[s])
         return (x * vx + y * vy) / _length(x, y)
     first, second = _angles_of(springs, s)
-    rate = angle_rate(angles, angle_values, state, z, first)
-    return rate - angle_rate(angles, angle_values, state, z, second)
+    rate = angle_rate(vectors, vector_values, state, z, first)
+    return rate - angle_rate(vectors, vector_values, state, z, second)
 
 
 @compiled
-def update_springs(springs, values, angles, angle_values, state, functions, now, z):
+def update_springs(springs, values, vectors, vector_values, state, functions, now, z):
     """Set the tension T and the elongation s of every spring."""
     for s in range(len(springs.f)):
-        length = elongation(springs, values, state, z, s)
+        length = elongation(springs, vectors, vector_values, state, z, s)
         stretch = length - load(values.rest, s)
         elastic = load(values.stiffness, s) + load(values.cubic, s) * stretch * stretch
-        rate = _rate(springs, values, angles, angle_values, state, z, s)
+        rate = _rate(springs, vectors, vector_values, state, z, s)
         pull = load(values.pull, s) * load(functions, now + springs.f[s])
-        tension = elastic * stretch + load(values.damping, s) * rate + pull
-        store(z, state.tension + s, tension)
+        store(z, state.tension + s, elastic * stretch + load(values.damping, s) * rate + pull)
         store(z, state.elongation + s, length)
 
 
 @compiled
-def add_spring_forces(springs, values, state, z, r):
+def add_spring_forces(springs, vectors, vector_values, state, z, r):
     """Add T ∂s/∂q, or T to the rows of the angles; the springs are up to date."""
-    for s in range(len(springs.start) - 1):
-        x, y = _vector(springs, values, z, 0, s)
+    for s in range(springs.translational):
+        a = springs.vector[s]
+        x, y = vector(vectors, vector_values, z, 0, a)
         tension = load(z, state.tension + s) / load(z, state.elongation + s)
-        for p in range(springs.start[s], springs.start[s + 1]):
-            force = x * load(values.x, p) + y * load(values.y, p)
-            add_to(r, springs.coordinate[p], tension * force)
-    for s in range(len(springs.start) - 1, len(springs.f)):
+        for p in range(vectors.start[a], vectors.start[a + 1]):
+            force = x * load(vector_values.x, p) + y * load(vector_values.y, p)
+            add_to(r, vectors.coordinate[p], tension * force)
+    for s in range(springs.translational, len(springs.f)):
         first, second = _angles_of(springs, s)
         add_to(r, state.angle + first, load(z, state.tension + s))
         add_to(r, state.angle + second, -load(z, state.tension + s))
@@ -118,58 +106,59 @@ def _slope(values, state, z, rate, s):
 
 
 @compiled
-def add_spring_tangent(springs, values, state, z, weight, rate, matrix):
+def add_spring_tangent(springs, values, vectors, vector_values, state, z, weight, rate, matrix):
     """Add `weight` times the tangent of translational springs, (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ).
 
     The change of the damper's ℓ̇ with the direction is left out.
     """
-    for s in range(len(springs.start) - 1):
-        begin, end = springs.start[s], springs.start[s + 1]
-        x, y = _vector(springs, values, z, 0, s)
+    for s in range(springs.translational):
+        a = springs.vector[s]
+        begin, end = vectors.start[a], vectors.start[a + 1]
+        x, y = vector(vectors, vector_values, z, 0, a)
         length = load(z, state.elongation + s)
         slope = weight * _slope(values, state, z, rate, s)
         across = weight * load(z, state.tension + s) / length
         nx, ny = x / length, y / length
         for p in range(begin, end):
-            px, py = load(values.x, p), load(values.y, p)
+            px, py = load(vector_values.x, p), load(vector_values.y, p)
             for q in range(p, end):
-                qx, qy = load(values.x, q), load(values.y, q)
+                qx, qy = load(vector_values.x, q), load(vector_values.y, q)
                 along = (nx * px + ny * py) * (nx * qx + ny * qy)
                 entry = across * (px * qx + py * qy) + (slope - across) * along
                 add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
 
 
 @compiled
-def _angle_entry(springs, angles, angle_values, z, s, e):
+def _angle_entry(springs, vectors, vector_values, z, s, e):
     """Return the coordinate of entry `e` of a torsion spring, and ∂s/∂q there."""
-    first, second = _angles_of(springs, s)
-    count = angles.start[first + 1] - angles.start[first]
-    a, sign = (first, 1.0) if e < count else (second, -1.0)
-    p = angles.start[a] + (e if e < count else e - count)
-    x, y = direction(angles, angle_values, z, 0, a)
-    return angles.coordinate[p], sign * angle_gradient(angles, angle_values, p, x, y)
+    a, second = _angles_of(springs, s)
+    count, sign = vectors.start[a + 1] - vectors.start[a], 1.0
+    if e >= count:
+        a, e, sign = second, e - count, -1.0
+    x, y = vector(vectors, vector_values, z, 0, a)
+    p = vectors.start[a] + e
+    return vectors.coordinate[p], sign * angle_gradient(vector_values, p, x, y)
 
 
 @compiled
-def add_torsion_tangent(springs, values, angles, angle_values, state, z, weight, rate, matrix):
+def add_torsion_tangent(springs, values, vectors, vector_values, state, z, weight, rate, matrix):
     """Add `weight` times (T′ + rate d) ∂s/∂q ∂s/∂qᵀ of torsion springs.
 
-    The rest, T times the second derivatives of the angles, is in `angles.add_angle_tangent`.
+    `angles.add_angle_tangent` adds T times the second derivatives of the angles.
     """
-    for s in range(len(springs.start) - 1, len(springs.f)):
+    for s in range(springs.translational, len(springs.f)):
         slope = weight * _slope(values, state, z, rate, s)
         first, second = _angles_of(springs, s)
-        count = angles.start[first + 1] - angles.start[first]
-        count += angles.start[second + 1] - angles.start[second]
-        torsion = s - (len(springs.start) - 1)
+        count = vectors.start[first + 1] - vectors.start[first]
+        count += vectors.start[second + 1] - vectors.start[second]
         for e in range(count):
-            i, gradient = _angle_entry(springs, angles, angle_values, z, s, e)
+            i, gradient = _angle_entry(springs, vectors, vector_values, z, s, e)
             for f in range(e, count):
-                j, other = _angle_entry(springs, angles, angle_values, z, s, f)
+                j, other = _angle_entry(springs, vectors, vector_values, z, s, f)
                 entry = slope * gradient * other
                 if i == j and e != f:  # both angles depend on this coordinate
                     entry = entry + entry
-                add_to(matrix, springs.torsion_slot[torsion, e, f], entry)
+                add_to(matrix, springs.slot[s, e, f], entry)
 
 
 @compiled
@@ -185,14 +174,15 @@ def spring_energy(springs, values, state, z):
 
 
 @compiled
-def set_rest(springs, values, state, z):
+def set_rest(springs, values, vectors, vector_values, state, z):
     """Set s₀ of springs that are relaxed at the start.
 
     A given angle at rest is counted from the turn on which the torsion spring starts.
     """
     for s in range(len(springs.f)):
-        start, given = elongation(springs, values, state, z, s), load(values.rest, s)
+        start = elongation(springs, vectors, vector_values, state, z, s)
+        given = load(values.rest, s)
         relaxed = less(filled(0.5 * RELAXED), given)
-        if s >= len(springs.start) - 1:
+        if s >= springs.translational:
             given = given + math.tau * nearest_whole(start / math.tau)
         store(values.rest, s, where(relaxed, start, given))

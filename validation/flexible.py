@@ -127,7 +127,7 @@ def soft_pendulum() -> list[Check]:
 
 
 def stiff_pendulum() -> list[Check]:
-    """Compare with a published stiff pendulum, 0.05 m square, without rotary inertia of sections."""
+    """Compare with a published stiff pendulum, 0.05 m square, without rotary inertia."""
     exact = {0.5: (-0.09020, -0.99593), 1.0: (-0.99997, -0.00813)}
     area, modulus = 0.05**2, 2.1e10
     cable = fb.Cable(
@@ -138,7 +138,7 @@ def stiff_pendulum() -> list[Check]:
 
 
 def flexible_slider_crank() -> list[Check]:
-    """Simeon's slider–crank: an elastic rod between the crank's end, on a circle, and the slider."""
+    """Simeon's slider–crank: the crank's end on a circle, an elastic rod, a point mass."""
     crank, length, speed = 0.15, 0.3, 150.0
     model = fb.Mechanism(
         bodies={

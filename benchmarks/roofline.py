@@ -15,18 +15,18 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 from kernels import kernel_cases, kernel_time
 
-from flexband.mechanics import (
-    elastic_forces,
-    element,
-    equations,
-    factorization,
-    spring_forces,
-)
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.start import start
-from flexband.mechanics.kernels import lanes
+from flexband.mechanics.kernels import (
+    beam_strains,
+    beams,
+    equations,
+    factorization,
+    lanes,
+    springs,
+)
 from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
 
 CHAINS = 12
@@ -82,7 +82,7 @@ def counting():
         "maximum": lambda a, b: Counted(max(float(a), float(b))),
     }
     kept: list[tuple[ModuleType, str, object]] = []
-    for module in (lanes, element, elastic_forces, equations, factorization, spring_forces):
+    for module in (lanes, beam_strains, beams, equations, factorization, springs):
         for name, value in list(vars(module).items()):
             new = plain.get(name, getattr(value, "py_func", None))
             if new is not None and callable(value):

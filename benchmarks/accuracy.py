@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from accuracy_cases import cases
-from accuracy_honesty import details, estimates, notes
+from accuracy_estimates import details, estimates, notes
 from accuracy_references import Case
 from harness import ROOT, options, report
 from matplotlib.figure import Figure

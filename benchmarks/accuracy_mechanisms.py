@@ -176,8 +176,8 @@ def _ten_inputs(response, inputs: dict, coupler: int = 8, points: int = 16) -> x
     Sobol points ξ differ by 0.02 %, half of the difference of 4096 points.
     """
     one, weights = normal_rule(points, 4.8)
-    gentle = np.concatenate([2 * np.eye(4), -2 * np.eye(4)])
-    xi = np.concatenate([np.repeat(one, 8)[:, None], np.tile(gentle, (points, 1))], axis=1)
+    smooth = np.concatenate([2 * np.eye(4), -2 * np.eye(4)])
+    xi = np.concatenate([np.repeat(one, 8)[:, None], np.tile(smooth, (points, 1))], axis=1)
     turn = np.array([[2.0, -1.0], [1.0, 2.0]]) / math.sqrt(5)  # scatter of ln E and ln ρ
     xi[:, :2] = xi[:, :2] @ turn
     nodes, corners = lobatto(coupler), _quadratic_points()

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 FACTOR = 5.0
-"""An expected error is honest if it is within this factor of the true error."""
+"""Factor between expected and true error up to which an estimate counts as right."""
 
 NEGLIGIBLE = 1e-5
 """Part of the response; smaller errors, expected or true, count as this large."""
@@ -60,7 +60,7 @@ def _windows(v: np.ndarray) -> np.ndarray:
     return np.array([np.sqrt(np.mean(part**2)) for part in np.array_split(v, WINDOWS)])
 
 
-def honest(expected, true):
+def within_factor(expected, true):
     """Return whether expected errors are within the factor of the true ones."""
     a, b = np.maximum(expected, NEGLIGIBLE), np.maximum(true, NEGLIGIBLE)
     return (a <= FACTOR * b) & (b <= FACTOR * a)
@@ -72,7 +72,7 @@ def too_small(expected, true):
 
 
 def notes(found: Claims) -> list[str]:
-    """Return the number of honest estimates of every method, for ordinary cases and for traps."""
+    """Return lines that count the right estimates of every method, for ordinary cases and traps."""
     rows = [(case, method, e) for (case, method, _), own in found.items() for e in own.values()]
     lines = []
     for method in dict.fromkeys(method for _, method, _ in rows):
@@ -95,7 +95,7 @@ def notes(found: Claims) -> list[str]:
 
 def _count(pairs: list[tuple[float, float]]) -> str:
     expected, true = np.array(pairs).T
-    right = honest(expected, true)
+    right = within_factor(expected, true)
     return (
         f"{right.sum()} of {len(pairs)} ({100 * right.mean():.0f} %) within a factor of "
         f"{FACTOR:g}, {too_small(expected, true).sum()} too small"
@@ -109,8 +109,8 @@ def details(found: Claims) -> dict:
             name: {
                 "expected": e.expected,
                 "true": e.true,
-                "honest": bool(honest(e.expected, e.true)),
-                "honest_windows": float(honest(e.local_expected, e.local_true).mean()),
+                "right": bool(within_factor(e.expected, e.true)),
+                "right_windows": float(within_factor(e.local_expected, e.local_true).mean()),
                 "windows_too_small": float(too_small(e.local_expected, e.local_true).mean()),
             }
             for name, e in own.items()

@@ -1,7 +1,7 @@
-"""Errors of the methods against runs, on studies whose bands are known.
+"""Errors of the methods against the number of runs, on studies with known bands.
 
-Errors are ∫|Δ| dt / ∫|reference| dt over both bounds, the largest of the outputs. At its full size
-the table goes into docs/methods.md and the figure into docs/images/accuracy.png.
+An error is ∫|Δ| dt / ∫|reference| dt over both bounds, the largest of all outputs. At full size the
+benchmark writes its table into docs/accuracy.md and its figure to docs/images/accuracy.png.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from accuracy_cases import cases
-from accuracy_honesty import details, estimates, notes
+from accuracy_estimates import details, estimates, notes
 from accuracy_references import Case
 from harness import ROOT, options, report
 from matplotlib.figure import Figure
@@ -23,13 +23,13 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Method
 
 FULL = 200
-"""Samples of LHS–Scanning from which on the documentation is written."""
+"""With at least this many samples of LHS–Scanning the documentation is written."""
 
-MOST_RUNS, MOST_POINTS = 4000, 32
-"""Of a method, and of the scan of LHS–Scanning."""
+MAX_RUNS, MAX_POINTS = 4000, 32
+"""Most runs of a method, and most points of the scan of LHS–Scanning."""
 
-RANGE = 5e-4, 100.0
-"""Of the figure [%]."""
+ERROR_RANGE = 5e-4, 100.0
+"""Range of the errors in the figure [%]."""
 
 START, END = "<!-- accuracy -->", "<!-- end of accuracy -->"
 STYLES = {
@@ -39,13 +39,12 @@ STYLES = {
     "LHS–Scanning": "^:",
 }
 
-
 BUDGET = 96
-"""Runs of the adaptive method where its tolerance is not met."""
+"""Most runs of the adaptive method."""
 
 
 def methods(case: Case, samples: int) -> Iterator[Method]:
-    """Yield the methods to try on a case, those of too many runs left out."""
+    """Yield the methods to apply to a case, except those that take too many runs."""
     space = Space(case.inputs)
     tried: list[Method] = [fb.AdaptivePCCI(tolerance, BUDGET) for tolerance in (0.01, 0.001)]
     tried += [fb.PhaseResolvedPCCI(*orders) for orders in case.orders]
@@ -55,18 +54,18 @@ def methods(case: Case, samples: int) -> Iterator[Method]:
             tried.append(
                 fb.ImprovedPCCI(*({name: min(order, 9 * k) for name, k in o.items()} for o in own))
             )
-    points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MOST_POINTS]
+    points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MAX_POINTS]
     tried += [fb.LHSScanning(samples // 2, p) for p in points[:1]]
-    yield from (method for method in tried if method.runs(space) <= MOST_RUNS)
+    yield from (method for method in tried if method.runs(space) <= MAX_RUNS)
 
 
 def percent(found: xr.DataArray, truth: xr.DataArray) -> float:
-    """Return the relative error, largest of the outputs, in per cent."""
+    """Return the largest relative error of all outputs in per cent."""
     return 100 * float(np.max(relative_error(found, truth)))
 
 
 def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
-    """Return the error that a method expects of itself, in per cent, or nothing."""
+    """Return the error that a method expects in per cent, or "" if it estimates none."""
     name = f"{variable}_expected_error"
     if name not in bands:
         return ""
@@ -75,7 +74,7 @@ def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
 
 
 def main() -> None:
-    chosen = options(__doc__, FULL, cases="only the cases whose names hold this text")
+    chosen = options(__doc__, FULL, cases="run only the cases whose names contain this text")
     whole = chosen.samples >= FULL
     studies = [(name, make) for name, make in cases().items() if chosen.cases in name]
     rows, points, claims = [], {}, {}
@@ -94,20 +93,21 @@ def main() -> None:
             )
             points[name].setdefault(method.name, []).append((runs, *errors))
             claims[name, method.name, method.label] = dict(estimates(bands, truth))
-    header = ["case", "method", "runs", "mean", "error bar", "expected", "expected", "trusted"]
+    header = ["case", "method", "runs", "mean", "error bar"]
+    header += ["expected, mean", "expected, error bar", "trusted"]
     lines = [
-        "errors in per cent; orders are those of (random | inputs, interval | inputs)",
+        "errors are in per cent; orders are those of the random, then of the interval inputs",
         *notes(claims),
     ]
     measured = {"points": points, "claims": details(claims)}
     report(chosen.output, "accuracy", header, rows, measured, lines)
     if whole and not chosen.cases:
         figure(points).savefig(ROOT / "docs" / "images" / "accuracy.png", dpi=100)
-        write_table(ROOT / "docs" / "methods.md", header, rows, lines)
+        write_table(ROOT / "docs" / "accuracy.md", header, rows, lines)
 
 
 def figure(points: dict) -> Figure:
-    """Draw the error of the error bar against runs, a panel a case."""
+    """Draw the error of the interval error bar against runs, one panel per case."""
     shown = {name: own for name, own in points.items() if "trap" not in name}
     drawing = Figure(figsize=(14, 8), layout="constrained")
     panels = drawing.subplots(3, 5, sharey=True).flat
@@ -117,7 +117,7 @@ def figure(points: dict) -> Figure:
             axes.loglog(runs, bar, STYLES[method], label=method, markersize=4)
         axes.set_title(name, fontsize=9)
         axes.grid(alpha=0.3)
-        axes.set_ylim(*RANGE)
+        axes.set_ylim(*ERROR_RANGE)
     for axes in panels:
         axes.set_axis_off()
     drawing.supxlabel("runs")
@@ -127,7 +127,7 @@ def figure(points: dict) -> Figure:
 
 
 def write_table(file: Path, header: list[str], rows: list[list[str]], lines: Sequence[str]) -> None:
-    """Put the table, and lines below it, between its marks."""
+    """Write the table, and the lines below it, between its marks in a file."""
     text = file.read_text(encoding="utf-8")
     table = ["| " + " | ".join(cells) + " |" for cells in [header, ["---"] * len(header), *rows]]
     table += ["", *(f"- {line}" for line in lines)]

@@ -1,4 +1,4 @@
-"""Studies whose bands are known, by name: formulas and mechanisms, and traps among them."""
+"""Studies with known bands, by name: formulas, mechanisms and traps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ import flexband as fb
 
 
 def cases() -> dict[str, Callable[[], Case]]:
-    """Return what makes each case, by name."""
+    """Return functions that make the cases, by name."""
     soft = {"E": 6.9e9, "elements": 5}
     wide = {"scatter": 0.05, "tolerance": 0.1}
     return {

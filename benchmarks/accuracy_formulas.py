@@ -1,4 +1,4 @@
-"""Formulas that ring, and formulas that set traps, of a normal x and an e in [−1, 1]."""
+"""Oscillating formulas and traps, functions of a normal x, an e in [−1, 1] and time."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ TAU = 2 * np.pi
 TIMES = np.arange(1001) * 0.02  # twenty periods of 1 Hz
 FORMULA_INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
 SMOOTH, BROKEN = (280, 201), (1400, 101)
-"""Points of x and of e in the reference. Jumps and kinks in x are halfway between points of x for
-every e: steps are 0.01 in x and 0.02 in e."""
+"""Numbers of points x and e in the reference. For every e, jumps and kinks in x lie halfway between
+points x, because the steps are 0.01 in x and 0.02 in e."""
 
 
 def formula(f: Callable[..., np.ndarray], highest: int = 2) -> Case:
-    """Return f(x, e, t) over twenty periods."""
+    """Return the case of f(x, e, t) over twenty periods."""
     points = BROKEN if f in (bifurcation, kink, slow_kink) else SMOOTH
 
     def response(x, e):
@@ -58,7 +58,7 @@ def fades(x, e, t):
 
 
 def slow(x, e, t):
-    """Decay without ringing."""
+    """Decay without oscillation."""
     return (1 + 0.1 * x + 0.2 * e) * np.exp(-0.1 * (1 + 0.1 * x - 0.2 * e) * t)
 
 
@@ -80,21 +80,21 @@ def interior(x, e, t):
 
 
 def kink(x, e, t):
-    """Ring beside a stop that is touched or not."""
+    """Oscillate next to a stop that is touched for some inputs only."""
     touch = np.abs(x + e - 0.2) * (1 - np.exp(-0.5 * t))
     return touch + 0.5 * np.cos(TAU * (1 + 0.02 * x) * t)
 
 
 def slow_kink(x, e, t):
-    """Touch a stop or not; nothing rings."""
+    """Touch a stop for some inputs only, without oscillation."""
     return np.abs(x + e - 0.2) * (1 - np.exp(-0.5 * t))
 
 
 def pulse(x, e, t):
-    """Arrive sooner or later and pass."""
+    """Pulse whose time of arrival depends on the inputs."""
     return np.exp(-(((t - 10 - 0.6 * x - 0.8 * e) / 0.4) ** 2))
 
 
 def onset(x, e, t):
-    """Arrive sooner or later and stay."""
+    """Step whose time of arrival depends on the inputs."""
     return (1 + np.tanh((t - 8 - 0.6 * x - 0.8 * e) / 0.3)) / 2

@@ -1,4 +1,4 @@
-"""Mechanisms whose bands are known: the slider–crank, and a four-bar linkage of ten inputs."""
+"""Mechanisms with known bands: the slider–crank and a four-bar linkage with ten inputs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from flexband.uncertainty.expansions.hybrid import tensor_points, tensor_values
 from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.space import Space
 
-START = 0.6  # rad, angle of the four-bar's crank
+START = 0.6  # rad: initial angle of the crank of the four-bar linkage
 
 
 def slider_crank(
@@ -30,9 +30,11 @@ def slider_crank(
     elements: int = 3,
     displacement: bool = False,
 ) -> Case:
-    """Return the paper's mechanism; E [Pa] with its relative scatter, the crank's tolerance.
+    """Return the slider–crank of the paper.
 
-    Outputs are the reactions at A, or the displacement of the link's middle.
+    `E` [Pa] has the relative standard deviation `scatter`; `tolerance` is the relative tolerance of
+    the crank's length. Outputs are the reactions at A, or the position of the link's middle if
+    `displacement`.
     """
     sensors = {"middle": fb.Position("link.middle")} if displacement else {"F": fb.Reaction("A")}
     example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
@@ -63,7 +65,7 @@ def slider_crank(
         )
 
     def reference() -> xr.Dataset:
-        """Moments by 141 points of E, extremes on a grid of 161 × 5."""
+        """Return bands from moments at 141 points of E and extremes on a grid of 161 × 5 points."""
         x, weights = normal_rule(141)
         xi = np.stack([x, np.zeros_like(x)], axis=1)
         nodes = [scaled_chebyshev_zeros(24), scaled_chebyshev_zeros(3)]
@@ -94,9 +96,9 @@ def four_bar(
     friction,
     speed,
 ):
-    """Return a crank–rocker with a slender coupler and a load, a spring and friction at the rocker.
+    """Return a crank–rocker with a slender coupler and with load, spring, friction at the rocker.
 
-    Lengths in m, stiffness in N m/rad, load in kg, friction in N m s/rad, speed in rad/s.
+    Lengths are in m, stiffness in N m/rad, load in kg, friction in N m s/rad, speed in rad/s.
     """
     size = {"height": 0.012, "width": 0.012}
     bar = 7800.0 * 0.012**2 * rocker_length
@@ -134,10 +136,10 @@ def four_bar(
 
 
 def ten_inputs() -> Case:
-    """Return the four-bar with tolerances of all lengths; the coupler rings at 88 Hz.
+    """Return the four-bar linkage with tolerances of all lengths; its coupler oscillates at 88 Hz.
 
-    All inputs move the forces by 0.5 to 4 %; the bending of the coupler, most of which is ringing,
-    turns by ±3 rad with its own length and as much with its material until the end.
+    Every input changes the forces by 0.5 to 4 %. The bending of the coupler is mostly oscillation;
+    at the end its phase varies by ±3 rad with the coupler's length and as much with its material.
     """
     inputs = {
         "coupler_length": _within(0.4, 0.005),
@@ -165,17 +167,17 @@ def ten_inputs() -> Case:
 
 
 def _ten_inputs(response, inputs: dict, coupler: int = 8, points: int = 16) -> xr.Dataset:
-    """Return bands of the four-bar: moments by a product rule in ξ, interpolated over η.
+    """Return bands of the four-bar linkage: moments by a product rule in ξ, interpolated over η.
 
-    The coupler's frequency √(E/ρ)/L² moves with one direction of ξ and one of η. Along these the
-    rules are dense; the four others of each kind are gentle: moments over ξ are of degree 3, and
-    over η they are quadratic with all products of two variables. Bands from 11 × 3⁴ × 160 runs in
-    place of these 8 × 15 × 128 differ by 0.002 %, moments by 8192 Sobol points ξ by 0.02 %, which
-    is half of what 4096 differ by.
+    The coupler's frequency √(E/ρ)/L² depends on one direction of ξ and one of η, along which the
+    rules are dense. The response is smooth in the four other variables of each kind: the rule over
+    ξ has degree 3, and the interpolation over η is quadratic with all products of two variables.
+    Bands from 11 × 3⁴ × 160 runs instead of these 8 × 15 × 128 differ by 0.002 %. Moments from 8192
+    Sobol points ξ differ by 0.02 %, half of the difference of 4096 points.
     """
     one, weights = normal_rule(points, 4.8)
-    gentle = np.concatenate([2 * np.eye(4), -2 * np.eye(4)])
-    xi = np.concatenate([np.repeat(one, 8)[:, None], np.tile(gentle, (points, 1))], axis=1)
+    smooth = np.concatenate([2 * np.eye(4), -2 * np.eye(4)])
+    xi = np.concatenate([np.repeat(one, 8)[:, None], np.tile(smooth, (points, 1))], axis=1)
     turn = np.array([[2.0, -1.0], [1.0, 2.0]]) / math.sqrt(5)  # scatter of ln E and ln ρ
     xi[:, :2] = xi[:, :2] @ turn
     nodes, corners = lobatto(coupler), _quadratic_points()
@@ -209,7 +211,7 @@ def _scattered(value: float, scatter: float) -> fb.Normal:
 
 
 def _moments(response, inputs: dict, rule, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and variance at every η, (points, output, time), by a rule (ξ, weights)."""
+    """Return mean and variance at every η by a rule (ξ, weights), (points, output, time)."""
     xi, weights = rule
     space, found = Space(inputs), []
     for first in range(0, len(eta), 8):
@@ -221,24 +223,24 @@ def _moments(response, inputs: dict, rule, eta: np.ndarray) -> tuple[np.ndarray,
 
 
 def _interpolation(nodes: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Return what takes values at Chebyshev nodes to values at other points."""
+    """Return the matrix that interpolates values at Chebyshev nodes to other points."""
     own, at = (chebyshev_values(len(nodes) - 1, points) for points in (nodes, fine))
     return at @ np.linalg.inv(own)
 
 
 def _even_grid(*counts: int) -> np.ndarray:
-    """Return the points of an even grid of [−1, 1]^m, (Π counts, m)."""
+    """Return the points of a uniform grid of [−1, 1]^m, shape (Π counts, m)."""
     return tensor_points([np.linspace(-1, 1, count) for count in counts])
 
 
 def _quadratic_points() -> np.ndarray:
-    """Return fifteen points of four variables that determine a quadratic, (15, 4)."""
+    """Return fifteen points that determine a quadratic of four variables, shape (15, 4)."""
     unit = np.eye(4)
     pairs = [unit[i] + unit[j] for i, j in itertools.combinations(range(4), 2)]
     return np.concatenate([np.zeros((1, 4)), unit, -unit, pairs])
 
 
 def _quadratic(points: np.ndarray) -> np.ndarray:
-    """Return the terms of a quadratic at points (n, 4), (n, 15)."""
+    """Return the terms of a quadratic at points (n, 4), shape (n, 15)."""
     products = itertools.combinations_with_replacement(points.T, 2)
     return np.stack([np.ones(len(points)), *points.T, *(a * b for a, b in products)], axis=1)

@@ -1,4 +1,4 @@
-"""What a case is, and bands from moments on a grid of the intervals."""
+"""Cases, and reference bands computed from moments on a grid of the interval inputs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 import xarray as xr
 
 Orders = tuple[dict[str, int], dict[str, int]]
-"""Of random and of interval inputs, by name."""
+"""Orders of random and of interval inputs, by name."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A study, the orders to try, and the bands that count as true.
+    """A study, the orders to apply, and its true bands.
 
     Attributes
     ----------
-    orders : of the phase-resolved method; may be empty.
+    orders : orders for the phase-resolved method; may be empty.
     reference : returns the true bands.
     """
 
@@ -30,14 +30,14 @@ class Case:
 
 
 def normal_rule(count: int, tail: float = 7.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return points, the middles of equal steps, and weights of E over a normal variable."""
+    """Return midpoints of equal steps and their weights for the mean over a normal variable."""
     x = tail * (2 * np.arange(count) + 1 - count) / count
     weights = np.exp(-x * x / 2)
     return x, weights / weights.sum()
 
 
 def moments(weights: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and variance of values (points, …) with the weights of a rule."""
+    """Return mean and variance of values (points, …) with the given weights."""
     mean = np.tensordot(weights, F, 1)
     return mean, np.tensordot(weights, (F - mean) ** 2, 1)
 
@@ -45,7 +45,7 @@ def moments(weights: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 def bands(
     mean: np.ndarray, variance: np.ndarray, counts: Sequence[int], dims: tuple, labels: dict
 ) -> xr.Dataset:
-    """Return the bands of moments (Π counts, …) on an even grid of the intervals."""
+    """Return the bands of moments (Π counts, …) on a uniform grid of the interval inputs."""
     std = np.sqrt(np.maximum(variance, 0.0))
     found = {
         "mean": np.stack([_least(mean, counts), -_least(-mean, counts)]),
@@ -55,7 +55,7 @@ def bands(
 
 
 def _least(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
-    """Return the least of values (Π counts, …), each variable refined by a parabola."""
+    """Return the minimum of values (Π counts, …), refined by a parabola in each variable."""
     flat = values.reshape(len(values), -1)
     best, series = flat.argmin(axis=0), np.arange(flat.shape[1])
     bottom = flat[best, series]

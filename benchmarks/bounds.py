@@ -1,11 +1,12 @@
-"""What expansions cost: improved PCCI at (3, 3) next to its runs, and bounds of ringing responses.
+"""Cost of expansions: improved PCCI (3, 3) compared with its runs, and bounds of oscillations.
 
-256 runs of the slider–crank, 601 times, 10 outputs. chaospy fits and takes moments of the same data
-with all four inputs as random variables: that is what it offers, it has no bounds over intervals.
+Improved PCCI uses 256 runs of the slider–crank with 601 times and 10 outputs. chaospy, which has no
+bounds over intervals, fits the same data and computes its moments with all four inputs as random
+variables.
 
-The phase-resolved bounds are of cos ωt with 10 000 times over 200 periods, and of a surrogate with
-five interval and five random variables, 600 times and 3 outputs. The row next to them samples the
-second surrogate at 32 points of η with 512 of ξ each, a hundredth of what its bounds would need.
+Phase-resolved bounds are computed for cos ωt at 10 000 times in 200 periods, and for a surrogate
+with five interval and five random variables, 600 times and 3 outputs. For comparison, the second
+surrogate is sampled at 32 points η with 512 points ξ each, about 1 % of what bounds would require.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def seconds(action, *arguments, **options_) -> float:
 
 
 def chaospy_case(runs: np.ndarray):
-    """Return a function that fits and takes mean and standard deviation with chaospy."""
+    """Return a function that times chaospy's fit, mean and standard deviation."""
     import chaospy as cp  # noqa: PLC0415
 
     joint = cp.J(cp.Normal(0, 1), cp.Normal(0, 1), cp.Uniform(-1, 1), cp.Uniform(-1, 1))
@@ -68,7 +69,7 @@ def chaospy_case(runs: np.ndarray):
 
 
 def long_phase(times: int):
-    """Return a function that propagates cos ωt over 200 periods, orders (1, 1)."""
+    """Return a function that times the propagation of cos ωt over 200 periods, orders (1, 1)."""
     t = np.linspace(0.0, 200.0, times)
 
     def response(x, e):
@@ -79,7 +80,7 @@ def long_phase(times: int):
 
 
 def many_inputs(times: int) -> PhaseExpansion:
-    """Return a surrogate of 5 η and 5 ξ, 3 outputs: one carrier, moved by two η and two ξ."""
+    """Return a surrogate of 5 η, 5 ξ and 3 outputs; two η and two ξ change the only phase."""
     r, t = np.random.default_rng(0), np.linspace(0.0, 1.0, times)
     mixed = [np.eye(10)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (2, 8), (3, 4))]
     index = np.array([np.zeros(10), *np.eye(10), *2 * np.eye(10), *mixed]).astype(int)
@@ -98,7 +99,7 @@ def many_inputs(times: int) -> PhaseExpansion:
 
 
 def sampled(surrogate: PhaseExpansion) -> None:
-    """Take moments of a surrogate at 32 points of η by 512 of ξ."""
+    """Compute moments of a surrogate from samples at 32 points η × 512 points ξ."""
     r = np.random.default_rng(0)
     for eta in r.uniform(-1, 1, (32, 5)):
         F = surrogate.evaluate(r.standard_normal((512, 5)), np.tile(eta, (512, 1)))
@@ -136,9 +137,9 @@ def main() -> None:
     }
     notes = [f"{runs.shape[0]} runs, {runs.sizes['time']} times, {runs.sizes['output']} outputs"]
     if find_spec("chaospy") is None:
-        notes.append("chaospy is not installed: its row is left out")
+        notes.append("chaospy is not installed: its row is omitted")
     elif order < ORDER:
-        notes.append("too small for chaospy's row")
+        notes.append("the size is too small for chaospy's row")
     else:
         cases["chaospy: regression, mean, standard deviation"] = chaospy_case(runs.values)
     measured = alternate(cases, chosen.repeats)
@@ -146,7 +147,7 @@ def main() -> None:
     report(
         chosen.output,
         "bounds",
-        ["case", "ms", "simulations = 1"],
+        ["case", "ms", "relative to the simulations"],
         [[n, f"{1e3 * s:.1f}", f"{s / middle['simulations']:.2f}"] for n, s in middle.items()],
         measured,
         notes,

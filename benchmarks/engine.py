@@ -1,7 +1,7 @@
-"""Throughput on the slider–crank, 600 steps, all cores, against Exudyn on as many processes.
+"""Throughput for the slider–crank, 600 steps, on all cores, compared with Exudyn.
 
-Exudyn runs with each of its settings; its throughput is that of the fastest. Both programs are
-also compared in what they compute. Without Exudyn the table has flexband's own rows only.
+Exudyn runs in as many processes with each of its settings; the fastest setting is the baseline. The
+results of both programs are compared too. Without Exudyn the table contains flexband only.
 """
 
 from __future__ import annotations
@@ -52,20 +52,20 @@ def parameters(samples: int) -> np.ndarray:
 
 
 def own_time(model: fb.Mechanism, samples: int, threads: int) -> float:
-    """Return milliseconds a sample."""
+    """Return milliseconds per sample."""
     begin = time.perf_counter()
     fb.simulate(model, duration=DURATION, step=STEP, threads=threads)
     return 1e3 * (time.perf_counter() - begin) / samples
 
 
 def peer_time(pool, rows: np.ndarray, processes: int, setting: str) -> float:
-    """Return milliseconds a sample of Exudyn, all processes at work at once."""
+    """Return milliseconds per sample of Exudyn, with all processes running at the same time."""
     jobs = [(part, DURATION, STEP, setting) for part in np.array_split(rows, processes)]
     return 1e3 * sum(pool.starmap(peer.seconds, jobs, chunksize=1)) / len(rows) / processes
 
 
 def agreement() -> list[str]:
-    """Return how far the two programs are apart in positions and, at ρ∞ = 0.5, in reactions."""
+    """Return the differences of the two programs in positions and reactions for ρ∞ = 0.5."""
     row = parameters(1)[0]
     ours = fb.simulate(
         slider_crank(*row),
@@ -74,7 +74,7 @@ def agreement() -> list[str]:
         integrator=fb.GeneralizedAlpha(spectral_radius=0.5),
     )
     theirs = peer.motion(row, DURATION, STEP, 0.5)
-    theirs["F"] = -theirs["F"]  # on the ground rather than on the crank
+    theirs["F"] = -theirs["F"]  # on the crank instead of on the ground
     notes = []
     for name in ("crank", "slider"):
         found = ours.sel(output=[f"{name}_X", f"{name}_Y"]).values.T
@@ -99,7 +99,7 @@ def main() -> None:
     notes = [f"{len(rows)} samples of {round(DURATION / STEP)} steps; medians of alternating runs"]
     if not peer.AVAILABLE:
         measured = alternate(cases, chosen.repeats)
-        notes.append("Exudyn is not installed: its rows are left out")
+        notes.append("Exudyn is not installed: its rows are omitted")
     else:
         with multiprocessing.get_context("spawn").Pool(cores) as pool:
             for setting in peer.SETTINGS:
@@ -107,15 +107,15 @@ def main() -> None:
                 cases[name] = partial(peer_time, pool, few, cores, setting)
             peer_time(pool, few, cores, next(iter(peer.SETTINGS)))  # import and warm up
             measured = alternate(cases, chosen.repeats)
-        notes += [f"Exudyn: {len(few)} of the samples, time in its solver only", *agreement()]
+        notes += [f"Exudyn: {len(few)} of the samples, time of its solver only", *agreement()]
     middle = medians(measured)
     peers = {k: v for k, v in middle.items() if k.startswith("Exudyn")}
     baseline = min(peers.values()) if peers else middle["flexband, 1 thread"]
-    what = "fastest Exudyn" if peers else "one thread"
+    what = "the fastest Exudyn" if peers else "one thread"
     report(
         chosen.output,
         "engine",
-        ["case", "ms a sample", f"throughput, {what} = 1"],
+        ["case", "ms per sample", f"throughput relative to {what}"],
         [[name, f"{ms:.3f}", f"{baseline / ms:.2f}"] for name, ms in middle.items()],
         measured,
         notes,

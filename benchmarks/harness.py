@@ -1,4 +1,4 @@
-"""What the benchmarks share: alternating runs, the machine, and tables in Markdown and JSON."""
+"""Shared by the benchmarks: options, alternating runs, machine data, and tables as files."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy"
 
 
 def options(description: str | None, samples: int, **texts: str) -> argparse.Namespace:
-    """Return the command line's options: how large, how often, and where results go.
+    """Return the options of the command line: size, number of repetitions and output folder.
 
-    `texts` are further ones, by name: what they mean.
+    `texts` are additional text options, name -> help.
     """
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--samples", type=int, default=samples, help="samples of a batch")
-    parser.add_argument("--repeats", type=int, default=5, help="alternating runs")
+    parser.add_argument("--samples", type=int, default=samples, help="samples per batch")
+    parser.add_argument("--repeats", type=int, default=5, help="number of repetitions")
     parser.add_argument("--output", type=Path, default=ROOT / "output" / "bench")
     for name, meaning in texts.items():
         parser.add_argument(f"--{name}", default="", help=meaning)
@@ -31,7 +31,7 @@ def options(description: str | None, samples: int, **texts: str) -> argparse.Nam
 
 
 def alternate(cases: Mapping[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
-    """Return what each case measures, `repeats` times, the cases taking turns."""
+    """Return `repeats` measurements of each case; the cases alternate."""
     measured: dict[str, list[float]] = {name: [] for name in cases}
     for _ in range(repeats):
         for name, case in cases.items():
@@ -45,7 +45,7 @@ def medians(measured: Mapping[str, Sequence[float]]) -> dict[str, float]:
 
 
 def machine() -> dict[str, str]:
-    """Return what the numbers were measured on."""
+    """Return the processor, the number of cores and the versions of the software."""
     facts = {"processor": _processor(), "cores": str(available_cores())}
     facts["python"] = platform.python_version()
     for package in PACKAGES:
@@ -73,7 +73,7 @@ def report(
     measured: Mapping[str, object],
     notes: Sequence[str] = (),
 ) -> None:
-    """Print a table and write it as ``name.md``, and all numbers as ``name.json``."""
+    """Print a table and write it to ``name.md`` and all numbers to ``name.json``."""
     facts = machine()
     lines = [f"## {name}", "", ", ".join(f"{key} {value}" for key, value in facts.items()), ""]
     lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]

@@ -1,4 +1,4 @@
-"""Where a step goes: the parts of the engine on one block of the slider–crank, each by itself."""
+"""Time of each part of the engine for one block of samples of the slider–crank."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def solutions(count, structure, values, work):
 
 
 def kernel_time(kernel, count: int, *arguments) -> float:
-    """Return microseconds a call."""
+    """Return microseconds per call."""
     begin = time.perf_counter()
     kernel(count, *arguments)
     return 1e6 * (time.perf_counter() - begin) / count
 
 
 def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
-    """Return what times each kernel, compiled; the arguments are structure, values and work."""
+    """Return functions that time each compiled kernel; arguments: structure, values, work."""
     structure, values, work = arguments
     arguments = as_indices(structure), addresses(values), addresses(work)
     kernels = {
@@ -89,7 +89,7 @@ def main() -> None:
         return 1e6 * (time.perf_counter() - begin) / (len(times) - 1)
 
     step_time()  # compile
-    cases = {"one step, all of it": step_time}
+    cases = {"complete step": step_time}
     cases |= kernel_cases(chosen.samples, structure, values, work)
     measured = alternate(cases, chosen.repeats)
     middle = medians(measured)
@@ -97,15 +97,15 @@ def main() -> None:
     report(
         chosen.output,
         "kernels",
-        ["case", f"µs a block of {WIDTH}", "part of a step"],
-        [[n, f"{us:.2f}", f"{us / middle['one step, all of it']:.2f}"] for n, us in middle.items()],
+        ["case", f"µs per block of {WIDTH}", "part of a step"],
+        [[n, f"{us:.2f}", f"{us / middle['complete step']:.2f}"] for n, us in middle.items()],
         measured,
         [
             f"{state.coordinates} coordinates, {state.angle - state.multiplier} multipliers, "
             f"{len(pattern.entry_row)} tiles below the pivots, "
             f"{len(pattern.product_v) + len(pattern.row_tile)} products in a factorization",
-            f"{chosen.samples} calls in a row; a step takes a residual and a solution in every "
-            "iteration, a tangent and a factorization once",
+            f"{chosen.samples} consecutive calls; a step computes a residual and a solution in "
+            "every iteration, and a tangent and a factorization once",
         ],
     )
 

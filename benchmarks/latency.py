@@ -1,7 +1,7 @@
-"""How long one waits: importing, the first simulation of a process, and one sample alone.
+"""Latency: the import, the first simulation of a process, and a single sample.
 
-The first simulation is measured in new processes, with the compiled engine on disk and, in an
-empty cache of its own, without. One sample is compared with one run of Exudyn's solver.
+The first simulation is measured in new processes, with the compiled engine on disk and with an
+empty cache. A single sample is compared with one run of Exudyn's solver.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ print(time.perf_counter() - begin)
 
 
 def first_seconds(line: int, cache: str | None = None) -> float:
-    """Return seconds of a new process: line 0 to the import, line 1 to the first result."""
+    """Return seconds from the start of a process to the import (line 0) or the result (line 1)."""
     environment = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
     run = subprocess.run(
         [sys.executable, "-c", FIRST], capture_output=True, text=True, check=True, env=environment
@@ -47,7 +47,7 @@ def main() -> None:
     cases = {
         "import [s]": partial(first_seconds, 0),
         "first simulation, engine on disk [s]": partial(first_seconds, 1),
-        "one sample [ms]": partial(own_time, model, 1, 1),
+        "single sample [ms]": partial(own_time, model, 1, 1),
     }
     if peer.AVAILABLE:
         for setting in peer.SETTINGS:
@@ -61,7 +61,7 @@ def main() -> None:
         ["case", "median"],
         [[name, f"{value:.3g}"] for name, value in medians(measured).items()],
         measured,
-        ["flexband's sample includes assembly and packing; of Exudyn only the solver counts"],
+        ["the time of flexband includes assembly and packing, that of Exudyn only its solver"],
     )
 
 

@@ -1,7 +1,7 @@
-"""Peak memory of a batch: 10 000 samples, 600 steps, 2 outputs, in processes of their own.
+"""Peak memory of a batch: 10 000 samples, 600 steps, 2 outputs, in separate processes.
 
-The resident set counts libraries too: an interpreter with xarray and Numba at work, but with no
-samples yet, is the first row.
+The resident set includes the libraries. The first row, a process that simulates one sample, shows
+their part.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ALLOWED = 200.0  # MiB beyond the outputs
 
 
 def peak(samples: int) -> float:
-    """Return the peak resident set of a new process that simulates so many samples [MiB]."""
+    """Return the peak resident set [MiB] of a new process that simulates `samples` samples."""
     run = subprocess.run(
         [sys.executable, __file__, "child", str(samples)],
         capture_output=True, text=True, check=True,
@@ -30,7 +30,7 @@ def peak(samples: int) -> float:
 
 
 def child(samples: int) -> None:
-    """Simulate, and print the peak resident set [MiB]."""
+    """Simulate and print the peak resident set [MiB]."""
     fb.simulate(EXAMPLE["slider_crank"](*parameters(samples).T), duration=DURATION, step=STEP)
     unit = 2**20 if sys.platform == "darwin" else 2**10
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit)
@@ -54,7 +54,7 @@ def main() -> None:
         [
             ["one sample", f"{alone:.0f}"],
             [f"{chosen.samples} samples", f"{batch:.0f}"],
-            ["of that outputs", f"{outputs:.0f}"],
+            ["outputs", f"{outputs:.0f}"],
             ["beyond the outputs", f"{batch - outputs:.0f}"],
             ["beyond the outputs and one sample", f"{batch - outputs - alone:.0f}"],
         ],

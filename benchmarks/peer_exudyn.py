@@ -1,8 +1,8 @@
-"""The slider–crank in Exudyn: three ANCFCable2D, rigid bodies, drive at velocity level.
+"""The slider–crank in Exudyn: three ANCFCable2D elements, rigid bodies, drive at velocity level.
 
-Everything that costs time and is not the simulation is switched off: file output, statistics,
-sensors (but where motion is asked for). The beam is thin, so the cable's lack of shear does not
-matter; its bending stiffness is that of the plain plane-stress element, EI/(1−ν²).
+Everything that takes time apart from the simulation is switched off: file output, statistics and,
+in `seconds`, sensors. The beam is thin, so the missing shear of the cable has no effect; its
+bending stiffness is that of the plain plane-stress element, EI/(1−ν²).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _exudyn():
 
 
 def build(crank_length: float, spring_stiffness: float, youngs_modulus: float, nu: float):
-    """Return the container, the system, and the joint A, crank and slider in it."""
+    """Return the container, the system, and its joint A, crank node and slider node."""
     exu = _exudyn()
     from exudyn import itemInterface as item  # noqa: N813, PLC0415
 
@@ -123,9 +123,9 @@ def settings(duration: float, step: float, radius: float, modified: bool, dense:
 
 
 def seconds(parameters: np.ndarray, duration: float, step: float, setting: str) -> float:
-    """Return the seconds that the solver took for runs with these parameters, (runs, 4).
+    """Return the solver's seconds for runs with these parameters, shape (runs, 4).
 
-    Building and assembling the systems is not counted.
+    The time to build and assemble the systems is not included.
     """
     total = 0.0
     for row in parameters:
@@ -139,7 +139,7 @@ def seconds(parameters: np.ndarray, duration: float, step: float, setting: str) 
 
 
 def motion(row: np.ndarray, duration: float, step: float, radius: float) -> dict[str, np.ndarray]:
-    """Return crank centre, slider and reaction at A over time, each of shape (times, 2)."""
+    """Return crank centre, slider position and reaction at A over time, each (times, 2)."""
     exu = _exudyn()
     from exudyn import itemInterface as item  # noqa: N813, PLC0415
 

@@ -1,8 +1,8 @@
-"""Mechanisms of any size, in flexband and in Exudyn: a flexible pendulum, and a chain of loops.
+"""Mechanisms of any size, in flexband and in Exudyn: a flexible pendulum and a chain of loops.
 
-The pendulum is the soft one of tests: 0.5 m, 2 mm high, hinged, released horizontal. A chain of n
-parallelograms has n + 1 flexible rods of two elements hanging from the ground, and n rigid bars
-from each rod's end to the next; it starts at 0.5 rad from the vertical.
+The pendulum is the soft one of the tests: 0.5 m long, 2 mm high, released from the horizontal. A
+chain of n parallelograms has n + 1 flexible rods of two elements, which hang from the ground, and n
+rigid bars between the ends of adjacent rods. It starts at 0.5 rad from the vertical.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _rod(modulus, elements: int, start, angle: float) -> fb.Beam:
 
 
 def pendulum(elements: int, modulus=MODULUS) -> fb.Mechanism:
-    """Return the pendulum; `modulus` is a number or one a sample."""
+    """Return the pendulum; `modulus` is a number, or an array with one value per sample."""
     return fb.Mechanism(
         bodies={"rod": _rod(modulus, elements, (0.0, 0.0), 0.0)},
         joints={"hinge": fb.Revolute("rod.start", (0.0, 0.0))},
@@ -38,7 +38,7 @@ def pendulum(elements: int, modulus=MODULUS) -> fb.Mechanism:
 
 
 def parallelograms(loops: int, modulus=MODULUS) -> fb.Mechanism:
-    """Return the chain; `modulus` is a number or one a sample."""
+    """Return the chain; `modulus` is a number, or an array with one value per sample."""
     down = LEAN - np.pi / 2
     x, y = LENGTH * np.cos(down), LENGTH * np.sin(down)
     bodies, joints = {}, {}
@@ -72,7 +72,7 @@ class _Model:
         self.ground = self.mbs.AddObject(item.ObjectGround())
 
     def rod(self, start, angle: float, elements: int) -> tuple[int, int]:
-        """Add cables; return the markers of both ends."""
+        """Add cables and return the markers of both ends."""
         item, mbs, one = self.item, self.mbs, LENGTH / elements
         direction = np.array([np.cos(angle), np.sin(angle)])
         nodes = [
@@ -101,7 +101,7 @@ class _Model:
         return start, end
 
     def bar(self, start, length: float) -> tuple[int, int]:
-        """Add a horizontal rigid bar; return the markers of both ends."""
+        """Add a horizontal rigid bar and return the markers of both ends."""
         item, mbs, mass = self.item, self.mbs, DENSITY * HEIGHT * WIDTH * length
         node = mbs.AddNode(
             item.NodeRigidBody2D(referenceCoordinates=[start[0] + length / 2, start[1], 0])
@@ -125,7 +125,7 @@ class _Model:
         )
 
     def pin(self, first: int, second: int | None = None, place=(0.0, 0.0)) -> None:
-        """Join two markers, or one to a place of the ground."""
+        """Join two markers, or one marker and a point of the ground."""
         if second is None:
             second = self.mbs.AddMarker(
                 self.item.MarkerBodyPosition(bodyNumber=self.ground, localPosition=[*place, 0])
@@ -161,7 +161,7 @@ OURS = {"pendulum": pendulum, "parallelograms": parallelograms}
 
 
 def peer_run(kind: str, size: int, repeats: int, steps: int, step: float, setting: str) -> dict:
-    """Return the seconds that a run takes Exudyn's solver, and where the tip ends."""
+    """Return the seconds per run of Exudyn's solver and the final position of the tip."""
     total = 0.0
     for _ in range(repeats):
         model = PEERS[kind](size, MODULUS)
@@ -175,7 +175,7 @@ def peer_run(kind: str, size: int, repeats: int, steps: int, step: float, settin
     return {"seconds": total / repeats, "tip": [float(x) for x in tip]}
 
 
-if __name__ == "__main__":  # a process of its own: what fails in there fails alone
+if __name__ == "__main__":  # a separate process, so that a failure does not affect others
     import json
     import sys
 

@@ -1,10 +1,11 @@
-"""Nested points for sparse expansions: errors of bounds and moments against runs.
+"""Nested points for sparse expansions: errors of bounds and moments against the number of runs.
 
-Every index set Λ has one term and one run for each of its orders; points that are not nested are
-combined on the same set (Smolyak), with the runs in brackets that they need. Formulas have an
-error relative to the width of the bounds, or to σ, root mean square over formulas; the parts of
-the slider–crank (base and envelopes relative to their size, phases in rad) are in L² over ξ, the
-largest over η; its error bar is relative to its size.
+Every index set Λ has one term and one run for each of its elements. Points that are not nested are
+combined on the same set (Smolyak); the table shows their number of runs in brackets.
+
+Errors of formulas are relative to the width of the error bar, as root mean squares over the
+formulas. Errors of the parts of the slider–crank (base and envelopes relative to their size, phases
+in rad) are L² norms over ξ, the largest over η. The error of its error bar is relative to its size.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.expansion import Layout
 
 Row = tuple[str, int, dict[str, tuple[int, float]]]
-"""What is measured, terms, and runs and error by points."""
+"""Name of the measurement, number of terms, and runs and error by kind of points."""
 
 PARTS = {
     "Σν ≤ 1": total(3, 1),
@@ -40,14 +41,14 @@ PARTS = {
 """Index sets of L, K and E."""
 
 DENSE = 12, 3, 8
-"""Orders of the tensor grid that the parts are compared on."""
+"""Orders of the tensor grid on which the parts are compared."""
 
 THIN = 3
-"""Of so many times one is compared."""
+"""One of this number of times is compared."""
 
 
 def formula_rows(m: int, n: int, choices: dict[str, list[Points]], most: int) -> Iterator[Row]:
-    """Yield errors of the formulas with m intervals and n random variables."""
+    """Yield errors of the formulas with m interval and n random variables."""
     f = formulas(m, n)
     eta = tensor_points([np.linspace(-1, 1, {1: 201, 2: 41, 3: 17, 4: 9}.get(m, 1))] * m)
     x, w = hermite_e.hermegauss({1: 40, 2: 20, 3: 12, 4: 8}.get(n, 1))
@@ -77,7 +78,7 @@ def bounds(mean: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> Iterator[Row]:
-    """Yield errors of the slider–crank's parts over L, K (intervals) and E (random)."""
+    """Yield errors of the parts of the slider–crank as functions of L, K (intervals) and E."""
     index: dict[tuple[float, ...], int] = {}
 
     def number(x: np.ndarray) -> np.ndarray:
@@ -121,13 +122,13 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
 
 
 def spread(F: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return bounds of mean and error bar of values at (η, ξ, series)."""
+    """Return the bounds of mean and error bar of values of shape (η, ξ, series)."""
     mean = np.einsum("pqs,q->ps", F, w)
     return bounds(mean, np.sqrt(np.einsum("pqs,q->ps", (F - mean[:, None]) ** 2, w)))
 
 
 def lebesgue(x: np.ndarray, *, random: bool) -> float:
-    """Return the largest Σ|ℓ_j|; for ξ the largest of √pdf(ξ) Σ|ℓ_j(ξ)|/√pdf(x_j)."""
+    """Return the maximum of Σ|ℓ_j|; for ξ the maximum of √pdf(ξ) Σ|ℓ_j(ξ)|/√pdf(x_j)."""
     fine, rate = (np.linspace(-14, 14, 5601), 0.25) if random else (np.linspace(-1, 1, 4001), 0.0)
     others = [np.delete(x, j) for j in range(len(x))]
     ell = [np.prod((fine[:, None] - o) / (p - o), axis=1) for p, o in zip(x, others, strict=True)]
@@ -136,7 +137,7 @@ def lebesgue(x: np.ndarray, *, random: bool) -> float:
 
 
 def condition(points: Points, *, random: bool) -> float:
-    """Return the condition of V on Σν ≤ 4 of three variables, with normalized polynomials."""
+    """Return the condition number of V for Σν ≤ 4 in three variables, polynomials normalized."""
     orders, x = np.array(total(3, 4)).T, points(4)
     values = hermite_values if random else chebyshev_values
     norms = np.sqrt([math.factorial(j) for j in range(5)]) if random else np.ones(5)
@@ -159,7 +160,7 @@ def main() -> None:
     for name, version in {"": {}, **wide}.items():
         three = {k: p[:3] for k, p in mixed.items()}
         tables[f"points_parts{name}"] = list(part_rows(three, most, **version))
-    note = "with both kinds of variables, the points of the other kind are the chosen ones"
+    note = "if both kinds of variables occur, variables of the other kind have the chosen points"
     for name, rows in tables.items():
         header = ["case", "terms", *rows[0][2]]
         body = [[case, str(terms), *shown(found, terms)] for case, terms, found in rows]
@@ -176,7 +177,7 @@ def main() -> None:
 
 
 def shown(found: dict[str, tuple[int, float]], terms: int) -> list[str]:
-    """Return errors, with the runs where these are more than the terms."""
+    """Return the errors, followed by the number of runs if it exceeds the number of terms."""
     return [f"{e:.2g}" + (f" ({runs})" if runs != terms else "") for runs, e in found.values()]
 
 

@@ -22,7 +22,7 @@ from flexband.uncertainty.expansions.sequences import (
 )
 
 Points = Callable[[int], np.ndarray]
-COUNT = 21  # the longest sequences, for orders up to 20
+COUNT = 21  # length of the longest sequences, for orders up to 20
 
 
 def greedy(first: Sequence[float], rate: float, end: float, *, pairs: bool) -> np.ndarray:
@@ -45,7 +45,7 @@ def real_leja(first: list[float]) -> np.ndarray:
 
 
 def nested(points: np.ndarray) -> Points:
-    """Return the points of an order."""
+    """Return a function that gives the points of an order."""
     return lambda order: points[: order + 1]
 
 
@@ -71,14 +71,14 @@ CHOSEN = "Leja 1 (chosen)", "Genz–Keister, √pdf Leja (chosen)"
 
 
 def combination(orders: list[tuple[int, ...]]) -> list[tuple[tuple[int, ...], int]]:
-    """Return the tensor grids and their factors that make up the interpolation on a set."""
+    """Return the tensor grids, and their factors, that form the interpolation on a set."""
     known, steps = set(orders), list(itertools.product((0, 1), repeat=len(orders[0])))
     factors = [sum((-1) ** sum(z) for z in steps if tuple(np.add(v, z)) in known) for v in orders]
     return [(v, c) for v, c in zip(orders, factors, strict=True) if c]
 
 
 def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, int]:
-    """Return the expansion on a set of orders, η (m of them) first, and its runs."""
+    """Return the expansion on a set of orders, the m variables η first, and its number of runs."""
     most = np.max(orders, axis=0)
     beta, runs = None, []
     for v, factor in combination(orders):
@@ -97,7 +97,7 @@ def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, i
 
 
 def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
-    """Return forty smooth formulas of m intervals and n random variables, shape (·, 40)."""
+    """Return forty smooth formulas of m interval and n random variables, shape (·, 40)."""
     d = m + n
     rng, fade = np.random.default_rng(0), 0.6 ** np.arange(d)
     A = rng.uniform(0.5, 1.0, (5, 8, d)) * rng.choice([-1, 1], (5, 8, d)) * fade
@@ -119,7 +119,7 @@ def total(d: int, order: int) -> list[tuple[int, ...]]:
 
 
 def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
-    """Return the downward closed set that takes the largest coefficients one after the other."""
+    """Return the downward closed set that adds the largest coefficients one after the other."""
     large = np.abs(expansion.weighted).sum(axis=2).reshape([q + 1 for q in expansion.orders])
     one, found = np.eye(large.ndim, dtype=int), [(0,) * large.ndim]
     while len(found) < size:
@@ -135,14 +135,14 @@ def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
 
 
 def with_pairs(orders: list[tuple[int, ...]], first: int) -> list[tuple[int, ...]]:
-    """Return the set with odd orders brought to the even ones above, from a variable on."""
+    """Return the set with odd orders raised to the next even ones, from variable `first` on."""
     tops = [[*v[:first], *(2 * ((q + 1) // 2) for q in v[first:])] for v in orders]
     boxes = (itertools.product(*(range(q + 1) for q in top)) for top in tops)
     return sorted(set(itertools.chain(*boxes)))
 
 
 def sets(d: int, m: int, f, most: int) -> dict[str, list[tuple[int, ...]]]:
-    """Return index sets by name; pairs are of random variables where there are any."""
+    """Return index sets by name; pairs refer to random variables if there are any."""
     if d == 1:
         return {f"order {q}": total(1, q) for q in range(1, min(9, most))}
     best = [INTERVAL["scaled zeros"]] * m + [RANDOM["Gauss–Hermite"]] * (d - m)

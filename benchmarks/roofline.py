@@ -1,8 +1,8 @@
-"""How near the engine comes to what one core can do: operations of a Newton iteration against peak.
+"""Floating-point rate of a Newton iteration, compared with the peak of one core.
 
-Operations are counted by running the engine's own formulas, uncompiled, on numbers that count what
-is done to them; a multiply-add counts as two. The peak is measured in the same run: multiply-adds
-on lanes in twelve independent chains.
+Operations are counted by running the engine's formulas, uncompiled, on numbers that count the
+operations on them; a multiply-add counts as two. The peak is measured in the same run, by
+multiply-adds on lanes in twelve independent chains.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 from kernels import kernel_cases, kernel_time
 
-from flexband.mechanics import (
-    elastic_forces,
-    element,
-    equations,
-    factorization,
-    spring_forces,
-)
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.start import start
-from flexband.mechanics.kernels import lanes
+from flexband.mechanics.kernels import (
+    beam_strains,
+    beams,
+    equations,
+    factorization,
+    lanes,
+    springs,
+)
 from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
 
 CHAINS = 12
@@ -34,7 +34,7 @@ CHAINS = 12
 
 @entry
 def multiply_adds(count, array):
-    """Do 12 × `count` multiply-adds."""
+    """Compute 12 × `count` multiply-adds."""
     x, y = load(array, 0), load(array, 1)
     a, b, c, d, e, f = x, y, x, y, x, y
     g, h, i, j, k, m = y, x, y, x, y, x
@@ -47,7 +47,7 @@ def multiply_adds(count, array):
 
 
 class Counted(float):
-    """A number that counts operations."""
+    """A number that counts the operations on it."""
 
     count = 0
 
@@ -68,7 +68,7 @@ for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"
 
 @contextmanager
 def counting():
-    """Run the engine as plain Python on counting numbers: one sample, lane 0."""
+    """Run the engine as plain Python on counting numbers, for one sample in lane 0."""
     plain = {
         "load": lambda array, row: Counted(array[row, 0]),
         "store": lambda array, row, value: array.__setitem__((row, 0), value),
@@ -82,7 +82,7 @@ def counting():
         "maximum": lambda a, b: Counted(max(float(a), float(b))),
     }
     kept: list[tuple[ModuleType, str, object]] = []
-    for module in (lanes, element, elastic_forces, equations, factorization, spring_forces):
+    for module in (lanes, beam_strains, beams, equations, factorization, springs):
         for name, value in list(vars(module).items()):
             new = plain.get(name, getattr(value, "py_func", None))
             if new is not None and callable(value):
@@ -96,7 +96,7 @@ def counting():
 
 
 def operations(action) -> int:
-    """Return how many operations an action of the engine takes for one sample."""
+    """Return the number of operations of an action of the engine for one sample."""
     with counting():
         Counted.count = 0
         action()
@@ -139,7 +139,7 @@ def main() -> None:
     parts = [(name, count[name], us[name]) for name in count]
     parts.append(("a Newton iteration with a new matrix", sum(count.values()),
                   us["residual"] + us["tangent and factorization"] + us["solution"]))  # fmt: skip
-    parts.append(("a Newton iteration on an old one", count["residual"] + count["solution"],
+    parts.append(("a Newton iteration with an old matrix", count["residual"] + count["solution"],
                   us["residual"] + us["solution"]))  # fmt: skip
     for name, flops, time_ in parts:
         rate = flops * WIDTH / time_ / 1e3
@@ -147,10 +147,10 @@ def main() -> None:
     report(
         chosen.output,
         "roofline",
-        ["case", "operations a sample", f"µs a block of {WIDTH}", "Gflop/s", "part of peak"],
+        ["case", "operations per sample", f"µs per block of {WIDTH}", "Gflop/s", "part of peak"],
         rows,
         measured | {"operations": count},
-        [f"one core; the work space of a block takes {sum(a.nbytes for a in work) / 1024:.0f} KiB"],
+        [f"one core; the work space of a block is {sum(a.nbytes for a in work) / 1024:.0f} KiB"],
     )
 
 

@@ -1,8 +1,9 @@
-"""Time a step a sample as mechanisms grow: a flexible pendulum and a chain of closed loops.
+"""Time per step and sample as mechanisms grow: a flexible pendulum and a chain of closed loops.
 
-Single is one sample on one thread against one run of Exudyn; batched is many samples on all cores
-against as many processes of Exudyn. Only the solvers are timed, not what sets the models up.
-Exudyn runs with modified Newton, the faster of dense (up to 16 elements or loops) and sparse.
+"Single" compares one sample on one thread with one run of Exudyn, "batched" many samples on all
+cores with as many processes of Exudyn. Only the solvers are timed, not the setup of the models.
+Exudyn uses modified Newton with the faster of the dense (up to 16 elements or loops) and the sparse
+solver.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ from flexband.mechanics.kernels.lanes import WIDTH
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}
 STEPS, STEP = 200, 1e-3
-FEW = 20  # steps of Exudyn where its Newton iteration fails later on
+FEW = 20  # steps of Exudyn for large models, in which its Newton iteration fails later
 LARGEST_DENSE = 16
-PATIENCE = 60  # seconds for a process of Exudyn
+PATIENCE = 60  # seconds: time limit of a process of Exudyn
 
 
 def repeats(size: int) -> int:
-    """Return how many runs in a row are timed together."""
+    """Return the number of consecutive runs that are timed together."""
     return max(1, 64 // size)
 
 
 class Own:
-    """A batch, assembled; calling it returns microseconds a step a sample."""
+    """An assembled batch; calling it returns microseconds per step and sample."""
 
     def __init__(self, kind: str, size: int, samples: int, threads: int):
         moduli = MODULUS * np.linspace(0.99, 1.01, samples) if samples > 1 else MODULUS
@@ -62,7 +63,7 @@ class Own:
 
 
 def peer_runs(kind: str, size: int, processes: int, setting: str) -> list[dict]:
-    """Run as many processes of Exudyn at once; return what they print."""
+    """Run several processes of Exudyn at the same time and return their results."""
     steps = STEPS if size < 256 else FEW
     job = json.dumps([kind, size, repeats(size), steps, STEP, setting])
     command = [sys.executable, str(Path(__file__).parent / "peer_models.py"), job]
@@ -75,7 +76,7 @@ def peer_runs(kind: str, size: int, processes: int, setting: str) -> list[dict]:
 
 
 def peer_time(kind: str, size: int, processes: int) -> float:
-    """Return microseconds a step a sample of Exudyn's fastest setting."""
+    """Return microseconds per step and sample of Exudyn's fastest setting."""
     settings = ["modified Newton, sparse"]
     if size <= LARGEST_DENSE:
         settings.append("modified Newton, dense")
@@ -105,14 +106,14 @@ def main() -> None:
                 run = peer_runs(kind, size, 1, "modified Newton, sparse")[0]
                 apart = np.abs(own.tips[run["steps"]] - run["tip"]).max()
                 notes.append(
-                    f"{kind}, {size}: tips after {run['steps']} steps are {apart:.0e} m apart"
+                    f"{kind}, {size}: tips differ by {apart:.0e} m after {run['steps']} steps"
                 )
     batch = f"batch of {chosen.samples} on {cores} cores"
     report(
         chosen.output,
         "scaling",
-        ["case", "single: µs a step", "for each element or loop", "Exudyn single",
-         f"{batch}: µs a step a sample", "for each element or loop", "Exudyn batched"],
+        ["case", "single: µs per step", "per element or loop", "Exudyn single",
+         f"{batch}: µs per step and sample", "per element or loop", "Exudyn batched"],
         rows,
         every,
         notes,
@@ -120,7 +121,7 @@ def main() -> None:
 
 
 def _columns(middle: dict[str, float], size: int) -> list[str]:
-    """Return our time, our time for each element or loop, and how many times slower the peer is."""
+    """Return flexband's time, its time per element or loop, and Exudyn's time with the ratio."""
     columns = []
     for name in ("single", "batched"):
         own, theirs = middle[name], middle.get(f"Exudyn {name}")

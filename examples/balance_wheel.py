@@ -1,8 +1,8 @@
 """The balance wheel of a clock.
 
-A wheel on a torsion spring, with the friction of its pin, decides how fast a clock goes. The
-wheel's radius is known as an interval of ± 0.1 %, the hairspring's stiffness scatters by 0.5 %.
-Small errors add up: the picture shows the last quarter of two seconds.
+A wheel on a torsion spring, with friction in its pin, determines the rate of a clock. The radius
+of the wheel is known to ± 0.1 %, the stiffness of the hairspring has a standard deviation of 0.5 %.
+The uncertainty of the angle grows with time: the picture shows the last quarter of two seconds.
 """
 
 import flexband as fb

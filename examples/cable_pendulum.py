@@ -1,7 +1,7 @@
-"""A soft cable that falls.
+"""A falling soft cable.
 
-A rubber cable, pinned at one end, is let go from the horizontal. It bends and stretches as much as
-it likes; without damping no energy is lost.
+A rubber cable, pinned at one end, is released from the horizontal. It bends and stretches by large
+amounts. There is no damping, so the total energy is constant.
 """
 
 import numpy as np

@@ -1,21 +1,22 @@
-"""A door that hits its stop: a force law of one's own.
+"""A door that hits its stop: a user-defined force law.
 
-Seen from above, a door swings against a rubber buffer. The buffer pushes only while it is pressed,
-by the law of Hunt and Crossley, which any Python function that Numba compiles can state.
+Seen from above, a door swings against a rubber buffer. The buffer pushes only while it is
+compressed, with the contact force of Hunt and Crossley. The force law is a Python function that
+Numba compiles.
 """
 
 import numpy as np
 
 import flexband as fb
 
-DOOR, REACH = 0.9, 0.8  # m: how wide the door is, how far the buffer is from the hinge
-STIFFNESS, DISSIPATION = 4e5, 0.5  # N/m^1.5, s/m: of the buffer
-SPEED = 1.5  # rad/s, at the start
-OPEN = 0.6  # rad, from the buffer
+DOOR, REACH = 0.9, 0.8  # m: width of the door, distance of the buffer from the hinge
+STIFFNESS, DISSIPATION = 4e5, 0.5  # N/m^1.5, s/m: buffer
+SPEED = 1.5  # rad/s: initial speed
+OPEN = 0.6  # rad: initial angle from the buffer
 
 
 def buffer(t, x, v, p, force):
-    """Fill in the force on the door, x[0], from a buffer whose face is at Y = 0."""
+    """Set the force on the contact point x[0] of the door; the buffer's face is at Y = 0."""
     pressed = -x[0, 1]
     if pressed > 0.0:
         push = p[0] * pressed**1.5 * (1.0 - p[1] * v[0, 1])

@@ -1,7 +1,8 @@
-"""A four-bar linkage whose coupler bends, with a tolerance.
+"""A four-bar linkage with a flexible coupler and a tolerance.
 
-The crank of a wiper drive turns at a given speed. How far does a coupler that is 1 mm too long or
-too short turn the rocker, and how much does it bend, its material being scattered?
+The crank of a wiper drive turns at constant speed. The length of the coupler has a tolerance of
+± 1 mm and Young's modulus is random. How do they affect the angle of the rocker and the deflection
+of the coupler?
 """
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 import flexband as fb
 
 CRANK, COUPLER, ROCKER, GROUND = 0.08, 0.30, 0.20, 0.32  # m
-SPEED = 6 * np.pi  # rad/s: three turns a second
+SPEED = 6 * np.pi  # rad/s: three turns per second
 STEEL = {"height": 0.012, "width": 0.01, "density": 7800.0}  # m, m, kg/m³
 
 

@@ -1,7 +1,8 @@
-"""Draw every example and write docs/gallery.md; `make gallery` runs this.
+"""Draw every example and write docs/gallery.md (`make gallery`).
 
-An example is a script with `picture(drawing, plot)`: its mechanism on the first axes, what comes
-out of it on the second. Its docstring gives the title and, after a blank line, the paragraph.
+An example is a script with a function `picture(drawing, plot)`, which draws the mechanism on the
+first axes and results on the second. The first line of its docstring is the title of its section,
+and the paragraph below is the text.
 """
 
 import runpy
@@ -15,17 +16,17 @@ HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
 LOOK = {"font.size": 8.0, "lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False}
 EDGES = {"left": 0.1, "right": 0.92, "bottom": 0.12, "top": 0.94, "wspace": 0.24, "hspace": 0.4}
-WIDE = ("slider_crank", "spin_up")  # drawn above the plot, not beside it
+WIDE = ("slider_crank", "spin_up")  # drawn above the plot instead of beside it
 INTRODUCTION = """# Gallery
 
-Written by `make gallery` from the scripts in [examples/](../examples). Each is complete, has 60
-lines at most, and is held by an independent number in `tests/test_examples.py`. Those that define
-`study` also run with `flexband run examples/….py`.
+Twelve mechanisms, each a complete script of at most 60 lines in [examples/](../examples).
+`make gallery` draws them and writes this page; `tests/test_examples.py` compares each with an
+independent result. Scripts that define `study` also run with `flexband run examples/….py`.
 """
 
 
 def load(file: Path) -> SimpleNamespace:
-    """Run an example; return what it defines."""
+    """Run an example and return the names it defines."""
     return SimpleNamespace(**runpy.run_path(str(file)))
 
 
@@ -42,7 +43,7 @@ def draw(example: SimpleNamespace) -> Figure:
 
 
 def main() -> None:
-    """Write the pictures, and a page that shows them."""
+    """Write the pictures and the page."""
     page, images = [INTRODUCTION], DOCS / "images" / "gallery"
     images.mkdir(parents=True, exist_ok=True)
     for file in sorted(set(HERE.glob("*.py")) - {Path(__file__).resolve()}):

@@ -1,7 +1,8 @@
 """A tapered leaf spring.
 
-A parabolic leaf lies along an arc, its height going down from the middle to the eyes. Loads, all at
-once as samples, press it flat and beyond; modes are those of the leaf under each of them.
+A parabolic leaf spring lies along an arc; its height decreases from the middle to the eyes. Nine
+loads, computed together as samples, press it flat and beyond. The natural frequency is computed
+under each load.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ def arc(u):
 
 
 def height(x):
-    """Return the height [m] at a way x along the leaf [m]."""
+    """Return the height [m] at the position x [m] along the leaf."""
     away = np.abs(2 * x / LEAF - 1)  # 0 in the middle, 1 at the eyes
     return THIN + (THICK - THIN) * np.sqrt(np.clip(1 - away, 0.0, 1.0))
 

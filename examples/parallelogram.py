@@ -1,8 +1,8 @@
-"""A parallelogram with one coupler too many.
+"""A parallelogram linkage with redundant joints.
 
-A third crank makes the linkage stiffer and passes the positions in which all bars lie on a line,
-but its constraints say nothing new: the motion is unique, the forces among the three are not, and
-the result tells which joints share them.
+A third crank makes the linkage stiffer and carries it through the positions in which all bars lie
+on a line, but its constraints are redundant: the motion is unique, the forces in the three cranks
+are not, and the result lists the joints concerned.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ STEEL = {"height": 0.03, "width": 0.01, "density": 7800.0}  # m, m, kg/m³
 
 
 def angle(t):
-    return np.pi / 3 + 5.0 * t**2  # rad: faster and faster
+    return np.pi / 3 + 5.0 * t**2  # rad: constant acceleration
 
 
 def parallelogram():

@@ -1,8 +1,8 @@
 """A pick-and-place arm with a flexible forearm.
 
-Seen from above, two motors bring a load from one tray to another, from rest to rest. The load's
-mass is known as an interval, Young's modulus of the forearm is a random field: how far off is the
-load when the motors have stopped?
+Seen from above, two motors move a load from one tray to another, from rest to rest. The mass of
+the load is an interval and Young's modulus of the forearm is a random field. How far is the load
+from its target when the motors have stopped?
 """
 
 import numpy as np
@@ -10,16 +10,16 @@ import numpy as np
 import flexband as fb
 
 UPPER, FORE = 0.40, 0.35  # m
-TRAVEL, TURN = 0.4, -1.1  # s, rad: of both motors
-SHOULDER, ELBOW = 2.1, 0.6  # rad, at the start
+TRAVEL, TURN = 0.4, -1.1  # s, rad: duration and angle of both motors
+SHOULDER, ELBOW = 2.1, 0.6  # rad: initial angles
 ALUMINIUM = {"width": 0.04, "density": 2700.0}  # m, kg/m³
 
 
-PLACE = UPPER * np.sin(SHOULDER + TURN) + FORE * np.sin(ELBOW + TURN)  # m
+PLACE = UPPER * np.sin(SHOULDER + TURN) + FORE * np.sin(ELBOW + TURN)  # m: target Y of the load
 
 
 def turn(t):
-    """Return how far both motors have turned [rad], from rest to rest."""
+    """Return the angle by which both motors have turned [rad], from rest to rest."""
     s = np.clip(t / TRAVEL, 0.0, 1.0)
     return TURN * s**3 * (10 - 15 * s + 6 * s**2)
 
@@ -56,5 +56,5 @@ def picture(drawing, plot):
     bands = 1e3 * (study.run().sel(output="load_Y", time=slice(0.38, 0.6)) - PLACE)
     plot.fill_between(bands.time, *bands["error_bar"], color="#fdd0a2", label="interval error bar")
     plot.fill_between(bands.time, *bands["mean"], color="#1f78b4", label="interval mean")
-    plot.set(xlabel="time [s]", ylabel="Y of the load from its place [mm]", ylim=(-0.6, 0.9))
+    plot.set(xlabel="time [s]", ylabel="Y of the load from its target [mm]", ylim=(-0.6, 0.9))
     plot.legend()

@@ -1,7 +1,7 @@
 """A planetary gear that starts a load.
 
-A motor turns the sun against a ring that is held; two planets carry the arm, and with it the load.
-Pitch circles, rolling without slipping, are all that is needed of the teeth.
+A motor turns the sun inside a fixed ring; two planets drive the arm, which carries the load. The
+teeth are modelled as pitch circles that roll without slipping.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import flexband as fb
 
 SUN, PLANET = 0.03, 0.045  # m: radii of the pitch circles
 RING, ARM = SUN + 2 * PLANET, SUN + PLANET
-TORQUE = 4.0  # N m, of the motor
+TORQUE = 4.0  # N m: motor
 STEEL = {"width": 0.02, "density": 7800.0}  # m, kg/m³
 
 
@@ -43,10 +43,10 @@ def motion():
 
 def picture(drawing, plot):
     fb.draw(planetary_gear(), axes=drawing, dimensions=False, names=False)
-    drawing.margins(-0.15)  # without names, less room will do
-    for x, y, name in ((0.0, -0.06, "sun"), (ARM, -0.03, "planet"), (0.0, 0.09, "ring, held")):
+    drawing.margins(-0.15)  # without names, less margin is enough
+    for x, y, name in ((0.0, -0.06, "sun"), (ARM, -0.03, "planet"), (0.0, 0.09, "ring, fixed")):
         drawing.text(x, y, name, ha="center", style="italic")
     result = motion()
     plot.plot(result.time, result.T * 30 / np.pi, label=result.output.values)
-    plot.set(xlabel="time [s]", ylabel="speed [turns a minute]")
+    plot.set(xlabel="time [s]", ylabel="speed [rev/min]")
     plot.legend()

@@ -1,17 +1,17 @@
-"""A quick-return mechanism of a shaper.
+"""The quick-return mechanism of a shaper.
 
-A pin on the crank slides in the slot of a lever, a rod joins the lever to the ram. The ram goes
-back faster than it cuts, by a ratio that depends on the crank's length and place alone.
+A pin on the crank slides in the slot of a lever, and a rod joins the lever to the ram. The ram
+returns faster than it cuts. The ratio depends only on the length and the position of the crank.
 """
 
 import numpy as np
 
 import flexband as fb
 
-CRANK, PIVOT = 0.1, 0.25  # m: crank, and how far its bearing is above the lever's
+CRANK, PIVOT = 0.1, 0.25  # m: crank, and height of its bearing above the lever's
 LEVER, ROD = 0.5, 0.22  # m
-RAM = 0.52  # m: the height of its guide
-SPEED = 2 * np.pi  # rad/s: a turn a second
+RAM = 0.52  # m: height of its guide
+SPEED = 2 * np.pi  # rad/s: one turn per second
 STEEL = {"height": 0.03, "width": 0.02, "density": 7800.0}  # m, m, kg/m³
 
 

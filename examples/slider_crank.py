@@ -1,7 +1,7 @@
-"""A rigid–flexible slider–crank with tolerances and scattered material.
+"""A rigid–flexible slider–crank with tolerances and random material.
 
-The crank turns at a given speed; the link is an elastic beam; a spring holds the slider. The
-crank's length and the spring's stiffness are known as intervals, Young's modulus and Poisson's
+The crank turns at constant speed; the link is an elastic beam; a spring holds the slider. The
+length of the crank and the stiffness of the spring are intervals, Young's modulus and Poisson's
 ratio of the link are random fields. How uncertain are the reactions at the crank's pin A?
 """
 

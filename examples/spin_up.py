@@ -1,8 +1,8 @@
 """A beam that is spun up.
 
-A spin-up manoeuvre, as benchmarks of flexible bodies have it: a slender beam goes from rest to
-4 rad/s in 15 s. It lags behind while it is accelerated; then the centrifugal force holds it
-straight and pulls at its root.
+This spin-up manoeuvre is a common benchmark of flexible bodies. A slender beam is accelerated from
+rest to 4 rad/s in 15 s. During the acceleration it lags behind; afterwards the centrifugal force
+straightens it and loads its root.
 """
 
 import numpy as np
@@ -43,7 +43,7 @@ def motion():
 
 
 def lag(result):
-    """Return how far the tip is to the left of where a rigid beam's would be [m]."""
+    """Return the displacement of the tip [m] to the left of that of a rigid beam."""
     turned = angle(result.time.values)
     x, y = result.sel(output=["tip_X", "tip_Y"]).values
     return np.cos(turned) * y - np.sin(turned) * x

@@ -1,16 +1,16 @@
 """A suspension that drives over a kerb.
 
-The damper of a trailing arm is known as an interval, its spring scatters, and the road rises.
+The damping of a trailing-arm suspension is an interval, the stiffness of its spring is random.
 """
 
 import numpy as np
 
 import flexband as fb
 
-CAR, WHEEL = 320.0, 35.0  # kg: a quarter of the car, a wheel
+CAR, WHEEL = 320.0, 35.0  # kg: a quarter of the car, and a wheel
 ARM, MOUNT = 0.5, 0.35  # m: from the pivot to the wheel and to the spring
-KERB, RISE = 0.06, 0.05  # m, s: how high, and how long it takes to climb
-TYRE, RIDE = 180e3, 0.30  # N/m, m: of the tyre, and how high axle and pivot are at rest
+KERB, RISE = 0.06, 0.05  # m, s: height, and time to climb it
+TYRE, RIDE = 180e3, 0.30  # N/m, m: stiffness of the tyre, height of axle and pivot at rest
 LIFT = (0.0, 1.0)  # axis of the guides
 
 
@@ -20,7 +20,7 @@ def road(t):
 
 
 def suspension(damping, stiffness):
-    strut = 0.40 + 9.81 * CAR * ARM / MOUNT / stiffness  # m: so long without the car's weight
+    strut = 0.40 + 9.81 * CAR * ARM / MOUNT / stiffness  # m: length without the car's weight
     tyre = RIDE + 9.81 * (CAR + WHEEL) / TYRE
     return fb.Mechanism(
         bodies={

@@ -1,4 +1,4 @@
-"""What a reference problem gives: numbers of ours beside published ones."""
+"""Comparison of computed numbers with published ones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Check(NamedTuple):
-    """One number beside its reference; the tolerance is absolute."""
+    """A computed number and its reference; the tolerance is absolute."""
 
     name: str
     reference: float
@@ -18,19 +18,19 @@ class Check(NamedTuple):
 
     @property
     def difference(self) -> float:
-        """How far the two are apart."""
+        """Absolute difference between the two."""
         return abs(self.ours - self.reference)
 
     @property
     def holds(self) -> bool:
-        """Whether that is within the tolerance; a NaN is not."""
+        """Whether the difference is within the tolerance; False for NaN."""
         return self.difference <= self.tolerance
 
 
 def differences(
     name: str, ours: np.ndarray, reference: Sequence[float], tolerance: float
 ) -> list[Check]:
-    """Return a check for each component of a vector of the plane."""
+    """Return one check for each component of a plane vector."""
     return [
         Check(f"{name} {axis}", float(r), float(o), tolerance)
         for axis, o, r in zip("XY", ours, reference, strict=True)

@@ -1,4 +1,4 @@
-"""Published beams and flexible mechanisms, built from the public API only."""
+"""Published beams and flexible mechanisms, built from the public interface only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import flexband as fb
 
 
 def cantilever(beam: fb.Beam | fb.Cable, loads, *, axis: bool = False) -> np.ndarray:
-    """Return tip and tip angle of a clamped beam along X under loads, at rest."""
+    """Return position and angle of the tip of a clamped beam along X in equilibrium under loads."""
     model = fb.Mechanism(
         bodies={"beam": beam},
         joints={"clamp": fb.Weld("beam.start", (0.0, 0.0), axis=axis)},
@@ -20,7 +20,7 @@ def cantilever(beam: fb.Beam | fb.Cable, loads, *, axis: bool = False) -> np.nda
 
 
 def elastica() -> list[Check]:
-    """Tip force P normal to an inextensible cantilever, P L²/EI = a; here a strip of L/h = 500."""
+    """Inextensible cantilever with a normal tip force P L²/EI = a; a strip with L/h = 500."""
     length, area, second, modulus = 1.0, 2e-5, 2e-5 * 0.002**2 / 12, 2e11
     exact = {
         1: (0.0564332363, 0.3017207738, 0.4613519497),
@@ -43,7 +43,7 @@ def elastica() -> list[Check]:
 
 
 def thin_cantilever() -> list[Check]:
-    """Reissner's beam with shear, F = 3EI/L²."""
+    """Reissner beam with shear and the tip force F = 3EI/L²."""
     length, side, modulus = 2.0, 0.1, 2.07e11
     force = 3 * modulus * side**4 / 12 / length**2
     found = []
@@ -61,7 +61,7 @@ def thin_cantilever() -> list[Check]:
 
 
 def thick_cantilever() -> list[Check]:
-    """Nachbagauer (2011): this element's own numbers, plain and selective."""
+    """Results of Nachbagauer (2011) for the same elements, plain and selective."""
     nu = 0.3
     factor = 10 * (1 + nu) / (12 + 11 * nu)
     rules = {
@@ -109,7 +109,7 @@ def pendulum(
 
 
 def soft_pendulum() -> list[Check]:
-    """Compare with a published soft pendulum, with both elements."""
+    """Compare beam and cable elements with a published soft pendulum."""
     exact = {0.25: (0.32400, -0.37488), 0.5: (-0.42067, -0.26203), 0.75: (-0.41177, 0.06961)}
     beam = fb.Beam(
         length=0.5, height=0.002, width=0.01, density=1000.0, youngs_modulus=1e8,
@@ -138,7 +138,7 @@ def stiff_pendulum() -> list[Check]:
 
 
 def flexible_slider_crank() -> list[Check]:
-    """Simeon's data: the crank's end on a circle, the rod elastic, the slider's mass at its end."""
+    """Simeon's slider–crank: the crank's end on a circle, an elastic rod, a point mass."""
     crank, length, speed = 0.15, 0.3, 150.0
     model = fb.Mechanism(
         bodies={

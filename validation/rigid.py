@@ -1,4 +1,4 @@
-"""Published rigid mechanisms, built from the public API only."""
+"""Published rigid mechanisms, built from the public interface only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ GRAVITY = {"gravity": fb.Gravity()}
 
 
 def at(motion, time: float, *names: str) -> np.ndarray:
-    """Return outputs at a time of the run."""
+    """Return outputs at a time of the motion."""
     return motion.sel(output=list(names)).sel(time=time, method="nearest").values
 
 
@@ -48,7 +48,7 @@ def pendulum() -> list[Check]:
 
 
 def four_bar_chain() -> list[Check]:
-    """IFToMM A02, N = 2: three vertical and two horizontal rods; all lie flat now and then."""
+    """IFToMM A02, N = 2: three vertical and two horizontal rods, which lie on a line repeatedly."""
     rod = {"length": 1.0, "height": 1e-4, "width": 1e4, "density": 1.0}  # 1 kg, thin
     bodies = {
         f"up{k}": fb.RigidBody.bar(**rod, start=(float(k), 0.0), angle=np.pi / 2, rate=-1.0)
@@ -129,7 +129,7 @@ def torque_slider_crank() -> list[Check]:
 
 
 def andrews() -> list[Check]:
-    """Andrews' squeezing mechanism: seven bodies, the ends of four of them in one pin P."""
+    """Andrews' squeezing mechanism: seven bodies, four of which share one pin P."""
     A, B, C = (-0.06934, -0.00227), (-0.03635, 0.03273), (0.014, 0.072)
     rr, ra, d, da, e, ea = 0.007, 0.00092, 0.028, 0.0115, 0.02, 0.01421
     ss, sa, sb, sc, sd = 0.035, 0.01874, 0.01043, 0.018, 0.02

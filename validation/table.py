@@ -1,6 +1,6 @@
-"""Run the reference problems and write the table of docs/validation.md.
+"""Run the reference problems and write docs/validation.md.
 
-Exits with 1 where a number is out of its tolerance.
+The exit status is 1 if a number is out of tolerance.
 """
 
 from __future__ import annotations
@@ -16,37 +16,39 @@ from checks import Check
 PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
 TEXT = """# Validation
 
-Problems that others have published, built from the public API alone (`validation/`) and solved by
-`make validate`, which wrote this page. References are converged independent solutions; a tolerance
-is what the method and the mesh allow. `tests/test_validation.py` holds them.
+Results of flexband compared with published problems. `make validate` builds the problems in
+`validation/` from the public interface alone, solves them and writes this page;
+`tests/test_validation.py` repeats the comparison. The references are converged independent
+solutions. The tolerances depend on the accuracy of the method and of the mesh.
 
 {table}
 
 ## Notes
 
-- **IFToMM A01 and A02** are of the benchmark library of IFToMM's committee for multibody dynamics.
-  In A02 all rods lie flat twice a turn, where the Jacobian loses rank.
-- **Andrews' mechanism** is that of the test set for initial value problem solvers (Mazzia and
-  Magherini 2008). Angles and rates are relative ones as there.
-- **Thin cantilever**: tolerances are relative to the length of the displacement.
-- **Thick cantilever**: the plain element converges to a stiffness 1/(1−ν²) too high; the selective
-  one to the Reissner beam, 8.099e-4.
-- **Stiff pendulum**: the reference has no rotary inertia of sections, nor has a cable. A beam of
-  the same square section has, and its tip is 8e-4 m behind at 0.5 s.
-- **Elastica** and **soft pendulum** are thin. Cables do not lock; the shear-deformable beam does
-  where its elements are much longer than high: at L/h = 100 and a = 5, 16 of them are 7e-3 off.
+- **IFToMM A01 and A02** belong to the benchmark library of the IFToMM committee for multibody
+  dynamics. In A02 all rods lie on a line twice per turn, and there the Jacobian loses rank.
+- **Andrews' mechanism** is taken from the test set for initial value problem solvers (Mazzia and
+  Magherini 2008). Angles and rates are relative, as defined there.
+- **Thin cantilever**: tolerances are relative to the magnitude of the displacement.
+- **Thick cantilever**: the plain element converges to a stiffness that is too high by 1/(1−ν²); the
+  selective element converges to the Reissner beam, 8.099e-4.
+- **Stiff pendulum**: neither the reference nor a cable includes the rotary inertia of sections. A
+  beam of the same square section includes it, and its tip lags by 8e-4 m at 0.5 s.
+- **Elastica** and **soft pendulum** are thin. Cables do not lock. The shear-deformable beam locks
+  if its elements are much longer than high: for L/h = 100 and a = 5, the error of 16 elements is
+  7e-3.
 """
 
 
 def checks() -> list[Check]:
-    """Return all checks of all problems."""
+    """Return the checks of all problems."""
     problems = [*rigid.PROBLEMS, *flexible.PROBLEMS]
     return list(chain.from_iterable(problem() for problem in problems))
 
 
 def main() -> int:
     found = checks()
-    rows = ["| problem | reference | ours | difference | tolerance |", "| --- |" + " --- |" * 4]
+    rows = ["| problem | reference | flexband | difference | tolerance |", "| --- |" + " --- |" * 4]
     rows += [
         f"| {c.name} | {c.reference:.8g} | {c.ours:.8g} | {c.difference:.1e} | {c.tolerance:.1e} |"
         for c in found

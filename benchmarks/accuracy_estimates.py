@@ -1,4 +1,4 @@
-"""Whether methods know their errors: the errors they expect against the true ones."""
+"""Comparison of the errors that methods expect with their true errors."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 import xarray as xr
 
 FACTOR = 5.0
-"""An estimate within this factor of the truth is honest, too large or too small."""
+"""Factor between expected and true error up to which an estimate counts as right."""
 
 NEGLIGIBLE = 1e-5
-"""Of the response; smaller errors, expected or true, count as this large."""
+"""Part of the response; smaller errors, expected or true, count as this large."""
 
 WINDOWS = 20
-"""Parts of the record in each of which the root mean squares over time are compared."""
+"""Number of time windows in each of which root mean squares over time are compared."""
 
 
 class Estimate(NamedTuple):
-    """An error that was expected and the true one, parts of the response's mean size.
+    """An expected error and the true one, relative to the mean size of the response.
 
     Attributes
     ----------
-    expected, true : means over the record.
-    local_expected, local_true : root mean squares in each window, (windows,).
+    expected, true : mean over time.
+    local_expected, local_true : root mean square in each window, shape (windows,).
     """
 
     expected: float
@@ -34,11 +34,11 @@ class Estimate(NamedTuple):
 
 
 Claims = Mapping[tuple[str, str, str], Mapping[str, Estimate]]
-"""By case, name and label of the method, then by what is estimated."""
+"""Estimates by case, name and label of the method, then by output and band."""
 
 
 def estimates(found: xr.Dataset, truth: xr.Dataset) -> Iterator[tuple[str, Estimate]]:
-    """Yield what a method says of its errors, by "output quantity"; nothing if it is silent."""
+    """Yield the error estimates of a method by "output band"; nothing if it has none."""
     for name in ("mean", "error_bar"):
         if f"{name}_expected_error" not in found:
             continue
@@ -60,23 +60,23 @@ def _windows(v: np.ndarray) -> np.ndarray:
     return np.array([np.sqrt(np.mean(part**2)) for part in np.array_split(v, WINDOWS)])
 
 
-def honest(expected, true):
+def within_factor(expected, true):
     """Return whether expected errors are within the factor of the true ones."""
     a, b = np.maximum(expected, NEGLIGIBLE), np.maximum(true, NEGLIGIBLE)
     return (a <= FACTOR * b) & (b <= FACTOR * a)
 
 
 def too_small(expected, true):
-    """Return whether expected errors are below the true ones by more than the factor."""
+    """Return whether expected errors are too small by more than the factor."""
     return np.maximum(true, NEGLIGIBLE) > FACTOR * np.maximum(expected, NEGLIGIBLE)
 
 
 def notes(found: Claims) -> list[str]:
-    """Return the count of honest estimates of every method, on traps and on what is none."""
+    """Return lines that count the right estimates of every method, for ordinary cases and traps."""
     rows = [(case, method, e) for (case, method, _), own in found.items() for e in own.values()]
     lines = []
     for method in dict.fromkeys(method for _, method, _ in rows):
-        for kind, trap in (("no traps", False), ("traps", True)):
+        for kind, trap in (("ordinary cases", False), ("traps", True)):
             own = [e for case, by, e in rows if by == method and ("(trap)" in case) == trap]
             if own:
                 pairs = [(e.expected, e.true) for e in own]
@@ -86,31 +86,31 @@ def notes(found: Claims) -> list[str]:
                 )
     if lines:
         lines.append(
-            f"an expected error is honest within a factor of {FACTOR:g} of the true one, errors "
-            f"below {100 * NEGLIGIBLE:g} % of the response taken as that much; a window is a "
-            f"{WINDOWS}th of the time"
+            f"these lines count the expected errors that are within a factor of {FACTOR:g} of the "
+            f"true ones; errors below {100 * NEGLIGIBLE:g} % of the response count as this large, "
+            f"and a window is 1/{WINDOWS} of the simulated time"
         )
     return lines
 
 
 def _count(pairs: list[tuple[float, float]]) -> str:
     expected, true = np.array(pairs).T
+    right = within_factor(expected, true)
     return (
-        f"{honest(expected, true).sum()} of {len(pairs)} expected errors are honest "
-        f"({100 * honest(expected, true).mean():.0f} %), "
-        f"{too_small(expected, true).sum()} too small"
+        f"{right.sum()} of {len(pairs)} ({100 * right.mean():.0f} %) within a factor of "
+        f"{FACTOR:g}, {too_small(expected, true).sum()} too small"
     )
 
 
 def details(found: Claims) -> dict:
-    """Return all numbers for the JSON file."""
+    """Return the numbers for the JSON file."""
     return {
         f"{case}: {label}": {
             name: {
                 "expected": e.expected,
                 "true": e.true,
-                "honest": bool(honest(e.expected, e.true)),
-                "honest_windows": float(honest(e.local_expected, e.local_true).mean()),
+                "right": bool(within_factor(e.expected, e.true)),
+                "right_windows": float(within_factor(e.local_expected, e.local_true).mean()),
                 "windows_too_small": float(too_small(e.local_expected, e.local_true).mean()),
             }
             for name, e in own.items()

@@ -1,4 +1,4 @@
-"""One sample of a mechanism at its assembled start, in numbers: where forms are evaluated."""
+"""One sample of a mechanism at its assembled start, in which forms are evaluated."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Configuration:
         return np.array([self.value(form) for form in vector])
 
     def number(self, value: InTime) -> float:
-        """Return this sample's value of a parameter, at time zero where it is a function."""
+        """Return this sample's value of a parameter, at time zero if it is a function."""
         values = np.ravel(np.asarray(value(0.0) if callable(value) else value, dtype=float))
         return float(values[min(self.sample, len(values) - 1)])
 
@@ -50,14 +50,14 @@ class Configuration:
 
 
 def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
-    """Return where a sample starts: where its joints hold.
+    """Return the configuration in which a sample starts, with its constraints met.
 
     Raises
     ------
     InputError
-        Where the mechanism has no such sample or numbers of samples do not fit each other.
+        If the mechanism has no such sample or numbers of samples do not fit each other.
     AssemblyError
-        Where this sample's constraints cannot be met.
+        If this sample's constraints cannot be met.
     """
     system = assemble(mechanism)
     whole("sample", sample, 0, system.samples - 1)

@@ -1,4 +1,4 @@
-"""A mechanism in words: its parts, degrees of freedom and redundant constraints."""
+"""A mechanism as text: its parts, degrees of freedom and redundant constraints."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from flexband.mechanics.mechanism import Mechanism
 def describe(mechanism: Mechanism) -> str:
     """Return tables of bodies, joints, loads and sensors, and the degrees of freedom at the start.
 
-    Where parameters are arrays, what is said is true of the first sample.
+    If parameters are arrays, the numbers are those of the first sample.
 
     Raises
     ------
@@ -53,16 +53,18 @@ def describe(mechanism: Mechanism) -> str:
         *_table(["joint", "kind", "points", "constraints"], joints),
         *_table(["load", "kind", "points"], loads),
         *_table(["sensor", "kind", "outputs"], sensors),
-        f"{count} coordinates, {len(owners)} constraints (those of rigidity included), "
+        f"{count} coordinates, {len(owners)} constraints (including those of rigidity), "
         f"{count - len(owners) + redundant} degrees of freedom",
     ]
     if redundant:
-        lines.append(f"{redundant} redundant; forces are not unique at {', '.join(names)}")
+        lines.append(
+            f"{redundant} redundant constraints; forces are not unique at {', '.join(names)}"
+        )
     return "\n".join(lines)
 
 
 def _mass(body) -> float:
-    """Return the mass: that of a unit velocity along X."""
+    """Return the mass: twice the kinetic energy of a unit velocity along X."""
     moved = set(body.nodes)
     entries = body.mass_entries().items()
     parts = [np.ravel(m)[0] * (1 + (i != j)) for (i, j), m in entries if {i, j} <= moved]
@@ -75,7 +77,7 @@ def _points(part: Joint | Load) -> str:
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return aligned lines, none where there are no rows."""
+    """Return aligned lines, or none if there are no rows."""
     if not rows:
         return []
     widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]

@@ -19,29 +19,30 @@ from flexband.mechanics.mechanism import Mechanism
 def equilibrium(
     mechanism: Mechanism, *, steps: int = 1, time: float = 0.0, threads: int | None = None
 ) -> xr.DataArray:
-    """Find where a mechanism rests under its loads.
+    """Compute a static equilibrium of a mechanism under its loads.
 
-    It starts from the assembled guess. Where the loads leave a mechanism several places to rest,
-    it finds one of them; an unstable one is possible.
+    The search starts from the assembled guess. If there are several equilibria it finds one of
+    them, which may be unstable.
 
     Parameters
     ----------
-    steps : gravity, forces, moments and distributed loads are raised in so many equal steps, each
-        from the rest under the one before. Springs and drives act in full.
-    time : when functions of time are looked at [s].
-    threads : number of threads; one a core where None.
+    steps : number of equal steps in which gravity, forces, moments and distributed loads are
+        applied, each starting from the equilibrium of the one before. Springs and drives act in
+        full.
+    time : the time [s] at which functions of time are evaluated.
+    threads : number of threads, or None for one per core.
 
     Returns
     -------
-    The outputs of the sensors, dim (output,), with a first dim "sample" where a parameter is an
+    The outputs of the sensors, dim (output,), with a first dim "sample" if a parameter is an
     array of more than one value. Coordinates: "output" (name), "unit".
 
     Raises
     ------
     InputError
-        Where a number is out of its range or numbers of samples do not fit.
+        If a number is out of its range or numbers of samples do not fit.
     AssemblyError
-        Where the constraints cannot be met or a sample does not come to rest.
+        If the constraints cannot be met or no equilibrium is found for a sample.
     """
     whole("steps", steps, 1)
     at = float(numbers("time [s]", time))
@@ -71,7 +72,7 @@ def equilibrium(
 
 
 def rest(system: System, values: Values, steps: int) -> tuple[np.ndarray, np.ndarray, Work]:
-    """Bring one block to rest; return the sensors' rows (rows, WIDTH), failures and the state."""
+    """Find the equilibrium of one block; return sensor rows (rows, WIDTH), failures and state."""
     work, failure = begin(system, values)
     rows = np.zeros((system.sensed, WIDTH))
     state = system.structure.state

@@ -1,10 +1,9 @@
-"""Quadratic forms in the coordinates of a mechanism: what joints and sensors are written in.
+"""Quadratic forms in the state z of a mechanism, in which joints, loads and sensors are written.
 
 A node carries an affine frame, so the position of any point and the direction of any axis are
 linear in the coordinates, and every joint is at most quadratic. Joints and sensors are therefore
-written as algebra, ``dot(a.x, b.y)``, and the engine sees one table of products for all of them.
-
-The variables are z = [1, q, λ, v, a]: z₀ = 1 makes constants and linear terms products as well.
+written as algebra, ``dot(a.x, b.y)``, and the engine evaluates one table of products for all of
+them. See `kernels.state` for the rows of z.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ class Form:
 
     @staticmethod
     def constant(value: ArrayLike) -> Form:
-        """Return the form that is `value`, a number or an array of shape (n,)."""
+        """Return the constant form of a number or an array of shape (n,)."""
         c = np.asarray(value, dtype=float)
         return Form({(0, 0, None): c} if c.ndim or c != 0 else {})
 
@@ -48,9 +47,9 @@ class Form:
         return Form({(0, 0, function): np.asarray(1.0)})
 
     def shifted(self, rows: int) -> Form:
-        """Return the linear form with z_{rows + j} for every z_j.
+        """Return the linear form with z_{rows + j} in place of every z_j.
 
-        z holds [0, v] and [0, a] further down, so that is the form's rate, or its second.
+        With the row where [0, v] or [0, a] starts this is the first or second rate of the form.
         """
         return Form({(0, rows + j, None): c for (_, j, _), c in self.terms.items() if j > 0})
 
@@ -73,14 +72,14 @@ class Form:
         for (i, j, f), a in self.terms.items():
             for (k, m, g), b in other.terms.items():
                 c = a * b
-                if c.ndim or c != 0:  # a plain zero is part of the model, not of a sample
+                if c.ndim or c != 0:  # a zero that is not an array is zero for all samples
                     product = product + Form({_key((i, j, k, m), f, g): c})
         return product
 
     __rmul__ = __mul__
 
     def _scaled_angles(self, other: Form) -> Form:
-        """Return the angles' part of a product, which only numbers may multiply."""
+        """Return the angles of a product; only numbers may multiply them."""
         if not (self.angles or other.angles):
             return Form({})
         number, scaled = (other, self) if self.angles else (self, other)
@@ -90,12 +89,12 @@ class Form:
         return Form({}, tuple((vector, c * factor) for vector, c in scaled.angles))
 
     def with_variables(self, numbers: Iterator[int]) -> Form:
-        """Return the form with the variables of these numbers in place of its angles."""
+        """Return the form with variables of these numbers in place of its angles."""
         variables = (Form.variable(next(numbers)) * c for _, c in self.angles)
         return sum(variables, Form(self.terms))
 
     def at(self, z: Sequence[ArrayLike]) -> np.ndarray:
-        """Return its value at t = 0 for numbers or arrays z."""
+        """Return the value at t = 0 for z, numbers or arrays."""
         value = np.zeros(())
         for (i, j, f), c in self.terms.items():
             value = value + c * (1.0 if f is None else f(0.0)) * np.multiply(z[i], z[j])
@@ -107,7 +106,7 @@ class Form:
 def _key(indices: tuple[int, ...], f: TimeFunction | None, g: TimeFunction | None) -> Key:
     variables = sorted(i for i in indices if i != 0)
     if len(variables) > 2 or (f is not None and g is not None):
-        raise ValueError("a form has at most two variables and one function of time in a term")
+        raise ValueError("a term of a form has at most two variables and one function of time")
     i, j = [0] * (2 - len(variables)) + variables
     return i, j, f if f is not None else g
 
@@ -117,7 +116,7 @@ Vector = tuple[Form, Form]
 
 
 def fixed(vector: tuple[ArrayLike, ArrayLike]) -> Vector:
-    """Return a vector that is the same in all configurations."""
+    """Return a vector that does not depend on the state."""
     return Form.constant(vector[0]), Form.constant(vector[1])
 
 
@@ -137,7 +136,7 @@ def scale(factor: Form | ArrayLike, a: Vector) -> Vector:
 
 
 def angle(a: Vector) -> Form:
-    """Return the angle from the X axis to a linear vector [rad], turns counted."""
+    """Return the angle from the X axis to a linear vector [rad], with turns counted."""
     return Form({}, ((a, np.asarray(1.0)),))
 
 
@@ -147,27 +146,27 @@ def dot(a: Vector, b: Vector) -> Form:
 
 
 def cross(a: Vector, b: Vector) -> Form:
-    """Return the component of a × b out of the plane."""
+    """Return the out-of-plane component of a × b."""
     return a[0] * b[1] - a[1] * b[0]
 
 
 def turned(a: Vector, angle: ArrayLike) -> Vector:
-    """Return `a`, turned by an angle [rad]."""
+    """Return `a` rotated by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return a[0] * c - a[1] * s, a[0] * s + a[1] * c
 
 
 GeneralizedForce = dict[int, Form]
-"""Coordinate -> the generalized force on it."""
+"""Row of z -> the generalized force on this coordinate."""
 
 
 def at_point(force: Vector, position: Vector) -> GeneralizedForce:
-    """Return the generalized force of a force at a point, by its virtual work F · δr."""
+    """Return the generalized force of a force F at a position r, from its virtual work F · δr."""
     return _work(zip(force, position, strict=True))
 
 
 def about(moment: Form, direction: Vector) -> GeneralizedForce:
-    """Return the generalized force of a moment on a direction d of length one, M d × δd."""
+    """Return the generalized force of a moment on a unit vector d, from M d × δd."""
     return _work([(-moment * direction[1], direction[0]), (moment * direction[0], direction[1])])
 
 
@@ -203,11 +202,11 @@ class Frame:
 
     @property
     def normal(self) -> Vector:
-        """The direction normal to the section, r_y turned by −90°; r_x on a rigid body."""
+        """The normal of the section: r_y rotated by −90°, which is r_x on a rigid body."""
         return self.y[1], -self.y[0]
 
     def shifted(self, rows: int) -> Frame:
-        """Return the frame's rates, or second rates, whose coordinates are `rows` further down."""
+        """Return the rates of the frame, or its second rates; see `Form.shifted`."""
         pairs = (self.position, self.x, self.y)
         return Frame(*((v[0].shifted(rows), v[1].shifted(rows)) for v in pairs))
 
@@ -219,7 +218,7 @@ class Frame:
 
     @staticmethod
     def of_rigid_node(first: int) -> Frame:
-        """Return the frame of the node of coordinates [r, r_x] at z_first; r_y is r_x turned."""
+        """Return the frame of the node whose coordinates [r, r_x] start at z_first."""
         v = [Form.variable(first + k) for k in range(4)]
         return Frame((v[0], v[1]), (v[2], v[3]), (-v[3], v[2]))
 
@@ -229,7 +228,7 @@ class Frame:
         return Frame(fixed(position), fixed((1.0, 0.0)), fixed((0.0, 1.0)))
 
     def direction(self, x: ArrayLike, y: ArrayLike) -> Vector:
-        """Return the vector with components (x, y) along the axes of this frame."""
+        """Return the vector whose components along the axes of this frame are (x, y)."""
         return add(scale(x, self.x), scale(y, self.y))
 
     def moved(self, x: ArrayLike, y: ArrayLike) -> Frame:

@@ -1,8 +1,8 @@
-"""Natural frequencies and mode shapes about a configuration, constraints respected.
+"""Natural frequencies and mode shapes about a configuration, subject to the constraints.
 
-Small motions about a rest have M δq̈ + K δq + Φ_qᵀ δλ = 0 and Φ_q δq = 0, where K includes the
-curvature of the constraints under their multipliers. On the null space of Φ_q that is a symmetric
-eigenproblem.
+Small motions about an equilibrium satisfy M δq̈ + K δq + Φ_qᵀ δλ = 0 and Φ_q δq = 0, where K
+includes the curvature of the constraints under their multipliers. On the null space of Φ_q this is
+a symmetric eigenproblem.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 
 NUDGE = 1e-6
-"""Size of the displacement by which sensors are differentiated."""
+"""Displacement of the central differences that differentiate the sensors."""
 
 
 def modes(
@@ -37,27 +37,27 @@ def modes(
     about: Literal["start", "equilibrium"] = "equilibrium",
     steps: int = 1,
 ) -> xr.Dataset:
-    """Find the lowest natural frequencies of a mechanism, damping left aside.
+    """Compute the lowest natural frequencies of a mechanism, without damping.
 
     Parameters
     ----------
-    count : how many modes, or all where there are fewer.
+    count : number of modes; all are returned if there are fewer.
     about : "equilibrium" (as `equilibrium` finds it) or "start", the assembled guess.
     steps : as in `equilibrium`.
 
     Returns
     -------
-    `frequency` [Hz], dim (mode,), rising; negative where a small motion grows, 0 but for
-    rounding where it is free.
-    `shape`, dims (mode, output): how the outputs of the sensors change with a mode whose modal mass
-    is 1 kg. With a first dim "sample" where a parameter is an array of more than one value.
+    Dataset with `frequency` [Hz], dim (mode,), in ascending order: negative if a small motion
+    grows, and 0 up to rounding if it is free; and `shape`, dims (mode, output): the change of the
+    sensors' outputs with a mode of modal mass 1 kg. There is a first dim "sample" if a parameter is
+    an array of more than one value.
 
     Raises
     ------
     InputError
-        Where a number is out of its range or numbers of samples do not fit.
+        If a number is out of its range or numbers of samples do not fit.
     AssemblyError
-        Where the constraints cannot be met or a sample does not come to rest.
+        If the constraints cannot be met or no equilibrium is found for a sample.
     """
     whole("count", count, 1)
     known("about", about, ["start", "equilibrium"])
@@ -92,7 +92,7 @@ def modes(
 
 
 def _solve(M: np.ndarray, K: np.ndarray, Phi: np.ndarray, count: int):
-    """Return the lowest ω² and their vectors as columns, of length one in the mass matrix."""
+    """Return the lowest ω², and their vectors as columns, normalized by the mass matrix."""
     free = null_space(Phi, rcond=RANK) if len(Phi) else np.eye(len(M))
     last = min(count, free.shape[1]) - 1
     squares, vectors = eigh(free.T @ K @ free, free.T @ M @ free, subset_by_index=[0, last])
@@ -115,7 +115,7 @@ def _shapes(system: System, values, work: Work, lane: int, vectors: np.ndarray):
 
 
 def _linear(system: System, values, work: Work) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return M, K and Φ_q at the state, of every lane: shapes (WIDTH, …)."""
+    """Return M, K and Φ_q at the state for every lane, shapes (WIDTH, …)."""
     count, dense = system.structure.state.coordinates, []
     for weight in (0.0, 1.0):
         run(LINEARIZE, system, values, work, number=weight)

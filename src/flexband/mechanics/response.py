@@ -40,9 +40,9 @@ class DynamicResponse:
         Raises
         ------
         InputError
-            As `simulate` does, and where the builder returns no mechanism.
+            As `simulate` does, and if the builder does not return a mechanism.
         AssemblyError, SimulationError
-            As `simulate` does, with the inputs of the runs that failed.
+            As `simulate` does; the message gives the inputs of the failed runs.
         """
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = max((np.size(v) for v in arrays.values()), default=1)
@@ -81,8 +81,8 @@ def dynamic_response(
 
     Parameters
     ----------
-    builder : function that returns a `Mechanism`; it is called once with one array of shape (n,)
-        an input (a random field comes as a function of position) for n samples.
+    builder : function that returns a `Mechanism`. It is called once per batch of n runs, with one
+        array of shape (n,) per input; a random field is passed as a function of position.
     duration, step : simulated time and step [s].
     integrator, threads : as in `simulate`.
     """
@@ -90,7 +90,7 @@ def dynamic_response(
 
 
 def _shown(name: str, value: Any, sample: int) -> str:
-    """Return "name = value" of one sample; a function of position is shown at position 0."""
+    """Return "name = value" of one sample; a function of position is evaluated at 0."""
     if callable(value):
         at_start = np.atleast_1d(np.asarray(value(np.zeros(1)))).ravel()
         return f"{name}(0) = {at_start[min(sample, len(at_start) - 1)]:.9g}"

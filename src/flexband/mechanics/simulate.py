@@ -27,27 +27,27 @@ def simulate(
 
     Parameters
     ----------
-    duration, step : simulated time and step [s]; the step divides the duration.
-    integrator : numerics; ``GeneralizedAlpha()`` where None.
-    threads : number of threads; one a core where None. Results do not depend on it.
+    duration, step : simulated time and step [s]; the duration is a whole number of steps.
+    integrator : parameters of the integrator, or None for ``GeneralizedAlpha()``.
+    threads : number of threads, or None for one per core. Results do not depend on it.
     progress : called as ``progress(done, total)`` when runs are finished.
 
     Returns
     -------
-    The outputs of the sensors, dims (output, time), with a first dim "sample" where a parameter
-    is an array of more than one value. Coordinates: "output" (name), "unit", "time" [s]. Where
-    constraints are redundant, ``attrs["not_unique"]`` lists those that share forces among them:
-    their multipliers, and reactions, are one choice of many; the motion is unique. Samples that
-    diverged and then passed with half the step are listed in ``attrs["halved_step"]``.
+    The outputs of the sensors, dims (output, time), with a first dim "sample" if a parameter is an
+    array of more than one value. Coordinates: "output" (name), "unit", "time" [s]. If constraints
+    are redundant, ``attrs["not_unique"]`` lists the joints that share forces: their multipliers and
+    reactions are one choice of many, while the motion is unique. ``attrs["halved_step"]`` lists
+    samples that diverged and were completed with half the step.
 
     Raises
     ------
     InputError
-        Where a number is out of its range or numbers of samples do not fit.
+        If a number is out of its range or numbers of samples do not fit.
     AssemblyError
-        Where the constraints cannot be met at the start or do not determine their multipliers.
+        If the constraints cannot be met at the start or do not determine their multipliers.
     SimulationError
-        Where a sample diverges, with half the step as well; no numbers are returned then.
+        If a sample diverges, also with half the step; no results are returned then.
     """
     integrator = integrator or GeneralizedAlpha()
     times = _times(duration, step)
@@ -79,7 +79,7 @@ def simulate(
 
 
 def _times(duration: float, step: float) -> np.ndarray:
-    """Return the times of the steps [s], zero included."""
+    """Return the times of the steps [s], including zero."""
     given = (("duration [s]", duration), ("step [s]", step))
     length, one = (float(positive(name, numbers(name, value))) for name, value in given)
     ratio = length / one

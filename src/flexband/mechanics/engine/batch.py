@@ -1,4 +1,4 @@
-"""Run samples, eight in a lane, blocks of lanes over threads."""
+"""Run samples, eight per lane, with blocks of lanes distributed over threads."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from flexband.mechanics.engine.generalized_alpha import Coefficients, Generalize
 from flexband.mechanics.kernels.lanes import WIDTH, addresses
 
 Progress = Callable[[int, int], object]
-"""Told now and then how many runs are done, and of how many."""
+"""Called as ``progress(done, total)`` with numbers of runs."""
 
 
 NOTHING = np.zeros((1, WIDTH))
-"""In place of an array that a task has no use for."""
+"""In place of an array that a task does not use."""
 
 NO_STEP = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""In place of the integrator's numbers."""
+"""In place of the integrator's coefficients."""
 
 
 class Batch(NamedTuple):
-    """What the runs of some samples have given."""
+    """The results of the runs of some samples."""
 
     outputs: np.ndarray  # (samples, outputs, times)
     failures: np.ndarray  # (samples, 4), see `initial.start`
@@ -49,7 +49,7 @@ def run_samples(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Run all samples of a system, or those of these numbers, over equidistant times [s]."""
+    """Run all samples of a system, or those with these numbers, over equidistant times [s]."""
     packed = pack(system, times, samples)
     chosen = np.arange(system.samples) if samples is None else samples
     method, tolerance = integrator.coefficients(times[1] - times[0]), float(integrator.tolerance)
@@ -77,7 +77,7 @@ def run_samples(
 
 
 def march_block(system: System, method, tolerance: float, values: Values, times: int):
-    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and where lane 0 starts.
+    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and lane 0's first z.
 
     The conditions of the joints follow the rows of the sensors.
     """
@@ -105,7 +105,7 @@ def run(
     method: Coefficients = NO_STEP,
     number: float = 0.0,
 ) -> None:
-    """Do one of the tasks of `engine`."""
+    """Perform one of the tasks of `entries`."""
     arguments = (
         task,
         system.indexed,
@@ -116,14 +116,14 @@ def run(
         outputs,
         addresses(failure),
     )
-    # there is one signature; to find it by the types of a hundred arguments takes 0.2 ms a call
+    # There is one signature. Dispatch on the types of a hundred arguments takes 0.2 ms per call.
     entry = dynamics if task in (START, MARCH) else statics
     known = entry.signatures
     (entry.overloads[known[0]].entry_point if known else entry)(*arguments)
 
 
 def derive(system: System, rows: np.ndarray) -> np.ndarray:
-    """Return the outputs (outputs, times, WIDTH) from the rows that the engine has evaluated."""
+    """Return the outputs (outputs, times, WIDTH) from the rows that the engine evaluated."""
     parts = [outputs(rows[place]) for outputs, place in system.sensors]
     return np.concatenate([rows[:0], *parts])
 
@@ -135,7 +135,7 @@ def in_parallel(
     threads: int | None,
     progress: Progress | None,
 ) -> None:
-    """Run all blocks; Ctrl-C drops those not yet begun."""
+    """Run all blocks; Ctrl-C cancels those that have not begun."""
     workers = available_cores() if threads is None else whole("threads", threads, 1)
     done = 0
     with ThreadPoolExecutor(min(workers, blocks)) as pool:
@@ -158,9 +158,9 @@ def available_cores() -> int:
 
 
 def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
-    """Return the failures, with those of joints that were held the wrong way round.
+    """Return the failures, including those of joints on the wrong branch.
 
-    `conditions`, shape (times, conditions, WIDTH), must be positive up to a run's failure.
+    `conditions`, shape (times, conditions, WIDTH), must be positive until a run fails.
     """
     failure = failure.copy()
     times, rows, lanes = np.nonzero(conditions < 0)
@@ -172,8 +172,8 @@ def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
 
 @contextmanager
 def compiling():
-    """Say on screen that the engine is being compiled, where the body takes long."""
-    text = "flexband: compiling the engine (once on this machine, about 12 s) ..."
+    """Report on screen that the engine is being compiled, if the body takes long."""
+    text = "flexband: compiling the engine (once per machine, about 12 s) ..."
     timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
     timer.start()
     try:

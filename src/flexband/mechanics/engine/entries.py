@@ -1,7 +1,7 @@
-"""The entries of the engine: one for motion, one for rest.
+"""The entries of the engine: one for dynamics, one for statics.
 
-Whatever calls the kernels has all of them compiled once more, so tasks share an entry; what only
-statics needs is compiled when statics asks for it.
+Every entry compiles all kernels that it calls, so tasks share an entry. The entry for statics is
+compiled when it is first used.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ START, MARCH, SETTLE, LINEARIZE, SENSE = range(5)
 
 @cached
 def dynamics(task, structure, method, number, values, work, outputs, failure):
-    """Do a task for one block of samples, whose state is `work.z`.
+    """Perform a task for one block of samples, whose state is `work.z`.
 
     Parameters
     ----------
@@ -27,8 +27,8 @@ def dynamics(task, structure, method, number, values, work, outputs, failure):
     method : `Coefficients` of the integrator, for MARCH.
     number : tolerance of Newton's method, for MARCH.
     outputs : filled by MARCH, shape (times, rows, WIDTH).
-    failure : shape (4, WIDTH): code of the failure, 0 for none, the number of its time, the row of
-        Φ to blame, −1 or less for none, and a multiplier that is not unique.
+    failure : shape (4, WIDTH): the code of the failure (0 for none), the number of its time, the
+        row of Φ that caused it (negative for none), and a multiplier that is not unique.
     """
     if task == START:
         start(structure, values, work, failure)
@@ -38,10 +38,11 @@ def dynamics(task, structure, method, number, values, work, outputs, failure):
 
 @cached
 def statics(task, structure, method, number, values, work, outputs, failure):
-    """Do a task for one block of samples at rest; parameters are those of `dynamics`.
+    """Perform a task for one block of samples at rest; parameters are those of `dynamics`.
 
-    SETTLE moves to an equilibrium; LINEARIZE sets the matrix to that of Newton's method with the
-    weight `number` of the stiffness; SENSE reads the sensors. The first outputs are filled.
+    SETTLE moves to an equilibrium; LINEARIZE sets the matrix to that of Newton's method, where
+    `number` is the weight of the stiffness; SENSE reads the sensors. Only the first outputs are
+    filled.
     """
     now = np.int64(0)
     if task == SETTLE:

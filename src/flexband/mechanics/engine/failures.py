@@ -1,4 +1,4 @@
-"""Failures of runs: codes that the engine sets, and what they mean to a reader."""
+"""Failures of runs: the codes that the engine sets, and the messages for them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WRONG_BRANCH = 5.0
 
 
 def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> None:
-    """Raise the error that says which samples failed, when and why."""
+    """Raise an error that lists which samples failed, when and why."""
     code, number, row, _ = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):
@@ -24,14 +24,14 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
         names = system.conditions if code[sample] == WRONG_BRANCH else system.constraints
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
-            NOT_ASSEMBLED: f"the constraints cannot be met, worst is {where}",
-            SINGULAR_START: "constraints contradict each other, or the guess is where their "
-            f"Jacobian loses rank; worst is {where}",
-            WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; start the body "
-            "within 90° of the angle asked for",
-            DIVERGED: "Newton's method diverged, with half the step as well",
-            NOT_SETTLED: "no equilibrium was found; raise the loads in more steps",
-            CONTRADICTED: f"constraints contradict each other, worst is {where}",
+            NOT_ASSEMBLED: f"the constraints cannot be met; the worst is {where}",
+            SINGULAR_START: "constraints contradict each other, or their Jacobian loses rank "
+            f"at the guess; the worst is {where}",
+            WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; the body must "
+            "start within 90° of the prescribed angle",
+            DIVERGED: "Newton's method diverged, also with half the step",
+            NOT_SETTLED: "no equilibrium was found; apply the loads in more steps",
+            CONTRADICTED: f"constraints contradict each other; the worst is {where}",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"sample {s}, t = {t:g} s: {reason}" for s, (t, reason) in list(found.items())[:5]]

@@ -8,7 +8,7 @@ from .models import gears, parallelogram, spring_and_moment
 def test_description_counts_degrees_of_freedom_and_names_what_is_redundant():
     text = fb.describe(parallelogram(3))
     assert "1 degrees of freedom" in text
-    assert "1 redundant; forces are not unique at joint 'ground0'" in text
+    assert "redundant constraints: 1; forces are not unique at joint 'ground0'" in text
     assert any(line.split() == ["coupler", "RigidBody", "0.8", "4"] for line in text.splitlines())
     assert "crank1.start – (1, 0)" in text
     assert "F0_X [N], F0_Y [N]" in text

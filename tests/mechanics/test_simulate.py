@@ -66,5 +66,5 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
         np.testing.assert_array_equal(together[k], alone)
     finer = fb.simulate(model(speeds[[1, 3]]), duration=1.0, step=0.01)
     np.testing.assert_array_equal(together[[1, 3]], finer[:, :, ::2])
-    with pytest.raises(fb.SimulationError, match="with half the step as well"):
+    with pytest.raises(fb.SimulationError, match="also with half the step"):
         fb.simulate(model(22.0), duration=1.0, step=0.02)

@@ -58,7 +58,7 @@ def describe(mechanism: Mechanism) -> str:
     ]
     if redundant:
         lines.append(
-            f"{redundant} redundant constraints; forces are not unique at {', '.join(names)}"
+            f"redundant constraints: {redundant}; forces are not unique at {', '.join(names)}"
         )
     return "\n".join(lines)
 

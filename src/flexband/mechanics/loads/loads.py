@@ -28,19 +28,11 @@ InTime = ArrayLike | TimeFunction
 
 
 class Model(Protocol):
-    """What a load may ask the mechanism for."""
+    """The methods of `Mechanism` that loads use; they are documented there."""
 
-    def frame(self, point: PointName) -> Frame:
-        """Return the frame of a point."""
-        ...
-
-    def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
-        """Return the generalized force of a load [N/m] along a beam or cable."""
-        ...
-
-    def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce:
-        """Return the weight M g in a uniform field g = (x, y) [m/s²]."""
-        ...
+    def frame(self, point: PointName) -> Frame: ...
+    def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce: ...
+    def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce: ...
 
 
 class SpringEntry(NamedTuple):

@@ -20,7 +20,7 @@ def test_description_counts_degrees_of_freedom_and_names_what_is_redundant():
         elements=2,
     )  # fmt: skip
     clamped = fb.Mechanism(bodies={"b": beam}, joints={"clamp": fb.Weld("b.start", (0.0, 0.0))})
-    assert "18 coordinates, 3 constraints (those of rigidity included), 15 degrees" in fb.describe(
+    assert "18 coordinates, 3 constraints (including those of rigidity), 15 degrees" in fb.describe(
         clamped
     )
     assert any(

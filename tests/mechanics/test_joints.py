@@ -190,13 +190,17 @@ def test_a_rolling_wheel():
             "roll": fb.Rack("w", (0.0, 0.0), r, axis=(c, s)),
         },
         loads={"g": fb.Gravity()},
-        sensors={"w": fb.Position("w"), "a": fb.Angle("w")},
-    )
+        sensors={"w": fb.Position("w"), "a": fb.Angle("w"), "W": fb.Work("roll"),
+                 "E": fb.KineticEnergy()},
+    )  # fmt: skip
     motion = fb.simulate(model, duration=1.5, step=1e-3)
     t = motion["time"].values
     way = 0.5 * 9.81 * np.sin(slope) / (1 + J / (m * r**2)) * t**2
     np.testing.assert_allclose(motion.sel(output="w_X"), -r * s + way * c, atol=1e-4)
     np.testing.assert_allclose(motion.sel(output="a"), -way / r, rtol=2e-5, atol=1e-6)
+    # friction does no work: what it takes from the travel it gives to the rotation
+    energy = float(motion.sel(output="E").max())
+    np.testing.assert_allclose(motion.sel(output="W"), 0.0, atol=1e-9 * energy)
 
 
 def test_a_drive_may_turn_round_many_times():

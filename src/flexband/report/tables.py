@@ -32,7 +32,7 @@ def summary_table(bands: xr.Dataset) -> Table:
 
     The last column, for PCCI methods, is the largest expected error as a share of that width.
     """
-    header = ["output", "interval mean", "error bar", "largest width", "at", "expected error"]
+    header = ["output", "interval mean", "error bar", "max width", "at", "expected error"]
     rows = []
     for name in outputs_of(bands):
         one = select(bands, name)
@@ -99,7 +99,7 @@ def error_table(results: Sequence[Comparison]) -> Table:
     for result in results:
         head = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
         if result.errors is None:
-            rows.append([*head, "reference", "", ""])
+            rows.append([f"{head[0]} (reference)", *head[1:], "", "", ""])
             continue
         for name in outputs_of(result.bands):
             values = [float(select(result.errors[v], name)) for v in ("mean", "error_bar")]

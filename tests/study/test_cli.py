@@ -109,7 +109,7 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     assert "--verify requires a method with a surrogate; got LHS–Scanning" in none.output
 
 
-def test_options_change_the_studys_own_method(study_file, tmp_path):
+def test_options_change_the_method_of_the_study(study_file, tmp_path):
     result = call("run", study_file, "--output", tmp_path / "out", "--interval-order", 2)
     assert result.exit_code == 0, result.output
     assert "improved PCCI (1, 2), 12 runs" in result.output
@@ -153,7 +153,7 @@ def test_any_response_can_be_run(tmp_path):
     assert "box: improved PCCI (0, 1), 2 runs" in result.output
 
 
-def test_compare(study_file, tmp_path):
+def test_compare_writes_data_figures_and_a_report(study_file, tmp_path):
     out = tmp_path / "out"
     result = call("compare", study_file, "--output", out, "--samples", 50, "--points", 3,
                   "--orders", "1,1 1,4")  # fmt: skip
@@ -175,7 +175,7 @@ def test_compare(study_file, tmp_path):
         (STUDY.replace("Interval(0.1, 0.2)", "Interval(0.3, 0.2)"), "must not be above"),
     ],
 )  # fmt: skip
-def test_errors_are_one_line_and_status_one(tmp_path, text, message):
+def test_errors_are_one_line_and_exit_with_status_one(tmp_path, text, message):
     file = tmp_path / "bad.py"
     file.write_text(text, encoding="utf-8")
     result = call("run", file, "--output", tmp_path / "out")

@@ -124,5 +124,5 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     if distance > LEADER_DISTANCE:
         near = np.clip(label.place, centre - size / 2, centre + size / 2)
         canvas.line([label.place, near], color=LENGTH_COLOR, linewidth=0.5)
-    style = CENTERED | {"fontsize": FONT_SIZE, "zorder": 10.0} | label.style
+    style: dict[str, Any] = CENTERED | {"fontsize": FONT_SIZE, "zorder": 10.0} | label.style
     canvas.axes.text(centre[0], centre[1], label.text, **style)

@@ -1,4 +1,4 @@
-"""Drawings of mechanisms: what is drawn where, read back from the figures' artists."""
+"""Drawings of mechanisms, read back from the artists of the figures."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -29,7 +29,7 @@ def names(figure):
 
 
 def part(figure, gid):
-    """Return the coordinates [m] of the artist of a part, shape (points, 2)."""
+    """Return the points [m] of the artist of a part, shape (points, 2)."""
     (artist,) = [a for a in figure.axes[0].get_children() if a.get_gid() == gid]
     return artist.get_xydata() if isinstance(artist, Line2D) else polygon(artist)
 
@@ -40,7 +40,7 @@ def polygon(artist):
 
 
 def four_bar(crank=1.0, angle=0.8, guess=0.15):
-    """A parallelogram; its bodies start where the joints do not hold."""
+    """A parallelogram whose bodies have to be moved by assembly."""
     return fb.Mechanism(
         bodies={
             "crank": fb.RigidBody.bar(length=crank, angle=angle + guess, **BAR),
@@ -57,7 +57,7 @@ def four_bar(crank=1.0, angle=0.8, guess=0.15):
     )
 
 
-def test_pins_and_links_are_where_assembly_puts_them():
+def test_pins_and_links_are_drawn_as_assembled():
     figure = fb.draw(four_bar())
     tip = np.array([np.cos(0.8), np.sin(0.8)])
     exact = {"A": (0.0, 0.0), "B": tip, "C": np.add(tip, (2.0, 0.0)), "D": (2.0, 0.0)}
@@ -75,7 +75,7 @@ def test_every_part_is_named():
     assert names(fb.draw(model, names=False)) == {"0.2 m", "0.45 m"}
 
 
-def test_names_keep_apart():
+def test_names_do_not_overlap():
     for model in (slider_crank(), four_bar()):
         figure = fb.draw(model)
         boxes = [text.get_window_extent() for text in figure.axes[0].texts]
@@ -84,7 +84,7 @@ def test_names_keep_apart():
         assert all(axes.contains(*corner) for box in boxes for corner in box.get_points())
 
 
-def test_lengths_of_the_sample_that_is_asked_for():
+def test_lengths_are_those_of_the_sample():
     model = four_bar(crank=np.array([0.75, 1.25]))
     for sample, length in enumerate((0.75, 1.25)):
         figure = fb.draw(model, sample=sample)
@@ -95,7 +95,7 @@ def test_lengths_of_the_sample_that_is_asked_for():
     assert not [text for text in texts(fb.draw(model, dimensions=False)) if text.endswith(" m")]
 
 
-def test_a_length_too_short_for_a_dimension_is_written_beside_it():
+def test_the_length_of_a_short_body_is_written_beside_it():
     bodies = {
         "long": fb.RigidBody.bar(length=3.0, **BAR),
         "short": fb.RigidBody.bar(length=0.01, start=(3.0, 0.0), **BAR),
@@ -104,12 +104,12 @@ def test_a_length_too_short_for_a_dimension_is_written_beside_it():
 
 
 @pytest.mark.parametrize("sample", [-1, 2, 0.5])
-def test_a_sample_that_is_not_there_is_refused(sample):
+def test_a_sample_that_does_not_exist_is_refused(sample):
     with pytest.raises(fb.InputError, match="sample must be"):
         fb.draw(four_bar(crank=np.array([0.75, 1.25])), sample=sample)
 
 
-def test_what_cannot_be_assembled_is_refused_by_its_number():
+def test_a_sample_that_cannot_be_assembled_is_named():
     model = four_bar(crank=np.array([1.0, 0.1]))
     far = fb.Distance("crank.end", (0.0, 3.0), 1.0)
     broken = fb.Mechanism(bodies=model.bodies, joints={**model.joints, "far": far})
@@ -132,7 +132,7 @@ def test_a_curved_cable_is_drawn_along_its_arc():
     assert "1.2 m" in texts(figure)
 
 
-def test_a_beam_is_as_high_as_it_is():
+def test_a_beam_has_its_true_height():
     height = np.array([0.1, 0.3])
     beam = fb.Beam(length=1.5, height=height, width=0.1, elements=2, angle=0.5, **MATERIAL)
     sides = np.split(part(fb.draw(fb.Mechanism(bodies={"b": beam}), sample=1), "body 'b'"), 2)
@@ -149,7 +149,7 @@ def test_a_beam_is_as_high_as_it_is():
         ({"height": lambda x: 0.3 - 0.1 * x, "width": 0.1}, (0.3, 0.15)),
     ],
 )
-def test_a_beam_is_as_high_as_its_section_is_there(section, ends):
+def test_a_beam_has_the_height_of_its_sections(section, ends):
     beam = fb.Beam(length=np.array([1.0, 1.5]), elements=2, **section, **MATERIAL)
     load = fb.DistributedLoad("b", y=-1.0)
     figure = fb.draw(fb.Mechanism(bodies={"b": beam}, loads={"q": load}), sample=1)
@@ -167,19 +167,19 @@ def test_a_plate_is_the_hull_of_its_points():
     assert len(hull(np.zeros((3, 2)))) == 1
 
 
-def test_a_body_without_extent_is_a_circle_of_its_radius_of_gyration():
+def test_a_body_with_one_point_is_a_circle_of_its_radius_of_gyration():
     disc = fb.RigidBody.disc(radius=0.2, width=0.1, density=1000.0, position=(1.0, 2.0))
     circle = part(fb.draw(fb.Mechanism(bodies={"d": disc})), "body 'd'")
     np.testing.assert_allclose(np.linalg.norm(circle - (1.0, 2.0), axis=1), 0.2 / np.sqrt(2))
 
 
-def way(figure, gid):
-    """Return the direction from start to end of an arrow."""
+def direction(figure, gid):
+    """Return the direction of an arrow."""
     line = part(figure, gid)
     return (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0])
 
 
-def test_arrows_of_forces_point_the_way_they_act():
+def test_arrows_point_in_the_direction_of_forces():
     bar = fb.RigidBody.bar(length=1.0, angle=0.5, **BAR)
     q = fb.DistributedLoad("b", y=lambda x: -1.0 - x)
     model = fb.Mechanism(
@@ -194,11 +194,11 @@ def test_arrows_of_forces_point_the_way_they_act():
         },
     )
     figure = fb.draw(model)
-    np.testing.assert_allclose(way(figure, "load 'F'"), (0.6, -0.8), atol=1e-9)
+    np.testing.assert_allclose(direction(figure, "load 'F'"), (0.6, -0.8), atol=1e-9)
     follows = (-np.sin(0.5), np.cos(0.5))
-    np.testing.assert_allclose(way(figure, "load 'follows'"), follows, atol=1e-9)
-    np.testing.assert_allclose(way(figure, "load 'later'"), (1.0, 0.0), atol=1e-9)
-    np.testing.assert_allclose(way(figure, "load 'g'"), (0.0, -1.0), atol=1e-9)
+    np.testing.assert_allclose(direction(figure, "load 'follows'"), follows, atol=1e-9)
+    np.testing.assert_allclose(direction(figure, "load 'later'"), (1.0, 0.0), atol=1e-9)
+    np.testing.assert_allclose(direction(figure, "load 'g'"), (0.0, -1.0), atol=1e-9)
     assert turn(part(figure, "load 'M'"), part(figure, "center of body 'bar'")) < 0
     tails = part(figure, "load 'q'")
     np.testing.assert_allclose(tails[:, 0], np.linspace(0.0, 1.0, len(tails)), atol=1e-9)
@@ -207,12 +207,12 @@ def test_arrows_of_forces_point_the_way_they_act():
 
 
 def turn(line, centre):
-    """Return the angle that a curve turns about a point [rad]."""
+    """Return the angle by which a curve turns about a point [rad]."""
     x, y = (line - centre).T
     return np.diff(np.unwrap(np.arctan2(y, x))).sum()
 
 
-def test_arrows_of_drives_point_the_way_they_move():
+def test_arrows_point_in_the_direction_of_drives():
     assert turn(part(fb.draw(four_bar()), "joint 'motor'"), (0.0, 0.0)) < 0
     fast = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(0.1, 0.0)), "n": fb.PointMass(mass=1.0)},
@@ -225,12 +225,12 @@ def test_arrows_of_drives_point_the_way_they_move():
         },
     )
     figure = fb.draw(fast)
-    np.testing.assert_allclose(way(figure, "joint 'path'"), (0.0, 1.0), atol=1e-6)
-    np.testing.assert_allclose(way(figure, "joint 'push'"), (-1.0, 0.0), atol=1e-9)
+    np.testing.assert_allclose(direction(figure, "joint 'path'"), (0.0, 1.0), atol=1e-6)
+    np.testing.assert_allclose(direction(figure, "joint 'push'"), (-1.0, 0.0), atol=1e-9)
 
 
 @pytest.mark.parametrize("sense", [-1.0, 1.0])
-def test_arrows_of_drives_that_start_from_rest(sense):
+def test_arrows_of_drives_that_start_from_rest_point_in_their_direction(sense):
     def angle(t):
         return 0.5 + sense * (t**2 / 2 + (np.cos(0.4 * t) - 1) / 0.16)  # of fourth order in t
 
@@ -247,7 +247,7 @@ def test_arrows_of_drives_that_start_from_rest(sense):
         )
     )
     assert turn(part(figure, "joint 'motor'"), (0.0, 0.0)) * sense > 0
-    np.testing.assert_allclose(way(figure, "joint 'push'"), (sense, 0.0), atol=1e-9)
+    np.testing.assert_allclose(direction(figure, "joint 'push'"), (sense, 0.0), atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -287,7 +287,7 @@ class Tug:
         return Entries(forces={next(iter(p.terms))[1]: -p for p in positions})
 
 
-def test_kinds_not_known_are_drawn_as_diamonds():
+def test_parts_of_unknown_type_are_diamonds():
     figure = fb.draw(
         fb.Mechanism(
             bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.4))},
@@ -300,7 +300,7 @@ def test_kinds_not_known_are_drawn_as_diamonds():
     assert {"m", "level", "tug", "without a place: nowhere"} <= set(texts(figure))
 
 
-def test_on_axes_of_ones_own():
+def test_given_axes_are_drawn_on():
     figure = Figure()
     left, right = figure.subplots(1, 2)
     assert fb.draw(four_bar(), axes=right) is figure
@@ -311,7 +311,7 @@ def test_on_axes_of_ones_own():
     assert np.all(high > (2.0 + np.cos(0.8), np.sin(0.8)))
 
 
-def test_room_for_names_is_left_when_more_is_drawn():
+def test_names_keep_their_space_if_more_is_drawn():
     figure = Figure()
     axes = figure.add_subplot()
     fb.draw(four_bar(), axes=axes)
@@ -324,7 +324,7 @@ def test_room_for_names_is_left_when_more_is_drawn():
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_size_does_not_matter(scale):
+def test_mechanisms_of_any_size_fit_the_figure(scale):
     bar = fb.RigidBody.bar(length=scale, height=scale / 50, width=scale, density=1.0, angle=0.3)
     figure = fb.draw(fb.Mechanism(bodies={"bar": bar}, loads={"g": fb.Gravity()}))
     assert figure.get_size_inches() == pytest.approx((8.0, 4.0), abs=0.3)

@@ -1,4 +1,4 @@
-"""Symbols of gears, racks, torsion springs, friction and force laws: shapes read back."""
+"""Symbols of gears, racks, torsion springs, friction and force laws, read back from figures."""
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ SUN, PLANET = 0.1, 0.05
 CENTRE = (SUN + PLANET) * np.array([0.6, 0.8])
 
 
-def apart(line, place):
-    """Return how far the points of a line are from a place [m], the pen's lifts left out."""
+def distances(line, place):
+    """Return the distances [m] of the points of a line from a place, without its gaps."""
     return np.linalg.norm(line[np.isfinite(line).all(axis=1)] - place, axis=1)
 
 
@@ -38,13 +38,13 @@ def test_pitch_circles_of_gears_touch():
     figure = fb.draw(planet())
     for joint, touch in (("inner", SUN), ("outer", SUN + 2 * PLANET)):
         line = part(figure, f"joint {joint!r}")
-        assert apart(line, touch * CENTRE / (SUN + PLANET)).min() < 0.003
-        np.testing.assert_allclose(apart(line, CENTRE).min(), PLANET, rtol=0.2)  # less a tooth
+        assert distances(line, touch * CENTRE / (SUN + PLANET)).min() < 0.003
+        np.testing.assert_allclose(distances(line, CENTRE).min(), PLANET, rtol=0.2)  # minus a tooth
     inner, outer = (part(figure, f"joint {joint!r}") for joint in ("inner", "outer"))
-    np.testing.assert_allclose(apart(inner[:181], (0.0, 0.0)), SUN)
+    np.testing.assert_allclose(distances(inner[:181], (0.0, 0.0)), SUN)
     ring = SUN + 2 * PLANET
-    teeth = apart(outer, (0.0, 0.0))
-    assert ring * 1.001 < teeth.max() < 1.2 * ring  # outside of the ring: there is its material
+    radii = distances(outer, (0.0, 0.0))
+    assert ring * 1.001 < radii.max() < 1.2 * ring  # the teeth of a ring are outside
     low, high = np.sort(
         np.transpose([figure.axes[0].get_xlim(), figure.axes[0].get_ylim()]), axis=0
     )
@@ -52,7 +52,7 @@ def test_pitch_circles_of_gears_touch():
     assert np.all(high > ring)
     assert {"inner", "outer"} <= set(texts(figure))
     with pytest.raises(ValueError, match="not enough values"):
-        part(figure, "body 'sun'")  # the gear says how large it is
+        part(figure, "body 'sun'")  # the gear shows its size
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -70,20 +70,20 @@ def test_a_rack_touches_its_pinion_and_is_as_long_as_its_body(side):
     heights = line[np.isfinite(line).all(axis=1), 1] * side
     assert heights.max() < 1e-12  # teeth on the far side
     assert heights.min() < -1e-3
-    np.testing.assert_allclose(apart(part(figure, "pinion of joint 'mesh'")[:181], (0, side * 0.1)),
-                               0.1)  # fmt: skip
+    pinion = part(figure, "pinion of joint 'mesh'")[:181]
+    np.testing.assert_allclose(distances(pinion, (0, side * 0.1)), 0.1)
 
 
 @pytest.mark.parametrize(
     ("kind", "turns"),
     [({"stiffness": 2.0}, 2.25), ({"damping": 1.0}, None), ({"torque": -3.0}, -0.75)],
 )
-def test_torsion_springs_are_round_their_pin(kind, turns):
+def test_torsion_springs_surround_their_pin(kind, turns):
     bar = fb.RigidBody.bar(length=1.0, height=0.01, start=(0.2, 0.3), **SPUR)
     spring = fb.TorsionSpring("bar.start", (0.2, 0.3), **kind)
     figure = fb.draw(fb.Mechanism(bodies={"bar": bar}, loads={"twist": spring}))
     line = part(figure, "load 'twist'")
-    distance = apart(line, (0.2, 0.3))
+    distance = distances(line, (0.2, 0.3))
     assert 0.0 < distance.min() < distance.max() < 0.1
     if turns is None:  # a dashpot on an arc
         assert np.isnan(line).any()
@@ -93,7 +93,7 @@ def test_torsion_springs_are_round_their_pin(kind, turns):
     assert "twist" in texts(figure)
 
 
-def test_friction_is_a_dashpot_from_point_to_point():
+def test_friction_is_a_dashpot_between_its_points():
     mass = fb.PointMass(mass=1.0, position=(1.0, 0.5))
     friction = fb.ViscousFriction("m", (0.0, 0.0), 3.0)
     line = part(fb.draw(fb.Mechanism(bodies={"m": mass}, loads={"f": friction})), "load 'f'")
@@ -105,7 +105,7 @@ def pull(t, x, v, p, force):
     force[0, 0] = p[0] * (x[1, 0] - x[0, 0])
 
 
-def test_a_force_law_is_a_sign_at_or_between_its_points():
+def test_a_force_law_is_a_symbol_at_or_between_its_points():
     mass = fb.PointMass(mass=1.0, position=(1.0, 0.5))
 
     def sign(points):
@@ -116,4 +116,4 @@ def test_a_force_law_is_a_sign_at_or_between_its_points():
         return part(figure, "load 'magnet'")
 
     np.testing.assert_allclose(sign(["m", (0.0, 0.0)]), [(0.5, 0.25)], atol=1e-9)
-    assert 0.0 < apart(sign(["m", (1.0, 0.5)]), (1.0, 0.5))[0] < 1.0
+    assert 0.0 < distances(sign(["m", (1.0, 0.5)]), (1.0, 0.5))[0] < 1.0

@@ -233,3 +233,28 @@ def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
     assert off > 0.02
     assert left < 0.4 * off  # not zero: what two checks cannot tell apart is left out
     np.testing.assert_allclose(corrected.evaluate(xi, eta), runs.signal, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
+def test_a_ringing_response_may_have_interval_inputs_only(method):
+    omega = 40 * np.pi * np.linspace(0.0, 1.0, 256)
+    bands = fb.propagate(
+        lambda x: np.cos(omega * (1 + 0.01 * x[:, None])), {"x": fb.Interval(-1, 1)}, method
+    )
+    waves = np.cos(omega * (1 + 0.01 * np.linspace(-1, 1, 2001)[:, None]))
+    assert bands["carriers"] == 1
+    np.testing.assert_allclose(bands["mean"][0], waves.min(axis=0), atol=1e-3)
+    np.testing.assert_allclose(bands["mean"][1], waves.max(axis=0), atol=1e-3)
+
+
+@pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
+def test_a_ringing_response_may_have_random_inputs_only(method):
+    omega = 40 * np.pi * np.linspace(0.0, 1.0, 256)
+    bands = fb.propagate(
+        lambda x: np.cos(omega * (1 + 0.01 * x[:, None])), {"x": fb.Normal(0, 1)}, method
+    )
+    mean = np.cos(omega) * np.exp(-((0.01 * omega) ** 2) / 2)
+    std = np.sqrt((1 + np.cos(2 * omega) * np.exp(-2 * (0.01 * omega) ** 2)) / 2 - mean**2)
+    assert bands["carriers"] == 1
+    np.testing.assert_allclose(bands["mean"], [mean, mean], atol=1e-3)
+    np.testing.assert_allclose(bands["error_bar"], [mean - std, mean + std], atol=1e-3)

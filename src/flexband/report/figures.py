@@ -9,10 +9,17 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
+from flexband.report.tables import outputs_of, select
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.inputs import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
+RANGES = {
+    "mean": "the range of the mean μ over all values of the interval inputs",
+    "error_bar": "the range from the lowest μ − σ to the highest μ + σ over all values of the "
+    "interval inputs",
+}
+DEFINITIONS = ". ".join(f"{TITLES[variable]}: {RANGES[variable]}" for variable in TITLES) + "."
 STYLES = [
     {"color": "0.1", "linewidth": 0.9},
     {"color": "#d95f02", "linewidth": 0.9, "linestyle": "--"},
@@ -21,29 +28,24 @@ STYLES = [
 ]
 
 
-def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
-    """Return the names along dim "output", or one empty name where there is no such dim."""
-    return [str(name) for name in data["output"].values] if "output" in data.dims else [""]
-
-
 def drawable_outputs(data: xr.DataArray) -> list[str]:
-    """Return the outputs if each is a function of one variable, else none."""
+    """Return the outputs if each is a function of at most one variable, or an empty list."""
     free = [d for d in data.dims if d not in ("output", "bound")]
     return outputs_of(data) if len(free) <= 1 else []
 
 
 def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str, str]:
-    """Return x, values (..., x) and labels of one output, along "time" or the last dim.
+    """Return x, values of shape (..., x) and both axis labels of one output.
 
     Raises
     ------
     ValueError
-        Where an output is not a function of one variable.
+        If the output depends on more than one variable.
     """
-    one = data.sel(output=output) if output else data
+    one = select(data, output)
     last = str(one.dims[-1]) if one.dims and one.dims[-1] != "bound" else ""
     if one.ndim > 2:
-        raise ValueError(f"an output must be a function of one variable; got dims {one.dims}")
+        raise ValueError(f"an output must depend on one variable at most; got dims {one.dims}")
     if not last:
         return np.zeros(1), one.values[..., None], "", output
     x = one[last]
@@ -58,16 +60,23 @@ def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str
 
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
-    """Draw interval mean and interval error bar of one output, one below the other."""
+    """Draw the interval mean and, below it, the interval error bar of one output.
+
+    Parameters
+    ----------
+    results : label -> bands.
+    """
     figure = Figure(figsize=(10, 7.5), layout="constrained")
     for axes, variable in zip(figure.subplots(2, 1), TITLES, strict=True):
         for k, (label, bands) in enumerate(results.items()):
             x, values, x_label, y_label = series(bands[variable], output)
-            axes.set(title=TITLES[variable], xlabel=x_label, ylabel=y_label)
+            title = f"{TITLES[variable]}: {RANGES[variable]}"
+            axes.set_title(title, fontsize=10)
+            axes.set(xlabel=x_label, ylabel=y_label)
             style = STYLES[k % len(STYLES)]
             if len(results) == 1:
                 axes.fill_between(x, values[0], values[1], color="#1f78b4", alpha=0.3, linewidth=0)
-            axes.plot(x, values[0], label=f"{label}, LB and UB", **style)
+            axes.plot(x, values[0], label=f"{label}, lower and upper bound", **style)
             axes.plot(x, values[1], **style)
         axes.margins(x=0)
         axes.legend(fontsize=8, loc="best")
@@ -75,7 +84,7 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
 
 
 def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
-    """Draw one response, an output below the other."""
+    """Draw the outputs of one response below each other."""
     figure = Figure(figsize=(8, 2.6 * len(outputs)), layout="constrained")
     grid = figure.subplots(len(outputs), 1, squeeze=False, sharex=True)
     for axes, output in zip(grid[:, 0], outputs, strict=True):
@@ -89,7 +98,7 @@ def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
 
 
 def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
-    """Draw the variance error of random fields over position, Eq. (31)."""
+    """Draw the variance error of random fields against position, Eq. (31)."""
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()
     for k, (name, field) in enumerate(fields.items()):
@@ -106,19 +115,19 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
 
 
 def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
-    """Draw relative errors of one output against runs, one line a kind of method."""
+    """Draw relative errors of one output against runs, one line per class of methods."""
     figure = Figure(figsize=(11, 4.2), layout="constrained")
-    own = [r for r in results if r.errors]
+    compared = [r for r in results if r.errors]
     runs: list[int] = []
-    for count in sorted({r.runs for r in own}):
-        if not runs or count > 1.15 * runs[-1]:  # numbers that have room beside each other
+    for count in sorted({r.runs for r in compared}):
+        if not runs or count > 1.15 * runs[-1]:  # labels must not overlap
             runs.append(count)
     for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
-        for k, name in enumerate(dict.fromkeys(r.method.name for r in own)):
+        for k, name in enumerate(dict.fromkeys(r.method.name for r in compared)):
             points = [
-                (r.runs, r.errors[variable]) for r in own if r.errors and r.method.name == name
+                (r.runs, r.errors[variable]) for r in compared if r.errors and r.method.name == name
             ]
-            values = [100 * float(e.sel(output=output) if output else e) for _, e in points]
+            values = [100 * float(select(e, output)) for _, e in points]
             style = STYLES[(k + 1) % len(STYLES)]
             axes.loglog([x for x, _ in points], values, marker="o", label=name, **style)
         axes.set(title=f"{TITLES[variable]} of {output}", xlabel="runs")

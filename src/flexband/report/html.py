@@ -1,4 +1,4 @@
-"""A page with a table and figures."""
+"""A web page with a table and figures."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from html import escape
 from pathlib import Path
 
 from matplotlib.figure import Figure
+
+from flexband.report.tables import Table
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; }
@@ -20,21 +22,19 @@ img { max-width: 100%; }
 def write_report(
     folder: Path,
     title: str,
-    header: Sequence[str],
-    rows: Sequence[Sequence[str]],
+    table: Table,
     figures: Mapping[str, tuple[str, Figure]],
     remarks: Sequence[str] = (),
 ) -> Path:
-    """Write ``report.html`` and a PNG for every figure; return the page's path.
+    """Write ``report.html`` and one PNG file per figure; return the path of the page.
 
     Parameters
     ----------
-    header, rows : the table.
     figures : file name without suffix -> (caption, figure).
     remarks : paragraphs below the table.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    parts = [f"<h1>{escape(title)}</h1>", _table(header, rows)]
+    parts = [f"<h1>{escape(title)}</h1>", _table(*table)]
     parts += [f"<p>{escape(line)}</p>" for line in remarks]
     for name, (caption, figure) in figures.items():
         figure.savefig(folder / f"{name}.png", dpi=120)

@@ -1,95 +1,120 @@
-"""Tables of bands and of methods, as a header and rows of text."""
+"""Tables and remarks on bands and on methods, as text."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
-from flexband.report.figures import outputs_of
 from flexband.study.comparison import Comparison
+from flexband.uncertainty.inputs.inputs import RandomField
 
 Table = tuple[list[str], list[list[str]]]
+"""A header and rows."""
+
+Data = TypeVar("Data", xr.DataArray, xr.Dataset)
+
+
+def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
+    """Return the names along dim "output", or one empty name without this dim."""
+    return [str(name) for name in data["output"].values] if "output" in data.dims else [""]
+
+
+def select(data: Data, name: str) -> Data:
+    """Return the data of one of the `outputs_of`."""
+    return data.isel(output=outputs_of(data).index(name)) if "output" in data.dims else data
 
 
 def summary_table(bands: xr.Dataset) -> Table:
-    """Return a row an output: bands over all times, and the widest error bar.
+    """Return one row per output: its bands over all times, and the largest width of its error bar.
 
-    The last column, for PCCI methods, is the largest error expected over that width.
+    The last column, for PCCI methods, is the largest expected error as a share of that width.
     """
-    header = ["output", "interval mean", "error bar", "widest", "at", "expected error"]
+    header = ["output", "interval mean", "error bar", "max width", "at", "expected error"]
     rows = []
     for name in outputs_of(bands):
-        one = bands.sel(output=name) if name else bands
+        one = select(bands, name)
         unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
         bar = one["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
         at = ""
         if width.dims == ("time",):
             at = f"{float(width['time'].values[int(width.values.argmax())]):.4g} s"
-        doubt = ""
+        error = ""
         for indicator in ("truncation", "error_bar_expected_error"):
             if indicator in one and float(width.max()) > 0:
-                doubt = f"{100 * float(one[indicator].max()) / float(width.max()):.2g} %"
+                error = f"{100 * float(one[indicator].max()) / float(width.max()):.2g} %"
         spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
-        rows.append([f"{name or 'response'}{unit}", *spans, f"{float(width.max()):.4g}", at, doubt])
+        rows.append([f"{name or 'response'}{unit}", *spans, f"{float(width.max()):.4g}", at, error])
     return header, rows
 
 
 def remarks(bands: xr.Dataset) -> list[str]:
-    """Return what an adaptive or phase-resolved method says of its result, a line each."""
+    """Return what the diagnostics of adaptive and phase-resolved methods mean, as sentences."""
     lines = []
     if "orders" in bands:
-        found = zip(bands["variable"].values, bands["orders"].values, strict=True)
-        lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in found))
+        orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
+        lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
         error, tolerance = bands.attrs["expected_error"], bands.attrs["tolerance"]
         lines.append(
-            f"Expected error, mean over time: {100 * error:.2g} % of the error bar's width"
+            f"Expected error, averaged over time: {100 * error:.2g} % of the error bar's width"
         )
         if error > tolerance:
             lines.append(
-                f"The tolerance of {100 * tolerance:g} % is NOT met: give more runs (--max-runs), "
-                "or leave out outputs that cannot be followed"
+                f"The tolerance of {100 * tolerance:g} % is NOT met: allow more runs (--max-runs) "
+                "or leave out the outputs that converge too slowly"
             )
     if "trusted" in bands:
         doubtful = [
             name or "response"
             for name in outputs_of(bands)
-            if not bool((bands["trusted"].sel(output=name) if name else bands["trusted"]).all())
+            if not select(bands["trusted"], name).all()
         ]
         if doubtful:
-            lines.append(f"Not to be trusted, runs were not foreseen: {', '.join(doubtful)}")
+            names = ", ".join(doubtful)
+            lines.append(f"Not reliable: the surrogate mispredicted new runs of {names}")
     return lines
 
 
 def verification_table(checked: xr.Dataset) -> Table:
-    """Return a row a bound and output: as the surrogate and as fresh runs have it."""
+    """Return one row per output and bound: values of the surrogate and of new runs."""
     header = ["output", "bound", "surrogate", "simulated", "difference", "rms over time"]
     rows = []
     for name in outputs_of(checked):
         for bound in checked["bound"].values:
-            one = checked.sel(bound=bound)
-            one = one.sel(output=name) if name else one
+            one = select(checked, name).sel(bound=bound)
             columns = ("surrogate", "simulated", "difference", "rms_difference")
             values = [float(np.max(one[column])) for column in columns]
             rows.append([name or "response", str(bound), *(f"{v:.4g}" for v in values)])
     return header, rows
 
 
-def error_table(results: Sequence[Comparison], names: Sequence[str]) -> Table:
-    """Return runs, wall time and relative errors in per cent, a row a method and output."""
+def error_table(results: Sequence[Comparison]) -> Table:
+    """Return runs, wall times and relative errors in per cent, one row per method and output."""
     header = ["method", "runs", "time [s]", "output", "mean [%]", "error bar [%]"]
     rows = []
     for result in results:
         head = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
         if result.errors is None:
-            rows.append([*head, "reference", "", ""])
+            rows.append([f"{head[0]} (reference)", *head[1:], "", "", ""])
             continue
-        for name in names:
-            errors = [result.errors[v] for v in ("mean", "error_bar")]
-            values = [float(e.sel(output=name) if name else e) for e in errors]
+        for name in outputs_of(result.bands):
+            values = [float(select(result.errors[v], name)) for v in ("mean", "error_bar")]
             rows.append([*head, name, *("–" if np.isnan(v) else f"{100 * v:.2f}" for v in values)])
             head = ["", "", ""]
     return header, rows
+
+
+def comparison_remarks(fields: Mapping[str, RandomField]) -> list[str]:
+    """Return the errors of discretized random fields and what wall times include, as sentences."""
+    return [
+        *(
+            f"{name}: random field, {field.dimension} term{'s' * (field.dimension != 1)}, "
+            f"largest variance error {field.largest_variance_error():.4f}"
+            for name, field in fields.items()
+        ),
+        "Times do not include compilation.",
+    ]

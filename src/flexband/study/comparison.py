@@ -1,29 +1,31 @@
-"""Methods against a reference: runs, wall time and relative errors."""
+"""Methods compared with a reference: runs, wall times and relative errors."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import xarray as xr
 
 from flexband.study.study import Study
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Method
 
-NEGLIGIBLE = 1e-10
-"""An output below this part of the largest one is round-off."""
+ROUND_OFF_SHARE = 1e-10
+"""An output below this share of the largest output is round-off."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One method's result.
+    """The result of one method.
 
     Attributes
     ----------
-    method : what it is.
+    method : the method.
     bands : its bands.
-    seconds : wall time of the study.
+    seconds : wall time of the study, without compilation.
     errors : relative error of each output, by variable, "mean" and "error_bar"; None for the
         reference.
     """
@@ -42,12 +44,12 @@ class Comparison:
 def relative_error(found: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
     """Return ∫|Δ| dt / ∫|reference| dt over both bounds, for every output.
 
-    The integral runs over all dims but "output". NaN stands for an output that is zero but for
-    round-off, measured by the largest output.
+    The integral runs over all dims except "output". Outputs that are zero up to round-off, compared
+    with the largest output, have the error NaN.
     """
     dims = [d for d in found.dims if d != "output"]
     size = abs(reference).sum(dims)
-    return (abs(found - reference).sum(dims) / size).where(size > NEGLIGIBLE * size.max())
+    return (abs(found - reference).sum(dims) / size).where(size > ROUND_OFF_SHARE * size.max())
 
 
 def compare(
@@ -57,17 +59,22 @@ def compare(
     *,
     progress: Callable[[Method], Callable[[int, int], object]] | None = None,
 ) -> list[Comparison]:
-    """Run the study by the reference and by every method; the reference comes first.
+    """Run the study with the reference and with every method; the reference comes first.
+
+    Everything is compiled before the first method is timed.
 
     Parameters
     ----------
-    progress : given a method, returns what is called as ``(done, total)`` after every batch.
+    progress : called with each method before it starts; returns the function that is called as
+        ``(done, total)`` after every batch of runs.
     """
     study = study.located()
+    warm_up(study, (reference, *methods))
     results: list[Comparison] = []
     for method in (reference, *methods):
+        report = progress(method) if progress else None
         begin = time.perf_counter()
-        bands = study.using(method).run(progress=progress(method) if progress else None)
+        bands = study.using(method).run(progress=report)
         seconds = time.perf_counter() - begin
         errors = None
         if results:
@@ -75,3 +82,23 @@ def compare(
             errors = {v: relative_error(bands[v], truth[v]) for v in ("mean", "error_bar")}
         results.append(Comparison(method, bands, seconds, errors))
     return results
+
+
+def warm_up(study: Study, methods: Iterable[Method]) -> None:
+    """Compile the code of a study's response and of methods.
+
+    The response is run once. One method of each class is applied to a small ringing response of
+    the same inputs, which exercises the compiled code that finds bounds.
+    """
+    study.nominal()
+    space = Space(study.located().inputs)
+    for method in {type(method): method for method in methods}.values():
+        method.solve(space, _ringing_response)
+
+
+def _ringing_response(xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+    """Return an oscillation whose frequency depends on the first ξ and η, dims (sample, time)."""
+    times = np.linspace(0.0, 1.0, 256)
+    frequencies = 30.0 * (1.0 + 0.05 * (xi[:, :1].sum(axis=1) + eta[:, :1].sum(axis=1)))
+    values = np.cos(2.0 * np.pi * frequencies[:, None] * times)
+    return xr.DataArray(values, dims=("sample", "time"), coords={"time": times})

@@ -1,4 +1,4 @@
-"""Studies from Python files."""
+"""Studies read from Python files."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def load_study(file: Path) -> Study:
     Raises
     ------
     InputError
-        Where the file is not there or defines no `Study` of that name.
+        If the file does not exist or does not define a `Study` of that name.
     """
     if not file.is_file():
-        raise InputError(f"there is no file {file}")
+        raise InputError(f"file must be a Python file that exists; got {str(file)!r}")
     sys.path.insert(0, str(file.resolve().parent))
     study = runpy.run_path(str(file)).get("study")
     if not isinstance(study, Study):

@@ -1,4 +1,4 @@
-"""Datasets as NetCDF files."""
+"""Datasets written as NetCDF files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import xarray as xr
 
 
 def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
-    """Write a dataset as a NetCDF file, complete or not at all."""
+    """Write a dataset as a NetCDF file, which appears only once it is complete."""
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_suffix(".partial")
     dataset.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")

@@ -21,7 +21,7 @@ BATCH = 512
 
 @dataclass(frozen=True)
 class Study:
-    """What `flexband run` looks for in a file, under the name ``study``.
+    """A response, its inputs and a method; `flexband run` reads the one named ``study`` in a file.
 
     Parameters
     ----------
@@ -32,29 +32,34 @@ class Study:
     inputs: Mapping[str, Input]
     method: Method
 
+    @property
+    def expands(self) -> bool:
+        """Whether the method makes a surrogate, so that `expand` can be called."""
+        return callable(getattr(self.method, "expand", None))
+
     def run(self, *, progress: Callable[[int, int], object] | None = None) -> xr.Dataset:
-        """Return the bands; errors are those of `propagate`."""
+        """Return the bands; parameters and errors are those of `propagate`."""
         return propagate(self.response, self.inputs, self.method, batch=BATCH, progress=progress)
 
     def expand(self, *, progress: Callable[[int, int], object] | None = None) -> Surrogate:
-        """Return the surrogate; errors are those of `expand`."""
-        method = cast(Expanding, self.method)  # `expand` refuses what is none
+        """Return the surrogate; parameters and errors are those of `flexband.expand`."""
+        method = cast(Expanding, self.method)  # `expand` refuses any other method
         return expand(self.response, self.inputs, method, batch=BATCH, progress=progress)
 
     def using(self, method: Method) -> Study:
-        """Return the same study by another method."""
+        """Return the same study with another method."""
         return replace(self, method=method)
 
     def located(self) -> Study:
-        """Return the same study with the domain of every random field known."""
+        """Return the same study with the domains of all random fields set."""
         return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
 
     def nominal(self) -> xr.DataArray:
-        """Return the response where every input is at its mean or midpoint: ξ = 0, η = 0."""
+        """Return the response with every input at its mean or midpoint: ξ = 0, η = 0."""
         space = Space(self.located().inputs)
         xi, eta = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
         return evaluate(self.response, space, xi, eta, 1, lambda runs: None).isel(sample=0)
 
     def fields(self) -> dict[str, RandomField]:
-        """Return the random fields among the inputs, their domains known."""
+        """Return the random fields among the inputs, with their domains set."""
         return {k: i for k, i in self.located().inputs.items() if isinstance(i, RandomField)}

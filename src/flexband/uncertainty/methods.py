@@ -104,8 +104,8 @@ class PCCI:
         name the random or interval inputs.
     """
 
-    random_order: Order
-    interval_order: Order
+    random_order: Order = 3
+    interval_order: Order = 3
 
     name = "PCCI"
 
@@ -181,8 +181,8 @@ class ImprovedPCCI(PCCI):
 
 @dataclass(frozen=True)
 class _Scanning:
-    samples: int
-    points: int
+    samples: int = 100
+    points: int = 10
     seed: int = 0
 
     name = ""

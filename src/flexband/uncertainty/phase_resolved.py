@@ -25,7 +25,7 @@ from flexband.uncertainty.adaptive.expected_error import (
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import hermite_nodes
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate, ImprovedPCCI
+from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.expansion import PhaseExpansion, left_out
 from flexband.uncertainty.surrogates.surrogate import Group, Surrogate, extremes_of
@@ -51,6 +51,9 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     InputError
         As `PCCI` does; in `propagate`, where the times are not equidistant.
     """
+
+    random_order: Order = 1
+    interval_order: Order = 1
 
     name = "phase-resolved PCCI"
 

@@ -18,13 +18,13 @@ from flexband.report.drawing.round_symbols import circle
 from flexband.report.drawing.scene import Scene
 from flexband.report.drawing.words import write
 
-LARGEST, SMALLEST = np.array([8.0, 6.0]), np.array([2.5, 1.8])
-"""Size of a figure, and of the axes in it [in]."""
+MAX_FIGURE, MIN_AXES = np.array([8.0, 6.0]), np.array([2.5, 1.8])
+"""Largest size of a figure, smallest size of its axes [in]."""
 LEFT_BOTTOM, RIGHT_TOP = np.array([0.75, 0.55]), np.array([0.15, 0.15])
-"""Room beside the axes, for their numbers [in]."""
-MARGIN = 60.0
-"""From what is drawn to the edge of the axes [pt]."""
-POINTS_AN_INCH = 72.0
+"""Space around the axes for their numbers [in]."""
+MAX_MARGIN = 60.0
+"""Largest distance of the mechanism from the edges of the axes [pt]."""
+POINTS_PER_INCH = 72.0
 
 
 def draw(
@@ -35,31 +35,31 @@ def draw(
     names: bool = True,
     axes: Axes | None = None,
 ) -> Figure:
-    """Draw a mechanism where it starts, its joints assembled.
+    """Draw a mechanism at its start, with its joints assembled.
 
-    Rigid bodies are links or plates through their named points with the centre of mass marked, or
-    dashed circles of their radius of gyration where they have one point only. Beams are as high as
-    they are. Arrows show which way forces act and drives move at the start, not how much. What
-    is of a kind not known here is a diamond at the first point it names.
+    Rigid bodies are links or plates through their named points, with the centre of mass marked; a
+    body with a single point is a dashed circle of its radius of gyration. Beams have their true
+    height. Arrows show the directions of forces and drives at the start, not their sizes. A part of
+    unknown type is a diamond at its first point.
 
     Parameters
     ----------
-    sample : which sample to draw, where parameters are arrays.
+    sample : number of the sample to draw if parameters are arrays.
     dimensions : whether to write the lengths of bodies and rods.
     names : whether to write the names of bodies, joints and loads.
-    axes : where to draw; a figure of its own, at most 8 by 6 inches, where None.
+    axes : axes to draw on; by default those of a new figure of at most 8 by 6 inches.
 
     Returns
     -------
-    The figure. Its artists carry what they belong to as their gid: "body 'crank'", "joint 'A'",
-    "load 'gravity'".
+    The figure. The gid of an artist is its part: "body 'crank'", "joint 'A'", "load 'gravity'".
 
     Raises
     ------
     InputError
-        Where the mechanism has no such sample or numbers of samples do not fit each other.
+        If the mechanism does not have this sample, or if parameters have different numbers of
+        samples.
     AssemblyError
-        Where the constraints of this sample cannot be met.
+        If the constraints of this sample cannot be met.
     """
     scene = Scene(mechanism, assembled(mechanism, sample))
     canvas = _canvas(scene, axes, names=names, dimensions=dimensions)
@@ -67,11 +67,11 @@ def draw(
         draw_body(scene, canvas, name)
     for name in mechanism.joints:
         draw_joint(scene, canvas, name)
-    fields = [name for name, load in mechanism.loads.items() if isinstance(load, Gravity)]
-    for name in (*(name for name in mechanism.loads if name not in fields), *fields):
-        draw_load(scene, canvas, name)  # gravity last: it goes where there is room
+    loads = mechanism.loads
+    for name in sorted(loads, key=lambda name: isinstance(loads[name], Gravity)):
+        draw_load(scene, canvas, name)  # gravity comes last, since it may be anywhere
     write(canvas)
-    canvas.axes.update_datalim(canvas.box)  # what is drawn there later leaves room for the names
+    canvas.axes.update_datalim(canvas.box)  # keeps space for the names
     canvas.axes.margins(0.0)
     canvas.axes.autoscale_view()
     canvas.axes.set_aspect("equal", adjustable="datalim")
@@ -79,33 +79,39 @@ def draw(
 
 
 def _canvas(scene: Scene, axes: Axes | None, *, names: bool, dimensions: bool) -> Canvas:
-    """Return paper on which the mechanism fits."""
-    mechanism = scene.mechanism
-    parts = (*mechanism.joints.values(), *mechanism.loads.values())
-    named = [scene.at(point) for part in parts for point in part.points]
-    named += [end for part in parts if isinstance(part, Rack) for end in scene.rack_line(part)]
-    circles = [circle(*pitch) for part in parts for pitch in scene.pitch_circles(part)]
-    outlines = [*map(scene.outline, mechanism.bodies), *circles]
-    points = np.concatenate([*outlines, np.reshape(named, (-1, 2))])
-    lowest, highest = points.min(axis=0), points.max(axis=0)
-    own, axes = axes is None, Figure().add_subplot() if axes is None else axes
+    """Return a canvas that the mechanism fits on."""
+    lowest, highest = _extent(scene)
+    new, axes = axes is None, axes or Figure().add_subplot()
     figure = axes.figure.figure
     axes.set(xlabel="X [m]", ylabel="Y [m]")
     axes.spines[:].set_color(GREY)
     axes.tick_params(color=GREY, labelsize=8)
-    if own:
-        room = POINTS_AN_INCH * (LARGEST - LEFT_BOTTOM - RIGHT_TOP)
+    if new:
+        space = POINTS_PER_INCH * (MAX_FIGURE - LEFT_BOTTOM - RIGHT_TOP)
     else:
-        figure.draw_without_rendering()  # so that its layout is known
-        room = np.array(axes.get_window_extent().size) * POINTS_AN_INCH / figure.dpi
-    margin = min(MARGIN, 0.2 * room.min())
-    unit = ((highest - lowest) / (room - 2 * margin)).max() or 1.0 / POINTS_AN_INCH
-    if own:
-        room = np.maximum((highest - lowest) / unit + 2 * margin, SMALLEST * POINTS_AN_INCH)
-        size = room / POINTS_AN_INCH
+        figure.draw_without_rendering()  # computes the layout
+        space = np.array(axes.get_window_extent().size) * POINTS_PER_INCH / figure.dpi
+    margin = min(MAX_MARGIN, 0.2 * space.min())
+    unit = ((highest - lowest) / (space - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
+    if new:
+        space = np.maximum((highest - lowest) / unit + 2 * margin, MIN_AXES * POINTS_PER_INCH)
+        size = space / POINTS_PER_INCH
         width, height = LEFT_BOTTOM + size + RIGHT_TOP
         figure.set_size_inches(width, height)
         axes.set_position((*(LEFT_BOTTOM / (width, height)), *(size / (width, height))))
-    middle, half = (lowest + highest) / 2, unit * room / 2
+    middle, half = (lowest + highest) / 2, unit * space / 2
     box = np.array([middle - half, middle + half])
     return Canvas(axes, box, unit, names=names, dimensions=dimensions)
+
+
+def _extent(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest coordinates of the mechanism [m]."""
+    mechanism = scene.mechanism
+    shapes = [scene.outline(name) for name in mechanism.bodies]
+    for part in (*mechanism.joints.values(), *mechanism.loads.values()):
+        shapes += [scene.at(point)[None] for point in part.points]
+        shapes += [circle(*pitch) for pitch in scene.pitch_circles(part)]
+        if isinstance(part, Rack):
+            shapes += [np.array(scene.rack_line(part))]
+    points = np.concatenate(shapes)
+    return points.min(axis=0), points.max(axis=0)

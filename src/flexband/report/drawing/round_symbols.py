@@ -1,28 +1,29 @@
-"""Symbols of what turns: gears, racks, springs and dampers about a pin. Sizes are in points."""
+"""Symbols of round parts: gears, racks, springs and dampers about a pin, and of force laws.
+
+Places are in metres, sizes of symbols in points.
+"""
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from flexband.report.drawing.canvas import PALE, Canvas
+from flexband.report.drawing.canvas import PALE, PEN_UP, Canvas
 
 Array = np.ndarray
 TOOTH, PITCH = 4.0, 5.0
-"""Length and distance of the strokes that stand for teeth."""
-PEN_UP = (np.nan, np.nan)
+"""Length and distance [pt] of the strokes that stand for teeth."""
 
 
 def circle(centre: Array, radius: float, count: int = 180) -> Array:
-    """Return points on a circle, the first one again at the end."""
+    """Return points on a circle; the first point is repeated at the end."""
     turn = np.linspace(0.0, 2.0 * np.pi, count + 1)
     return centre + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def gears(canvas: Canvas, circles: list[tuple[Array, float]], gid: str) -> None:
-    """Draw pitch circles [m] with strokes on their material's side: outside of a ring, r < 0."""
+    """Draw pitch circles [m] with teeth, which point outward on a ring, radius < 0."""
     pieces = []
     for centre, radius in circles:
         if radius > 0:
@@ -36,7 +37,7 @@ def gears(canvas: Canvas, circles: list[tuple[Array, float]], gid: str) -> None:
 
 
 def rack(canvas: Canvas, pinion: tuple[Array, float], start: Array, end: Array, gid: str) -> None:
-    """Draw a pinion's pitch circle and its rack [m] with strokes on the far side."""
+    """Draw the pitch circle of a pinion and a rack [m] with teeth on the far side."""
     (centre, radius), along = pinion, end - start
     gears(canvas, [(centre, abs(radius))], f"pinion of {gid}")
     length = np.hypot(*along) / canvas.unit
@@ -60,19 +61,19 @@ def torsion(canvas: Canvas, place: Array, *, elastic: bool, damped: bool, gid: s
         for (x0, y0), (x1, y1) in pairwise(flat):
             x, y = np.linspace(x0, x1, 9), np.linspace(y0, y1, 9)
             turn = np.pi / 4 + x / around
-            shapes += [*zip((around + y) * np.cos(turn), (around + y) * np.sin(turn), strict=True)]
+            shapes += zip((around + y) * np.cos(turn), (around + y) * np.sin(turn), strict=True)
     canvas.line(canvas.local(place, (1.0, 0.0), shapes), zorder=6.0, gid=gid)
 
 
 def law(canvas: Canvas, places: list[Array], gid: str, color: str) -> Array:
-    """Draw an f in a circle beside the first place, and dashed lines to all; return its place."""
-    ways = [canvas.local(places[0], way, [(18.0, 0.0)])[0] for way in circle(np.zeros(2), 1.0, 8)]
+    """Draw an f in a circle, between two places or beside the first; return its place [m]."""
+    spots = [canvas.local(places[0], way, [(18.0, 0.0)])[0] for way in circle(np.zeros(2), 1.0, 8)]
     if len(places) > 1 and np.hypot(*(places[1] - places[0])) > 30.0 * canvas.unit:
-        ways = [(places[0] + places[1]) / 2]
-    spot = min(ways, key=lambda way: canvas.covered(way, 8.0))
+        spots = [(places[0] + places[1]) / 2]
+    spot = min(spots, key=lambda spot: canvas.covered(spot, 8.0))
     for place in places:
         canvas.line([place, spot], color=color, linewidth=0.8, linestyle="--", zorder=2.5)
     canvas.mark(spot, "o", 12.0, color=color, zorder=8.0, gid=gid)
-    style: dict[str, Any] = {"color": color, "markeredgewidth": 0.3, "zorder": 8.1}
-    canvas.mark(spot, "$f$", 7.0, markerfacecolor=color, **style)
+    canvas.mark(spot, "$f$", 7.0, color=color, markerfacecolor=color, markeredgewidth=0.3,
+                zorder=8.1)  # fmt: skip
     return spot

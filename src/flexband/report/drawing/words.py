@@ -1,4 +1,4 @@
-"""Names and dimensions, put where there is room for them."""
+"""Names and dimensions, written where there is little ink."""
 
 from __future__ import annotations
 
@@ -10,41 +10,43 @@ from matplotlib.textpath import TextPath
 
 from flexband.report.drawing.canvas import Canvas, Dimension, Label
 
-FONT = 9.0
-MEASURE = "0.4"
-DISTANCES = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
-"""Of a name from its place [pt] that are tried."""
-DIRECTIONS = [np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi]
-LEADER = 20.0
-"""A name further [pt] than this from its place gets a line to it."""
-ROOM = 3.0
-"""What is left free [pt] around a name."""
-FAR, OVERLAP = 0.1, 100.0
-"""What a point of distance, and text on text or beyond the axes, cost in points of ink covered."""
-AWAY = (20.0, 32.0, 44.0)
-"""Distances [pt] of a dimension from what it measures that are tried."""
+FONT_SIZE = 9.0
+CENTERED: dict[str, Any] = {"ha": "center", "va": "center"}
+LENGTH_COLOR = "0.4"
+LABEL_DISTANCES = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
+"""Distances [pt] of a name from its place that are tried."""
+LABEL_DIRECTIONS = [np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi]
+LEADER_DISTANCE = 20.0
+"""Distance [pt] from which on a line connects a name with its place."""
+LABEL_PADDING = 3.0
+"""Free space [pt] around a name."""
+DISTANCE_COST, OVERLAP_COST = 0.1, 100.0
+"""Cost of a distance of 1 pt, and of text on text or outside the axes, in points of covered ink."""
+DIMENSION_DISTANCES = (20.0, 32.0, 44.0)
+"""Distances [pt] of a dimension from its line that are tried."""
 
 
 def write(canvas: Canvas) -> None:
-    """Write dimensions, names and notes, the longest names first."""
-    short = [dimension for dimension in canvas.measured if not _write_dimension(canvas, dimension)]
-    lengths = [Label(d.points.mean(axis=0), d.text, False, {"color": MEASURE}) for d in short]
+    """Write dimensions, names and notes; the longest names come first."""
+    short = [d for d in canvas.measured if not _write_dimension(canvas, d)]
+    style = {"color": LENGTH_COLOR}
+    labels = canvas.labels + [Label(d.points.mean(axis=0), d.text, False, style) for d in short]
     boxes: list[tuple[np.ndarray, np.ndarray]] = []
-    for label in sorted(_merged(canvas, canvas.labels + lengths), key=lambda own: -len(own.text)):
+    for label in sorted(_merged(canvas, labels), key=lambda label: -len(label.text)):
         _write_label(canvas, label, boxes)
     if canvas.notes:
         text = "without a place: " + ", ".join(canvas.notes)
-        canvas.axes.text(0.01, 0.01, text, transform=canvas.axes.transAxes, fontsize=FONT)
+        canvas.axes.text(0.01, 0.01, text, transform=canvas.axes.transAxes, fontsize=FONT_SIZE)
 
 
 def extent(text: str) -> np.ndarray:
-    """Return width and height of a text [pt]."""
-    box = TextPath((0, 0), text, size=FONT, prop=FontProperties()).get_extents()
-    return np.array([box.width, FONT])
+    """Return the width and the height of a text [pt]."""
+    box = TextPath((0, 0), text, size=FONT_SIZE, prop=FontProperties()).get_extents()
+    return np.array([box.width, FONT_SIZE])
 
 
 def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
-    """Draw a line beside what is measured, text in it; return whether there is room for that."""
+    """Draw a length beside its line; return False if the line is too short for the text."""
     points, text, beside = dimension
     width, height = extent(text)
     if np.linalg.norm(np.diff(points, axis=0), axis=1).sum() < (width + 12.0) * canvas.unit:
@@ -52,11 +54,13 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     slopes = np.gradient(points, axis=0)
     slopes /= np.linalg.norm(slopes, axis=1)[:, None]
     normals = np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)
-    offsets = [side * (beside + away * canvas.unit) for away in AWAY for side in (1, -1)]
+    offsets = [
+        side * (beside + away * canvas.unit) for away in DIMENSION_DISTANCES for side in (1, -1)
+    ]
     lines = [points + offset * normals for offset in offsets]
     ink = canvas.all_ink()[::3]
     best = lines[int(np.argmin([_near(canvas, ink, line) + k for k, line in enumerate(lines)]))]
-    thin = {"color": MEASURE, "linewidth": 0.6, "zorder": 1.5}
+    thin = {"color": LENGTH_COLOR, "linewidth": 0.6, "zorder": 1.5}
     first, second = np.array_split(_refined(best), 2)
     for half in (first[::-1], second):
         canvas.arrow(half, head=6.0, **thin)
@@ -64,31 +68,31 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
         reach = float(np.linalg.norm(b - a)) / canvas.unit
         canvas.line(canvas.local(a, b - a, [(6.0, 0.0), (reach + 3.0, 0.0)]), **thin)
     (x, y), along = second[0], second[1] - first[-1]
-    angle = (np.degrees(np.arctan2(along[1], along[0])) + 89.9) % 180.0 - 89.9  # not upside down
+    angle = (np.degrees(np.arctan2(along[1], along[0])) + 89.9) % 180.0 - 89.9  # never upside down
     white = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0}
-    canvas.axes.text(x, y, text, fontsize=FONT - 1.0, color=MEASURE, zorder=9.0, bbox=white,
-                     rotation=angle, rotation_mode="anchor", ha="center", va="center")  # fmt: skip
+    canvas.axes.text(x, y, text, fontsize=FONT_SIZE - 1.0, color=LENGTH_COLOR, zorder=9.0,
+                     rotation=angle, rotation_mode="anchor", bbox=white, **CENTERED)  # fmt: skip
     for side in (-0.5, 0.0, 0.5):
         ends = [(-width / 2, side * height), (width / 2, side * height)]
-        canvas.remember(canvas.local((x, y), along, ends))
+        canvas.add_ink(canvas.local((x, y), along, ends))
     return True
 
 
 def _near(canvas: Canvas, ink: np.ndarray, line: np.ndarray) -> int:
-    """Return how much ink is near a line."""
+    """Return how many points of ink are near a line."""
     apart = ink[:, None] - canvas.dense(line)[None, ::4]
     return int((np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) < 9.0 * canvas.unit).sum())
 
 
 def _refined(line: np.ndarray) -> np.ndarray:
-    """Return an even number of points along a line, the same distance apart."""
+    """Return 100 equidistant points along a line."""
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     even = np.linspace(0.0, way[-1], 100)
     return np.stack([np.interp(even, way, axis) for axis in line.T], axis=1)
 
 
 def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
-    """Return the labels, those of one look at one place as one."""
+    """Return the labels, with those of the same place and style joined."""
     merged: dict[Any, Label] = {}
     for label in labels:
         key = (*np.round(label.place / canvas.unit), *label.style.items())
@@ -98,27 +102,27 @@ def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
 
 
 def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Write a name where it covers least; `boxes` are centre and size [m] of those written."""
+    """Write a name where it covers least and add its centre and size [m] to the boxes."""
     ink, size = canvas.all_ink(), extent(label.text) * canvas.unit
     low, high = canvas.box
 
     def cost(centre: np.ndarray) -> float:
-        half = size / 2 + ROOM * canvas.unit
+        half = size / 2 + LABEL_PADDING * canvas.unit
         covered = np.all(np.abs(ink - centre) < half, axis=1).sum()
-        over = sum(np.all(np.abs(other - centre) < half + own / 2) for other, own in boxes)
+        over = sum(np.all(np.abs(other - centre) < half + size / 2) for other, size in boxes)
         outside = np.any(centre - half < low) or np.any(centre + half > high)
-        return covered + OVERLAP * (over + outside)
+        return covered + OVERLAP_COST * (over + outside)
 
     spots = [(0.0, label.place)] if label.inside else []
     spots += [
         (distance, label.place + turn * (distance * canvas.unit + size / 2))
-        for distance in DISTANCES
-        for turn in DIRECTIONS
+        for distance in LABEL_DISTANCES
+        for turn in LABEL_DIRECTIONS
     ]
-    distance, centre = spots[int(np.argmin([cost(c) + FAR * d for d, c in spots]))]
+    distance, centre = spots[int(np.argmin([cost(c) + DISTANCE_COST * d for d, c in spots]))]
     boxes.append((centre, size))
-    if distance > LEADER:
+    if distance > LEADER_DISTANCE:
         near = np.clip(label.place, centre - size / 2, centre + size / 2)
-        canvas.line([label.place, near], color=MEASURE, linewidth=0.5)
-    style = {"ha": "center", "va": "center", "fontsize": FONT, "zorder": 10.0} | label.style
+        canvas.line([label.place, near], color=LENGTH_COLOR, linewidth=0.5)
+    style: dict[str, Any] = CENTERED | {"fontsize": FONT_SIZE, "zorder": 10.0} | label.style
     canvas.axes.text(centre[0], centre[1], label.text, **style)

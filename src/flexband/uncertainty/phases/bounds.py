@@ -68,7 +68,7 @@ def phase_extremes(surrogate: PhaseExpansion, sigmas: tuple[float, ...]) -> list
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         list(pool.map(solve, _blocks(layout.times)))
     values = values.reshape(len(sigmas), 2, -1)
-    places = places.reshape(len(sigmas), 2, -1, m)
+    places = places.reshape(*values.shape, m)
     return [Extremes(v, p) for v, p in zip(values, places, strict=True)]
 
 
@@ -114,7 +114,7 @@ class _Terms:
         return np.einsum("vk,tkc->vtc", which.astype(float), size).max(axis=(1, 2), initial=0.0)
 
     def slope(self) -> np.ndarray:
-        """Return ∂φ/∂ξ in the middle, (times × carriers, n)."""
+        """Return ∂φ/∂ξ in the middle, (times, carriers, n)."""
         m = self.expansion.interval_dimension
         first = (self.index.sum(axis=1) == 1)[:, None] * self.index[:, m:]
         return np.einsum("kv,tkc->tcv", first, self.coefficients[:, :, self.phases])
@@ -162,7 +162,7 @@ def _table(terms: _Terms, outputs: int, carriers: int, eta: np.ndarray) -> np.nd
     orders, reach = terms.index.max(axis=0), terms.reach(terms.index.T > 0)
     rule = None
     if not terms.saturated(turning):
-        rule = resolving_rule(orders[m:], reach[m:], terms.slope().reshape(-1, n))
+        rule = resolving_rule(orders[m:], reach[m:], np.concatenate(terms.slope()))
     table = np.empty((len(terms.coefficients), len(eta), table_width(outputs, carriers)))
     own = terms.coefficients, terms.i, terms.j, expansion.chebyshev(eta)
     if rule is None:

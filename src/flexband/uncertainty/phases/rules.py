@@ -164,8 +164,8 @@ def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.n
     if math.prod(counts) <= MOST_SCANNED:
         where = tensor_index([count - 1 for count in counts])
         step = np.concatenate([np.eye(len(counts), dtype=int), -np.eye(len(counts), dtype=int)])
-        beside = np.clip(where[:, None] + step, 0, np.array(counts) - 1)
-        strides = np.cumprod([1, *counts[:0:-1]])[::-1]
+        beside = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
+        strides = np.cumprod([1, *counts[:0:-1]])[::-1][: len(counts)]
         return tensor_points([lobatto(count) for count in counts]), beside @ strides
     u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(MOST_SCANNED // 2)
     eta = np.where(reach > 0.3, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))

@@ -1,0 +1,45 @@
+"""Results written into a folder from Python."""
+
+import numpy as np
+
+import flexband as fb
+from flexband.report.figures import DEFINITIONS, bands_figure
+from flexband.report.results import write_comparison, write_run
+from flexband.study.comparison import compare
+
+STUDY = fb.Study(
+    lambda x, y: np.exp(0.1 * x + y)[:, None] * np.ones(5),
+    {"x": fb.Normal(0, 1), "y": fb.Interval(0, 1)},
+    fb.PCCI(),
+)
+
+
+def test_a_run_defines_its_terms(tmp_path):
+    surrogate = STUDY.expand()
+    page = write_run(tmp_path, "A & B", "PCCI", surrogate.bands(), surrogate)
+    text = page.read_text(encoding="utf-8")
+    assert "<h1>A &amp; B</h1>" in text
+    assert f"<p>{DEFINITIONS}</p>" in text
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "bands.nc", "bands_response.png", "report.html", "surrogate.npz"
+    }  # fmt: skip
+
+
+def test_figures_define_their_terms():
+    upper, lower = bands_figure({"PCCI": STUDY.run()}, "").axes
+    assert upper.get_title() == (
+        "Interval mean: the range of the mean μ over all values of the interval inputs"
+    )
+    assert lower.get_title().startswith("Interval error bar: the range from the lowest μ − σ to")
+    (entry,) = upper.get_legend().get_texts()
+    assert entry.get_text() == "PCCI, lower and upper bound"
+
+
+def test_a_comparison_states_what_times_include(tmp_path):
+    results = compare(STUDY, fb.LHSScanning(10, 3), [fb.PCCI(1, 2), fb.ImprovedPCCI(1, 2)])
+    page = write_comparison(tmp_path, "PCCI", STUDY, results, [(1, 2)])
+    assert "Times do not include compilation." in page.read_text(encoding="utf-8")
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "report.html", "deterministic.png", "bands_response_1_2.png", "errors_response.png",
+        "lhs_scanning.nc", "pcci_1_2.nc", "improved_pcci_1_2.nc",
+    }  # fmt: skip

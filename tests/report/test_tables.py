@@ -1,0 +1,72 @@
+"""Tables and remarks, from datasets with known numbers."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from flexband.report.tables import remarks, summary_table, verification_table
+
+
+def bands(**variables):
+    """Return bands of two outputs at three times; the error bar of u is widest at 1 s."""
+    bar = np.array([[[0.0, -2.0, 0.0], [1.0, 1.0, 1.0]], [[1.0, 2.0, 1.0], [1.0, 1.0, 1.0]]])
+    return xr.Dataset(
+        {
+            "mean": (("bound", "output", "time"), bar / 2),
+            "error_bar": (("bound", "output", "time"), bar),
+            **variables,
+        },
+        {"bound": ["lower", "upper"], "output": ["u", "v"], "time": [0.0, 1.0, 2.0],
+         "unit": ("output", ["m", "N"])},
+    )  # fmt: skip
+
+
+def test_a_summary_has_ranges_and_the_largest_width():
+    error = ("output", "time"), np.full((2, 3), 0.04)
+    header, rows = summary_table(bands(error_bar_expected_error=error))
+    assert rows[0] == ["u [m]", "-1 … 1", "-2 … 2", "4", "1 s", "1 %"]
+    assert rows[1][-1] == ""  # no width to compare with
+    assert len(header) == len(rows[0])
+
+
+@pytest.mark.parametrize(("error", "met"), [(0.02, False), (0.005, True)])
+def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
+    lines = remarks(bands().assign_attrs(expected_error=error, tolerance=0.01))
+    assert lines[0] == (
+        f"Expected error, averaged over time: {100 * error:g} % of the error bar's width"
+    )
+    assert [line.startswith("The tolerance of 1 % is NOT met") for line in lines[1:]] == (
+        [] if met else [True]
+    )
+
+
+@pytest.mark.parametrize(
+    ("trusted", "lines"),
+    [
+        ([True, True], []),
+        ([True, False], ["Not reliable: the surrogate mispredicted new runs of v"]),
+        ([False, False], ["Not reliable: the surrogate mispredicted new runs of u, v"]),
+    ],
+)
+def test_outputs_that_were_mispredicted_are_named(trusted, lines):
+    assert remarks(bands(trusted=("output", trusted))) == lines
+
+
+def test_outputs_may_have_numbers_or_no_names():
+    for output in ([7, 8], None):
+        plain = bands(trusted=("output", [True, False])).drop_vars(["output", "unit"])
+        named = plain if output is None else plain.assign_coords(output=output)
+        last = "8" if output else "1"
+        assert summary_table(named)[1][1][0] == last
+        assert remarks(named)[-1].endswith(f"runs of {last}")
+
+
+def test_a_verification_has_one_row_per_bound_and_output():
+    numbers = ("bound", "output"), np.array([[1.0, 2.0], [3.0, 4.0]])
+    names = ("surrogate", "simulated", "difference", "rms_difference")
+    checked = xr.Dataset(coords={"bound": ["lower", "upper"], "output": ["u", "v"]}).assign(
+        dict.fromkeys(names, numbers)
+    )
+    assert [row[:3] for row in verification_table(checked)[1]] == [
+        ["u", "lower", "1"], ["u", "upper", "3"], ["v", "lower", "2"], ["v", "upper", "4"],
+    ]  # fmt: skip

@@ -1,0 +1,54 @@
+"""Comparisons of methods: relative errors, and times without compilation."""
+
+import numpy as np
+import xarray as xr
+
+import flexband as fb
+from flexband.study.comparison import compare, relative_error, warm_up
+from flexband.uncertainty.methods import ImprovedPCCI
+
+
+def test_relative_error_is_over_both_bounds():
+    reference = xr.DataArray([[1.0, 1.0], [3.0, -3.0]], dims=("bound", "time"))
+    found = xr.DataArray([[1.0, 2.0], [3.0, -3.0]], dims=("bound", "time"))
+    assert relative_error(found, reference) == 1 / 8
+    both = xr.concat([reference, 1e-14 * reference], dim="output")
+    assert np.isnan(relative_error(both, both)).values.tolist() == [False, True]
+
+
+def test_compare_needs_no_labels():
+    study = fb.Study(lambda x: x**2, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 2))
+    reference, found = compare(study, fb.LHSScanning(2, 11), [fb.ImprovedPCCI(0, 2)])
+    assert reference.errors is None
+    assert found.errors is not None
+    assert float(found.errors["mean"]) < 1e-12
+    assert (reference.runs, found.runs) == (11, 3)
+
+
+def test_everything_is_compiled_before_the_clock_starts():
+    calls = []
+
+    class Recorded(ImprovedPCCI):
+        name = "recorded"
+
+        def solve(self, space, evaluate):
+            calls.append("solve")
+            return super().solve(space, evaluate)
+
+    def response(x):
+        calls.append(len(x))
+        return x**2
+
+    study = fb.Study(response, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 2))
+    warm_up(study, [Recorded(0, 1), Recorded(0, 2)])
+    assert calls == [1, "solve"]  # one run; one method of the class, without runs
+    calls.clear()
+    _, found = compare(study, fb.LHSScanning(2, 3), [Recorded(0, 2)])
+    assert calls == [1, "solve", 3, "solve", 3]
+    assert found.runs == 3
+
+
+def test_inputs_of_one_kind_are_warmed_up():
+    for one in (fb.Interval(0, 1), fb.Normal(0, 1)):
+        study = fb.Study(lambda x: x**2, {"x": one}, fb.PCCI())
+        warm_up(study, [fb.PhaseResolvedPCCI(), fb.AdaptivePCCI(), fb.MonteCarlo()])

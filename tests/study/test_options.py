@@ -1,0 +1,62 @@
+"""Names and options of methods, derived from their classes."""
+
+from dataclasses import dataclass
+
+import pytest
+
+import flexband as fb
+from flexband.study.options import Option, method_classes, method_options, with_options
+
+
+@dataclass(frozen=True)
+class TwoStageLHS:
+    """A method of a user."""
+
+    runs: int = 10
+    share: float | None = None
+    mirrored: bool = False
+    title: str = ""
+
+    name = "two-stage LHS"
+
+    def solve(self, space, evaluate): ...
+
+
+def test_a_new_method_needs_only_its_class():
+    methods = method_classes([fb.Mechanism, TwoStageLHS, fb.PCCI, fb.propagate])
+    assert methods == {"two-stage-lhs": TwoStageLHS, "pcci": fb.PCCI}
+    assert method_options(methods) == {
+        "runs": Option(int, {"two-stage-lhs": 10}),
+        "share": Option(float, {"two-stage-lhs": None}),
+        "mirrored": Option(bool, {"two-stage-lhs": False}),
+        "random_order": Option(int, {"pcci": 3}),
+        "interval_order": Option(int, {"pcci": 3}),
+    }
+
+
+def test_an_option_of_several_methods():
+    methods = method_classes([fb.LHSScanning, fb.MonteCarlo, fb.PhaseResolvedPCCI])
+    assert list(methods) == ["lhs-scanning", "monte-carlo", "phase-resolved-pcci"]
+    assert method_options(methods)["seed"] == Option(int, {"lhs-scanning": 0, "monte-carlo": 0})
+
+
+def test_public_methods_have_defaults():
+    for method in method_classes(getattr(fb, name) for name in fb.__all__).values():
+        assert method() == method()
+
+
+def test_options_that_are_none_are_kept():
+    changed = with_options(TwoStageLHS(5), {"share": 0.5, "runs": None, "mirrored": True})
+    assert changed == TwoStageLHS(5, 0.5, True)
+    with pytest.raises(fb.InputError, match=r"options of two-stage LHS are --runs, .*; got --seed"):
+        with_options(TwoStageLHS(), {"seed": 1})
+
+
+def test_a_method_may_be_no_dataclass():
+    class Plain:
+        name = "plain"
+
+    plain = Plain()
+    assert with_options(plain, {"seed": None}) is plain
+    with pytest.raises(fb.InputError, match="options of plain are none; got --seed"):
+        with_options(plain, {"seed": 1})

@@ -1,4 +1,4 @@
-"""Elastic forces and tangent of the beams, on lanes: gather, sum over Gauss points, scatter."""
+"""Elastic forces, tangent and energy of all beam elements, on lanes."""
 
 from __future__ import annotations
 
@@ -15,76 +15,51 @@ from flexband.mechanics.kernels.beam_strains import (
     without,
 )
 from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
-from flexband.mechanics.kernels.lanes import add_to, compiled, load, store
+from flexband.mechanics.kernels.lanes import add_to, compiled, load, load_rows, store_rows
 
-# Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.
+# Shape functions at the Gauss points: h, h_i, h_j of p, and 1 − ξ, ξ of d.
 _SLOPE = hermite_slope(POSITIONS)
 SHAPES = np.stack([_SLOPE[2], _SLOPE[1], _SLOPE[3], 1 - POSITIONS, POSITIONS])
 PRODUCTS = SHAPES[:, None, :] * SHAPES[None, :, :]
 ONES = np.ones(GAUSS_POINTS)
-P_COORDINATE = (-1, 2, 8)  # of r_xi and r_xj; the chord has two of its own
-D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # r_yi, r_yj
-# Rows of a Gauss point's second derivatives in the work space.
+P_COORDINATE = (-1, 2, 8)  # index of r_xi and r_xj in the element; the chord depends on r_i and r_j
+D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # shape and index of r_yi and r_yj
+# Rows of the second derivatives of a Gauss point in the work space.
 PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
 
 
 @compiled
-def _pair(z, row):
-    return load(z, row), load(z, row + 1)
-
-
-@compiled
 def _element_vectors(z, first, inverse_length):
-    """Return u, r_xi, r_xj, d_i, d_j and w of an element."""
-    xi, yi = _pair(z, first)
-    xj, yj = _pair(z, first + 6)
-    dxi, dyi = _pair(z, first + 4)
-    dxj, dyj = _pair(z, first + 10)
+    """Return u, r_xi, r_xj, d_i, d_j and w of the element whose coordinates start at z_first."""
+    xi, yi = load_rows(z, first, 2)
+    xj, yj = load_rows(z, first + 6, 2)
+    dxi, dyi = load_rows(z, first + 4, 2)
+    dxj, dyj = load_rows(z, first + 10, 2)
     u = ((xj - xi) * inverse_length, (yj - yi) * inverse_length)
     w = ((dxj - dxi) * inverse_length, (dyj - dyi) * inverse_length)
-    return u, _pair(z, first + 2), _pair(z, first + 8), (dxi, dyi), (dxj, dyj), w
+    return u, load_rows(z, first + 2, 2), load_rows(z, first + 8, 2), (dxi, dyi), (dxj, dyj), w
 
 
 @compiled
 def _at_gauss_point(g, u, gi, gj, di, dj):
-    """Return p and d at a Gauss point."""
+    """Return p and d at Gauss point g."""
     h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
     p = (h * u[0] + hi * gi[0] + hj * gj[0], h * u[1] + hi * gi[1] + hj * gj[1])
     return p, (ni * di[0] + nj * dj[0], ni * di[1] + nj * dj[1])
 
 
 @compiled
-def _stiffness(c, e, g):
-    row = (e * GAUSS_POINTS + g) * 9
-    return (
-        load(c, row),
-        load(c, row + 1),
-        load(c, row + 2),
-        load(c, row + 3),
-        load(c, row + 4),
-        load(c, row + 5),
-        load(c, row + 6),
-        load(c, row + 7),
-        load(c, row + 8),
-    )
-
-
-@compiled
-def _initial(initial, first, g):
-    row = first + g * 6
-    return (
-        load(initial, row),
-        load(initial, row + 1),
-        load(initial, row + 2),
-        load(initial, row + 3),
-        load(initial, row + 4),
-        load(initial, row + 5),
-    )
+def _section(beams, values, e, g, p, w, d):
+    """Return the stiffness coefficients and the strains of the section at Gauss point g."""
+    c, strain = load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9), strains(p, w, d)
+    if beams.initial[e] >= 0:
+        strain = without(strain, load_rows(values.initial, beams.initial[e] + 6 * g, 6))
+    return c, strain
 
 
 @compiled
 def _scaled(c, factor):
-    """Return the nine stiffness numbers times a factor."""
+    """Return the nine stiffness coefficients times a factor."""
     c0, c1, c2, c3, c4, c5, c6, c7, c8 = c
     return (
         factor * c0,
@@ -101,7 +76,7 @@ def _scaled(c, factor):
 
 @compiled
 def add_elastic_forces(beams, values, z, velocity, r):
-    """Add F(q, q̇) of the beams; [0, v] starts in row `velocity`."""
+    """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(beams.first)):
         first = beams.first[e]
         il = load(values.inverse_length, e)
@@ -114,17 +89,15 @@ def add_elastic_forces(beams, values, z, velocity, r):
             (0.0 * il, 0.0 * il),
             (0.0 * il, 0.0 * il),
         )
-        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
+        time, damped = load(values.retardation, e), beams.damped[e]
         u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            strain = strains(p, w, d)
-            if initial >= 0:
-                strain = without(strain, _initial(values.initial, initial, g))
+            c, strain = _section(beams, values, e, g, p, w, d)
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
-            fp, fwg, fd = gradient(resultants(_stiffness(values.stiffness, e, g), strain), p, w, d)
+            fp, fwg, fd = gradient(resultants(c, strain), p, w, d)
             h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
             fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
             fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
@@ -143,23 +116,21 @@ def add_elastic_forces(beams, values, z, velocity, r):
 
 @compiled
 def beam_energy(beams, values, z):
-    """Return the elastic energy of the beams."""
+    """Return the elastic energy of all beams [J]."""
     total = 0.0 * load(z, 0)
     for e in range(len(beams.first)):
         il = load(values.inverse_length, e)
         u, gi, gj, di, dj, w = _element_vectors(z, beams.first[e], il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            strain = strains(p, w, d)
-            if beams.initial[e] >= 0:
-                strain = without(strain, _initial(values.initial, beams.initial[e], g))
-            total += energy(resultants(_stiffness(values.stiffness, e, g), strain), strain)
+            c, strain = _section(beams, values, e, g, p, w, d)
+            total += energy(resultants(c, strain), strain)
     return total
 
 
 @compiled
 def _sum3(blocks, k, weights):
-    """Return Σ over Gauss points of weight × the symmetric block at row k, as xx, xy, yx, yy."""
+    """Return Σ weight × symmetric block at row k over the Gauss points, as xx, xy, yx, yy."""
     xx, xy, yy = 0.0 * load(blocks, 0), 0.0 * load(blocks, 0), 0.0 * load(blocks, 0)
     for g in range(GAUSS_POINTS):
         weight, row = weights[g], g * HESSIAN_ROWS + k
@@ -171,7 +142,7 @@ def _sum3(blocks, k, weights):
 
 @compiled
 def _sum4(blocks, k, weights):
-    """Return Σ over Gauss points of weight × the block at row k, as xx, xy, yx, yy."""
+    """Return Σ weight × block at row k over the Gauss points, as xx, xy, yx, yy."""
     zero = 0.0 * load(blocks, 0)
     xx, xy, yx, yy = zero, zero, zero, zero
     for g in range(GAUSS_POINTS):
@@ -185,7 +156,7 @@ def _sum4(blocks, k, weights):
 
 @compiled
 def _add_block(matrix, slot, a, b, factor, block):
-    """Add a 2 × 2 block, rows from coordinate `a` and columns from coordinate `b`."""
+    """Add factor × a 2 × 2 block to the rows from coordinate `a` and the columns from `b`."""
     add_to(matrix, slot[a, b], factor * block[0])
     add_to(matrix, slot[a, b + 1], factor * block[1])
     if a != b:
@@ -195,20 +166,18 @@ def _add_block(matrix, slot, a, b, factor, block):
 
 @compiled
 def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
-    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the beams; `blocks` is work space.
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the beams to `matrix`; `blocks` is work space.
 
-    How damping changes with the configuration is left out.
+    The derivative of the damping forces by q is neglected.
     """
     for e in range(len(beams.first)):
         il, first = load(values.inverse_length, e), beams.first[e]
         u, gi, gj, di, dj, w = _element_vectors(z, first, il)
-        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
+        time, damped = load(values.retardation, e), beams.damped[e]
         u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            c, strain = _stiffness(values.stiffness, e, g), strains(p, w, d)
-            if initial >= 0:
-                strain = without(strain, _initial(values.initial, initial, g))
+            c, strain = _section(beams, values, e, g, p, w, d)
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
@@ -217,22 +186,20 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
                 c = _scaled(c, 1.0 + rate * time)
             pp, pw, pd, ww, wd, dd = hessian(c, forces, p, w, d)
             row = g * HESSIAN_ROWS
-            for k in range(3):
-                store(blocks, row + PP + k, pp[k])
-                store(blocks, row + WW + k, ww[k])
-                store(blocks, row + DD + k, dd[k])
-            for k in range(4):
-                store(blocks, row + PW + k, pw[k])
-                store(blocks, row + PD + k, pd[k])
-                store(blocks, row + WD + k, wd[k])
+            store_rows(blocks, row + PP, pp)
+            store_rows(blocks, row + PW, pw)
+            store_rows(blocks, row + PD, pd)
+            store_rows(blocks, row + WW, ww)
+            store_rows(blocks, row + WD, wd)
+            store_rows(blocks, row + DD, dd)
         _scatter_tangent(beams.slot[e], il, weight, matrix, blocks)
 
 
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
-    """Sum the Gauss points' blocks; p moves with u and r_x, d and w with r_y of both nodes.
+    """Sum the blocks of the Gauss points and add them to `matrix`.
 
-    The chord u = (r_j − r_i)/l moves with r_i and r_j.
+    p depends on u = (r_j − r_i)/l and on r_x of both nodes, d and w on r_y of both nodes.
     """
     uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
     _add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
@@ -262,7 +229,7 @@ def _scatter_tangent(slot, il, weight, matrix, blocks):
         for b in range(a, 2):
             dd = _sum3(blocks, DD, PRODUCTS[D_SHAPE[a], D_SHAPE[b]])
             wa, wb, fa, fb = wd[a], wd[b], w_factor[a], w_factor[b]
-            block = (  # d by d, w by w, w by d, and d by w, which is w by d transposed
+            block = (  # dd, ww, wd, and dw, which is wd transposed
                 dd[0] + fa * fb * ww[0] + fa * wb[0] + fb * wa[0],
                 dd[1] + fa * fb * ww[1] + fa * wb[1] + fb * wa[2],
                 dd[2] + fa * fb * ww[2] + fa * wb[2] + fb * wa[1],

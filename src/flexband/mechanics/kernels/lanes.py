@@ -1,8 +1,8 @@
 """Operations on lanes: memory, masks and functions, and the options kernels are compiled with.
 
 Physics is written once as scalar formulas. Compiled for ``float`` it serves one sample; compiled
-for a lane, the same function serves eight samples, each multiply-add on a whole register. LLVM's
-own loop vectorizer cannot be relied on for this: it gives up where it cannot rule out aliasing.
+for a lane, the same function serves eight samples, each multiply-add on a whole register. The loop
+vectorizer of LLVM does not achieve this: it gives up if it cannot rule out aliasing.
 
 Lanes are stored in C-ordered arrays whose last axis has length `WIDTH`; `load` and `store` move a
 row. They accept an array or its address: passing an address takes one number, passing an array

@@ -20,7 +20,7 @@ NONE = 0
 
 
 class Pattern(NamedTuple):
-    """Where the entries of the matrix are stored, and which tiles the factorization multiplies.
+    """The storage of the matrix, and the products of tiles that its factorization computes.
 
     Tile k < tiles is on the diagonal, that of the k-th eliminated pair of unknowns. The other tiles
     are below the diagonal, column by column in order of elimination. The four entries of tile t,
@@ -86,10 +86,10 @@ def analyse(
     product_start, product_v, product_w = [0], [], []
     for t in below:
         row, column = tiles[t]
-        own = {c: tile for tile, c in rows[row]}
+        tile_in = {c: tile for tile, c in rows[row]}
         for w, (_, c) in enumerate(rows[column]):
-            if c in own:
-                product_v.append(own[c])
+            if c in tile_in:
+                product_v.append(tile_in[c])
                 product_w.append(w)
         product_start.append(len(product_v))
 
@@ -136,8 +136,8 @@ def _minimum_degree(
     heap = [(len(n), i) for i, n in neighbours.items() if not waiting.get(i)]
     heapq.heapify(heap)
     constrained = defaultdict(list)
-    for i, own in waiting.items():
-        for j in own:
+    for i, coordinates in waiting.items():
+        for j in coordinates:
             constrained[j].append(i)
     order, columns, done = [], [], set()
     while heap:

@@ -19,7 +19,8 @@ from flexband.mechanics.engine.entries import MARCH, START
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.indices import as_indices
-from flexband.mechanics.kernels.lanes import WIDTH, addresses, entry, filled
+from flexband.mechanics.kernels.lane_type import WIDTH, addresses
+from flexband.mechanics.kernels.lanes import entry, filled
 
 DURATION, STEP = 0.6, 1e-3
 

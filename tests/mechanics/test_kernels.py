@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
-from flexband.mechanics.kernels.factorization import analyse
+from flexband.mechanics.kernels.pattern import analyse
 
 from .models import Dense, gears, slider_crank, spring_and_moment
 

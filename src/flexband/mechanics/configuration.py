@@ -9,7 +9,7 @@ import numpy as np
 from flexband.errors import whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.batch import begin, compiling
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.forms import Form, Vector

@@ -16,7 +16,7 @@ from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.cable import Cable
-from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
 from flexband.mechanics.joints.joints import Joint, PointName
 from flexband.mechanics.kernels.state import State

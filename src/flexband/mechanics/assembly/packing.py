@@ -11,7 +11,7 @@ from flexband.errors import InputError
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.kernels.lanes import to_lanes, zeros
+from flexband.mechanics.kernels.lane_type import to_lanes, zeros
 
 AT_START = np.array([0.0, 1e-4])
 """Times [s] of a run that only starts: drives are differentiated over such a step."""

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.kernels.beams import HESSIAN_ROWS
-from flexband.mechanics.kernels.factorization import Pattern
 from flexband.mechanics.kernels.hermite import GAUSS_POINTS
-from flexband.mechanics.kernels.lanes import zeros
+from flexband.mechanics.kernels.lane_type import zeros
+from flexband.mechanics.kernels.pattern import Pattern
 from flexband.mechanics.kernels.state import State
 
 

@@ -22,8 +22,8 @@ from flexband.mechanics.assembly.vectors import VectorTable
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.forms import Form, TimeFunction
-from flexband.mechanics.kernels.factorization import NONE, analyse
 from flexband.mechanics.kernels.indices import as_indices
+from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.loads import LawEntry
 from flexband.mechanics.mechanism import Mechanism

@@ -19,7 +19,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
-from flexband.mechanics.kernels.lanes import WIDTH, addresses
+from flexband.mechanics.kernels.lane_type import WIDTH, addresses
 
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""

@@ -1,13 +1,14 @@
-"""Elastic forces and tangent of one beam element, as scalar formulas on floats or lanes.
+"""Strains of a beam's section and derivatives of its energy, formulas on floats or lanes.
 
-The energy of an element depends on five vectors: the chord u = (r_j − r_i)/l, the slopes
-r_x at both ends and the section directions d = r_y at both ends. At a Gauss point
+The energy of an element depends on five vectors: the chord u = (r_j − r_i)/l, the slopes r_x at
+both ends and the section directions d = r_y at both ends. At a Gauss point
 
     p = h u + h_i r_xi + h_j r_xj        (r₀' of the Hermite cubic)
     d = (1−ξ) d_i + ξ d_j,   w = (d_j − d_i)/l
 
-and the energy of the section is the quadratic form of `SectionStiffness` in the strains of
-`integration`. The functions below differentiate it once and twice with respect to (p, w, d).
+and the energy of the section is a quadratic form in its six generalized strains, whose nine
+coefficients are those of `flexband.mechanics.bodies.section_stiffness.SectionStiffness`. The
+functions differentiate it once and twice with respect to (p, w, d).
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def strains(p, w, d):
 
 @compiled
 def strain_rates(p, w, d, p_rate, w_rate, d_rate):
-    """Return the rates of the six strains."""
+    """Return the time derivatives of the six strains."""
     (px, py), (wx, wy), (dx, dy) = p, w, d
     (pu, pv), (wu, wv), (du, dv) = p_rate, w_rate, d_rate
     return (
@@ -45,7 +46,7 @@ def strain_rates(p, w, d, p_rate, w_rate, d_rate):
 
 @compiled
 def retarded(strain, rate, time):
-    """Return strain + time × rate: Kelvin and Voigt's solid has stresses of this strain."""
+    """Return strain + time × rate, the strains that the stresses of a Kelvin–Voigt solid follow."""
     a0, a1, a2, b, g0, g1 = strain
     ra0, ra1, ra2, rb, rg0, rg1 = rate
     return (
@@ -60,7 +61,7 @@ def retarded(strain, rate, time):
 
 @compiled
 def resultants(c, strain):
-    """Return N₀, N₁, N₂, N_b, Q₀, Q₁: the energy's derivatives by the six strains."""
+    """Return N₀, N₁, N₂, N_b, Q₀, Q₁, the derivatives of the energy by the six strains."""
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
     a0, a1, a2, b, g0, g1 = strain
     return (
@@ -75,7 +76,7 @@ def resultants(c, strain):
 
 @compiled
 def without(strain, initial):
-    """Return strains less those at the start."""
+    """Return strain − initial."""
     a0, a1, a2, b, g0, g1 = strain
     i0, i1, i2, ib, j0, j1 = initial
     return a0 - i0, a1 - i1, a2 - i2, b - ib, g0 - j0, g1 - j1
@@ -83,7 +84,7 @@ def without(strain, initial):
 
 @compiled
 def energy(forces, strain):
-    """Return half the product of resultants and strains."""
+    """Return the energy, half the product of resultants and strains."""
     N0, N1, N2, Nb, Q0, Q1 = forces
     a0, a1, a2, b, g0, g1 = strain
     return 0.5 * (N0 * a0 + N1 * a1 + N2 * a2 + Nb * b + Q0 * g0 + Q1 * g1)
@@ -91,7 +92,10 @@ def energy(forces, strain):
 
 @compiled
 def gradient(forces, p, w, d):
-    """Return the forces on p, w and d of resultants; without damping, the energy's derivatives."""
+    """Return the generalized forces on p, w and d of the resultants N₀, …, Q₁.
+
+    Without damping they are the derivatives of the energy by p, w and d.
+    """
     (px, py), (wx, wy), (dx, dy) = p, w, d
     N0, N1, N2, Nb, Q0, Q1 = forces
     return (
@@ -103,9 +107,9 @@ def gradient(forces, p, w, d):
 
 @compiled
 def hessian(c, forces, p, w, d):
-    """Return the energy's second derivatives pp, pw, pd, ww, wd, dd, `forces` being `resultants`.
+    """Return the second derivatives pp, pw, pd, ww, wd, dd of the energy; `forces` are N₀, …, Q₁.
 
-    The symmetric blocks pp, ww, dd are (xx, xy, yy), the others (xx, xy, yx, yy), rows first.
+    The symmetric blocks pp, ww, dd are (xx, xy, yy), the others (xx, xy, yx, yy), row by row.
     """
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
     (px, py), (wx, wy), (dx, dy) = p, w, d

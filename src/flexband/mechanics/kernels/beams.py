@@ -1,4 +1,4 @@
-"""Elastic forces and tangent of the beams, on lanes: gather, sum over Gauss points, scatter."""
+"""Elastic forces, tangent and energy of all beam elements, on lanes."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from flexband.mechanics.kernels.beam_strains import (
 from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.kernels.lanes import add_to, compiled, load, store
 
-# Shape functions at the Gauss points: rows h, h_i, h_j of p and 1−ξ, ξ of d.
+# Shape functions at the Gauss points: h, h_i, h_j of p, and 1 − ξ, ξ of d.
 _SLOPE = hermite_slope(POSITIONS)
 SHAPES = np.stack([_SLOPE[2], _SLOPE[1], _SLOPE[3], 1 - POSITIONS, POSITIONS])
 PRODUCTS = SHAPES[:, None, :] * SHAPES[None, :, :]
 ONES = np.ones(GAUSS_POINTS)
-P_COORDINATE = (-1, 2, 8)  # of r_xi and r_xj; the chord has two of its own
-D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # r_yi, r_yj
-# Rows of a Gauss point's second derivatives in the work space.
+P_COORDINATE = (-1, 2, 8)  # index of r_xi and r_xj in the element; the chord depends on r_i and r_j
+D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # shape and index of r_yi and r_yj
+# Rows of the second derivatives of a Gauss point in the work space.
 PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
 
 
@@ -35,7 +35,7 @@ def _pair(z, row):
 
 @compiled
 def _element_vectors(z, first, inverse_length):
-    """Return u, r_xi, r_xj, d_i, d_j and w of an element."""
+    """Return u, r_xi, r_xj, d_i, d_j and w of the element whose coordinates start at z_first."""
     xi, yi = _pair(z, first)
     xj, yj = _pair(z, first + 6)
     dxi, dyi = _pair(z, first + 4)
@@ -47,7 +47,7 @@ def _element_vectors(z, first, inverse_length):
 
 @compiled
 def _at_gauss_point(g, u, gi, gj, di, dj):
-    """Return p and d at a Gauss point."""
+    """Return p and d at Gauss point g."""
     h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
     p = (h * u[0] + hi * gi[0] + hj * gj[0], h * u[1] + hi * gi[1] + hj * gj[1])
     return p, (ni * di[0] + nj * dj[0], ni * di[1] + nj * dj[1])
@@ -84,7 +84,7 @@ def _initial(initial, first, g):
 
 @compiled
 def _scaled(c, factor):
-    """Return the nine stiffness numbers times a factor."""
+    """Return the nine stiffness coefficients times a factor."""
     c0, c1, c2, c3, c4, c5, c6, c7, c8 = c
     return (
         factor * c0,
@@ -101,7 +101,7 @@ def _scaled(c, factor):
 
 @compiled
 def add_elastic_forces(beams, values, z, velocity, r):
-    """Add F(q, q̇) of the beams; [0, v] starts in row `velocity`."""
+    """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(beams.first)):
         first = beams.first[e]
         il = load(values.inverse_length, e)
@@ -143,7 +143,7 @@ def add_elastic_forces(beams, values, z, velocity, r):
 
 @compiled
 def beam_energy(beams, values, z):
-    """Return the elastic energy of the beams."""
+    """Return the elastic energy of all beams [J]."""
     total = 0.0 * load(z, 0)
     for e in range(len(beams.first)):
         il = load(values.inverse_length, e)
@@ -159,7 +159,7 @@ def beam_energy(beams, values, z):
 
 @compiled
 def _sum3(blocks, k, weights):
-    """Return Σ over Gauss points of weight × the symmetric block at row k, as xx, xy, yx, yy."""
+    """Return Σ weight × symmetric block at row k over the Gauss points, as xx, xy, yx, yy."""
     xx, xy, yy = 0.0 * load(blocks, 0), 0.0 * load(blocks, 0), 0.0 * load(blocks, 0)
     for g in range(GAUSS_POINTS):
         weight, row = weights[g], g * HESSIAN_ROWS + k
@@ -171,7 +171,7 @@ def _sum3(blocks, k, weights):
 
 @compiled
 def _sum4(blocks, k, weights):
-    """Return Σ over Gauss points of weight × the block at row k, as xx, xy, yx, yy."""
+    """Return Σ weight × block at row k over the Gauss points, as xx, xy, yx, yy."""
     zero = 0.0 * load(blocks, 0)
     xx, xy, yx, yy = zero, zero, zero, zero
     for g in range(GAUSS_POINTS):
@@ -185,7 +185,7 @@ def _sum4(blocks, k, weights):
 
 @compiled
 def _add_block(matrix, slot, a, b, factor, block):
-    """Add a 2 × 2 block, rows from coordinate `a` and columns from coordinate `b`."""
+    """Add factor × a 2 × 2 block to the rows from coordinate `a` and the columns from `b`."""
     add_to(matrix, slot[a, b], factor * block[0])
     add_to(matrix, slot[a, b + 1], factor * block[1])
     if a != b:
@@ -195,9 +195,9 @@ def _add_block(matrix, slot, a, b, factor, block):
 
 @compiled
 def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
-    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the beams; `blocks` is work space.
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the beams to `matrix`; `blocks` is work space.
 
-    How damping changes with the configuration is left out.
+    The derivative of the damping forces by q is neglected.
     """
     for e in range(len(beams.first)):
         il, first = load(values.inverse_length, e), beams.first[e]
@@ -230,9 +230,9 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
 
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
-    """Sum the Gauss points' blocks; p moves with u and r_x, d and w with r_y of both nodes.
+    """Sum the blocks of the Gauss points and add them to `matrix`.
 
-    The chord u = (r_j − r_i)/l moves with r_i and r_j.
+    p depends on u = (r_j − r_i)/l and on r_x of both nodes, d and w on r_y of both nodes.
     """
     uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
     _add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
@@ -262,7 +262,7 @@ def _scatter_tangent(slot, il, weight, matrix, blocks):
         for b in range(a, 2):
             dd = _sum3(blocks, DD, PRODUCTS[D_SHAPE[a], D_SHAPE[b]])
             wa, wb, fa, fb = wd[a], wd[b], w_factor[a], w_factor[b]
-            block = (  # d by d, w by w, w by d, and d by w, which is w by d transposed
+            block = (  # dd, ww, wd, and dw, which is wd transposed
                 dd[0] + fa * fb * ww[0] + fa * wb[0] + fb * wa[0],
                 dd[1] + fa * fb * ww[1] + fa * wb[1] + fb * wa[2],
                 dd[2] + fa * fb * ww[2] + fa * wb[2] + fb * wa[1],

@@ -1,4 +1,4 @@
-"""Elastic forces and tangent of cables: formulas of one Gauss point, and their sums, on lanes."""
+"""Elastic forces, tangent and energy of all cable elements, on lanes."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from flexband.mechanics.kernels.hermite import (
 from flexband.mechanics.kernels.lanes import add_to, compiled, load, sqrt, store
 
 SLOPE, CURVE = hermite_slope(POSITIONS), hermite_curvature(POSITIONS)
-PLACES = (0, 2, 4, 6)  # of r and r_x of both ends among an element's coordinates
+PLACES = (0, 2, 4, 6)  # index of r and r_x of both nodes in the element
+# Rows of the second derivatives of a Gauss point in the work space.
 PP, PW, WW, HESSIAN_ROWS = 0, 3, 7, 10
 
 
 @compiled
 def retarded(c, p, w, p_rate, w_rate, time):
-    """Return EA, EI and the strains at the start, less time × (ε̇, κ̇).
+    """Return EA, EI and the initial strains minus time × (ε̇, κ̇).
 
-    So Kelvin and Voigt's solid has forces of the strains ε + time ε̇ and κ + time κ̇.
+    The forces of a Kelvin–Voigt solid are those of the strains ε + time ε̇ and κ + time κ̇.
     """
     EA, EI, strain, curvature = c
     (px, py), (wx, wy), (pu, pv), (wu, wv) = p, w, p_rate, w_rate
     nn = px * px + py * py
-    half = px * pu + py * pv  # of the rate of nn
+    half = px * pu + py * pv  # half the time derivative of nn
     turning = pu * wy + px * wv - pv * wx - py * wu
     kappa = (px * wy - py * wx) / nn
     return (
@@ -37,7 +38,7 @@ def retarded(c, p, w, p_rate, w_rate, time):
 
 @compiled
 def gradient(c, p, w):
-    """Return the derivatives of ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)² by p and w."""
+    """Return the derivatives of ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)² by p and by w."""
     EA, EI, strain, curvature = c
     (px, py), (wx, wy) = p, w
     nn = px * px + py * py
@@ -53,7 +54,7 @@ def gradient(c, p, w):
 def hessian(c, p, w, stiffening):
     """Return the second derivatives pp and ww as (xx, xy, yy), and pw as (xx, xy, yx, yy).
 
-    Damping makes EA and EI larger by the factor `stiffening`, in all but the forces.
+    Damping multiplies EA and EI by `stiffening`, except in the section forces.
     """
     EA, EI, strain, curvature = c
     (px, py), (wx, wy) = p, w
@@ -84,7 +85,7 @@ def hessian(c, p, w, stiffening):
 
 @compiled
 def _at_gauss_point(z, first, il, g):
-    """Return p and w."""
+    """Return p and w at Gauss point g of the element whose coordinates start at z_first."""
     px, py, wx, wy = 0.0 * il, 0.0 * il, 0.0 * il, 0.0 * il
     for a in range(4):
         x, y = load(z, first + PLACES[a]), load(z, first + PLACES[a] + 1)
@@ -95,7 +96,7 @@ def _at_gauss_point(z, first, il, g):
 
 @compiled
 def _shapes(a, g, il):
-    """Return the derivatives of shape a once and twice by the length; r_x comes with the length."""
+    """Return the first and second derivative of shape a by x; that of an r_x has the factor l."""
     if a % 2 == 0:
         return SLOPE[a, g] * il, CURVE[a, g] * il * il
     return SLOPE[a, g] + 0.0 * il, CURVE[a, g] * il
@@ -109,7 +110,7 @@ def _stiffness(c, e, g):
 
 @compiled
 def add_cable_forces(cables, values, z, velocity, r):
-    """Add F(q, q̇) of the cables; [0, v] starts in row `velocity`."""
+    """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(cables.first)):
         first, il = cables.first[e], load(values.inverse_length, e)
         for g in range(GAUSS_POINTS):
@@ -128,7 +129,7 @@ def add_cable_forces(cables, values, z, velocity, r):
 
 @compiled
 def cable_energy(cables, values, z):
-    """Return the elastic energy of the cables, ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)²."""
+    """Return the elastic energy of all cables [J]."""
     total = 0.0 * load(z, 0)
     for e in range(len(cables.first)):
         first, il = cables.first[e], load(values.inverse_length, e)
@@ -143,9 +144,9 @@ def cable_energy(cables, values, z):
 
 @compiled
 def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks):
-    """Add `weight` times (∂F/∂q + rate ∂F/∂q̇) of the cables; `blocks` is work space.
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the cables to `matrix`; `blocks` is work space.
 
-    How damping changes with the configuration is left out.
+    The derivative of the damping forces by q is neglected.
     """
     for e in range(len(cables.first)):
         first, il, slot = cables.first[e], load(values.inverse_length, e), cables.slot[e]
@@ -170,7 +171,7 @@ def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks)
 
 @compiled
 def _add_block(a, b, il, weight, blocks, slot, matrix):
-    """Add the sum over Gauss points of the block of shapes a and b."""
+    """Add the sum over the Gauss points of the block of shapes a and b."""
     xx, xy, yx, yy = 0.0 * il, 0.0 * il, 0.0 * il, 0.0 * il
     for g in range(GAUSS_POINTS):
         row = g * HESSIAN_ROWS

@@ -1,7 +1,8 @@
-"""Whole numbers for compiled code, as an address and a count.
+"""Arrays of integers for compiled code, passed as an address and a count.
 
-A NumPy array is seven numbers to compiled code, and the engine hands on dozens of them; this is
-two. Compiled code may ask for ``len(indices)`` and ``indices[k]``, which is not checked.
+Compiled code passes a NumPy array as seven numbers, and the engine passes dozens of arrays; an
+`Indices` is two numbers. Compiled code supports ``len(indices)`` and ``indices[k]``, without a
+bounds check.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from numba.extending import unbox as register_unbox
 
 
 class Indices:
-    """Whole numbers of 32 or 64 bits, or truth values; shape (count,)."""
+    """An array of integers or booleans, shape (count,), stored in 32 or 64 bits."""
 
     def __init__(self, values: np.ndarray):
         self.values = np.ascontiguousarray(
@@ -90,7 +91,7 @@ def _len(context, builder, sig, args):
 
 
 def as_indices(arrays: Any) -> Any:
-    """Return a named tuple of arrays with `Indices` for those of one dimension."""
+    """Replace the one-dimensional arrays in a named tuple, which may be nested, by `Indices`."""
     if isinstance(arrays, tuple):
         return type(arrays)(*map(as_indices, arrays))
     if isinstance(arrays, np.ndarray) and arrays.ndim == 1:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
-from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import (
     Form,
     Frame,

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
-from flexband.mechanics.bodies.centre_line import Property
+from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.bodies.section_stiffness import SectionStiffness
 from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form

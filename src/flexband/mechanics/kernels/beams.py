@@ -15,7 +15,7 @@ from flexband.mechanics.kernels.beam_strains import (
     without,
 )
 from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
-from flexband.mechanics.kernels.lanes import add_to, compiled, load, store
+from flexband.mechanics.kernels.lanes import add_to, compiled, load, load_rows, store_rows
 
 # Shape functions at the Gauss points: h, h_i, h_j of p, and 1 − ξ, ξ of d.
 _SLOPE = hermite_slope(POSITIONS)
@@ -29,20 +29,15 @@ PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
 
 
 @compiled
-def _pair(z, row):
-    return load(z, row), load(z, row + 1)
-
-
-@compiled
 def _element_vectors(z, first, inverse_length):
     """Return u, r_xi, r_xj, d_i, d_j and w of the element whose coordinates start at z_first."""
-    xi, yi = _pair(z, first)
-    xj, yj = _pair(z, first + 6)
-    dxi, dyi = _pair(z, first + 4)
-    dxj, dyj = _pair(z, first + 10)
+    xi, yi = load_rows(z, first, 2)
+    xj, yj = load_rows(z, first + 6, 2)
+    dxi, dyi = load_rows(z, first + 4, 2)
+    dxj, dyj = load_rows(z, first + 10, 2)
     u = ((xj - xi) * inverse_length, (yj - yi) * inverse_length)
     w = ((dxj - dxi) * inverse_length, (dyj - dyi) * inverse_length)
-    return u, _pair(z, first + 2), _pair(z, first + 8), (dxi, dyi), (dxj, dyj), w
+    return u, load_rows(z, first + 2, 2), load_rows(z, first + 8, 2), (dxi, dyi), (dxj, dyj), w
 
 
 @compiled
@@ -54,32 +49,12 @@ def _at_gauss_point(g, u, gi, gj, di, dj):
 
 
 @compiled
-def _stiffness(c, e, g):
-    row = (e * GAUSS_POINTS + g) * 9
-    return (
-        load(c, row),
-        load(c, row + 1),
-        load(c, row + 2),
-        load(c, row + 3),
-        load(c, row + 4),
-        load(c, row + 5),
-        load(c, row + 6),
-        load(c, row + 7),
-        load(c, row + 8),
-    )
-
-
-@compiled
-def _initial(initial, first, g):
-    row = first + g * 6
-    return (
-        load(initial, row),
-        load(initial, row + 1),
-        load(initial, row + 2),
-        load(initial, row + 3),
-        load(initial, row + 4),
-        load(initial, row + 5),
-    )
+def _section(beams, values, e, g, p, w, d):
+    """Return the stiffness coefficients and the strains of the section at Gauss point g."""
+    c, strain = load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9), strains(p, w, d)
+    if beams.initial[e] >= 0:
+        strain = without(strain, load_rows(values.initial, beams.initial[e] + 6 * g, 6))
+    return c, strain
 
 
 @compiled
@@ -114,17 +89,15 @@ def add_elastic_forces(beams, values, z, velocity, r):
             (0.0 * il, 0.0 * il),
             (0.0 * il, 0.0 * il),
         )
-        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
+        time, damped = load(values.retardation, e), beams.damped[e]
         u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            strain = strains(p, w, d)
-            if initial >= 0:
-                strain = without(strain, _initial(values.initial, initial, g))
+            c, strain = _section(beams, values, e, g, p, w, d)
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
-            fp, fwg, fd = gradient(resultants(_stiffness(values.stiffness, e, g), strain), p, w, d)
+            fp, fwg, fd = gradient(resultants(c, strain), p, w, d)
             h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
             fu = (fu[0] + h * fp[0], fu[1] + h * fp[1])
             fgi = (fgi[0] + hi * fp[0], fgi[1] + hi * fp[1])
@@ -150,10 +123,8 @@ def beam_energy(beams, values, z):
         u, gi, gj, di, dj, w = _element_vectors(z, beams.first[e], il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            strain = strains(p, w, d)
-            if beams.initial[e] >= 0:
-                strain = without(strain, _initial(values.initial, beams.initial[e], g))
-            total += energy(resultants(_stiffness(values.stiffness, e, g), strain), strain)
+            c, strain = _section(beams, values, e, g, p, w, d)
+            total += energy(resultants(c, strain), strain)
     return total
 
 
@@ -202,13 +173,11 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
     for e in range(len(beams.first)):
         il, first = load(values.inverse_length, e), beams.first[e]
         u, gi, gj, di, dj, w = _element_vectors(z, first, il)
-        time, damped, initial = load(values.retardation, e), beams.damped[e], beams.initial[e]
+        time, damped = load(values.retardation, e), beams.damped[e]
         u1, gi1, gj1, di1, dj1, w1 = _element_vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             p, d = _at_gauss_point(g, u, gi, gj, di, dj)
-            c, strain = _stiffness(values.stiffness, e, g), strains(p, w, d)
-            if initial >= 0:
-                strain = without(strain, _initial(values.initial, initial, g))
+            c, strain = _section(beams, values, e, g, p, w, d)
             if damped:
                 p1, d1 = _at_gauss_point(g, u1, gi1, gj1, di1, dj1)
                 strain = retarded(strain, strain_rates(p, w, d, p1, w1, d1), time)
@@ -217,14 +186,12 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
                 c = _scaled(c, 1.0 + rate * time)
             pp, pw, pd, ww, wd, dd = hessian(c, forces, p, w, d)
             row = g * HESSIAN_ROWS
-            for k in range(3):
-                store(blocks, row + PP + k, pp[k])
-                store(blocks, row + WW + k, ww[k])
-                store(blocks, row + DD + k, dd[k])
-            for k in range(4):
-                store(blocks, row + PW + k, pw[k])
-                store(blocks, row + PD + k, pd[k])
-                store(blocks, row + WD + k, wd[k])
+            store_rows(blocks, row + PP, pp)
+            store_rows(blocks, row + PW, pw)
+            store_rows(blocks, row + PD, pd)
+            store_rows(blocks, row + WW, ww)
+            store_rows(blocks, row + WD, wd)
+            store_rows(blocks, row + DD, dd)
         _scatter_tangent(beams.slot[e], il, weight, matrix, blocks)
 
 

@@ -8,7 +8,7 @@ from flexband.mechanics.kernels.hermite import (
     hermite_curvature,
     hermite_slope,
 )
-from flexband.mechanics.kernels.lanes import add_to, compiled, load, sqrt, store
+from flexband.mechanics.kernels.lanes import add_to, compiled, load, load_rows, sqrt, store_rows
 
 SLOPE, CURVE = hermite_slope(POSITIONS), hermite_curvature(POSITIONS)
 PLACES = (0, 2, 4, 6)  # index of r and r_x of both nodes in the element
@@ -103,19 +103,13 @@ def _shapes(a, g, il):
 
 
 @compiled
-def _stiffness(c, e, g):
-    row = (e * GAUSS_POINTS + g) * 4
-    return load(c, row), load(c, row + 1), load(c, row + 2), load(c, row + 3)
-
-
-@compiled
 def add_cable_forces(cables, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(cables.first)):
         first, il = cables.first[e], load(values.inverse_length, e)
         for g in range(GAUSS_POINTS):
             p, w = _at_gauss_point(z, first, il, g)
-            c = _stiffness(values.stiffness, e, g)
+            c = load_rows(values.stiffness, 4 * (GAUSS_POINTS * e + g), 4)
             if cables.damped[e]:
                 p1, w1 = _at_gauss_point(z, velocity + first, il, g)
                 c = retarded(c, p, w, p1, w1, load(values.retardation, e))
@@ -135,7 +129,7 @@ def cable_energy(cables, values, z):
         first, il = cables.first[e], load(values.inverse_length, e)
         for g in range(GAUSS_POINTS):
             (px, py), (wx, wy) = _at_gauss_point(z, first, il, g)
-            EA, EI, strain, curvature = _stiffness(values.stiffness, e, g)
+            EA, EI, strain, curvature = load_rows(values.stiffness, 4 * (GAUSS_POINTS * e + g), 4)
             nn = px * px + py * py
             stretch, bend = sqrt(nn) - 1.0 - strain, (px * wy - py * wx) / nn - curvature
             total += 0.5 * (EA * stretch * stretch + EI * bend * bend)
@@ -152,18 +146,19 @@ def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks)
         first, il, slot = cables.first[e], load(values.inverse_length, e), cables.slot[e]
         for g in range(GAUSS_POINTS):
             p, w = _at_gauss_point(z, first, il, g)
-            c, stiffening = _stiffness(values.stiffness, e, g), 1.0 + 0.0 * il
+            c, stiffening = (
+                load_rows(values.stiffness, 4 * (GAUSS_POINTS * e + g), 4),
+                1.0 + 0.0 * il,
+            )
             if cables.damped[e]:
                 time = load(values.retardation, e)
                 p1, w1 = _at_gauss_point(z, velocity + first, il, g)
                 c, stiffening = retarded(c, p, w, p1, w1, time), 1.0 + rate * time
             pp, pw, ww = hessian(c, p, w, stiffening)
             row = g * HESSIAN_ROWS
-            for k in range(3):
-                store(blocks, row + PP + k, pp[k])
-                store(blocks, row + WW + k, ww[k])
-            for k in range(4):
-                store(blocks, row + PW + k, pw[k])
+            store_rows(blocks, row + PP, pp)
+            store_rows(blocks, row + PW, pw)
+            store_rows(blocks, row + WW, ww)
         for a in range(4):
             for b in range(a, 4):
                 _add_block(a, b, il, weight, blocks, slot, matrix)

@@ -43,7 +43,8 @@ class Mechanism:
     Raises
     ------
     InputError
-        If there is no body, or a joint, load or sensor names something that the mechanism lacks.
+        If there is no body, or a joint, load or sensor names something that the mechanism lacks. So
+        do all methods that look up a name.
     """
 
     bodies: Mapping[str, Body]
@@ -97,13 +98,7 @@ class Mechanism:
         return State.of(coordinates, len(self.constraints), angles, len(self.springs))
 
     def frame(self, point: PointName) -> Frame:
-        """Return the frame of a point.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such body or the body no such point.
-        """
+        """Return the frame of a point."""
         if not isinstance(point, str):
             return Frame.ground(ground_point("ground point", point))
         body, _, name = point.partition(".")
@@ -119,13 +114,7 @@ class Mechanism:
         return self.frame(point).shifted(self.state.acceleration)
 
     def member(self, name: str) -> tuple[Beam | Cable, int]:
-        """Return a beam or cable, and the row of z where its coordinates start.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such beam or cable.
-        """
+        """Return a beam or cable, and the row of z where its coordinates start."""
         members = {k: body for k, body in self.bodies.items() if isinstance(body, Beam | Cable)}
         _within("beam", name, members)
         return members[name], self.first_coordinates[name]
@@ -176,26 +165,14 @@ class Mechanism:
         return [law for entries in self.entries.values() for law in entries.laws]
 
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
-        """Return a joint and its multipliers.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such joint.
-        """
+        """Return a joint and its multipliers."""
         _within("joint", name, self.joints)
         owners = [owner for owner, _ in self.constraints]
         rows = [k for k, owner in enumerate(owners) if owner == f"joint {name!r}"]
         return self.joints[name], [Form.variable(self.state.multiplier + k) for k in rows]
 
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
-        """Return the tension and the elongation of a translational or a torsion spring.
-
-        Raises
-        ------
-        InputError
-            If no load of this name enters such a spring.
-        """
+        """Return the tension and the elongation of a translational or a torsion spring."""
         rows = {}
         for k, (owner, spring) in enumerate(self.springs):
             if spring.torsion == torsion:
@@ -211,11 +188,6 @@ class Mechanism:
         """Return the forces of a joint or load, each with the variable of z that it does work on.
 
         They are −Φ_qᵀλ of a joint, and −T on the elongation of a spring.
-
-        Raises
-        ------
-        InputError
-            If there is no such part, or it is a force law.
         """
         _within("joint or load", part, {**self.joints, **self.loads})
         if part in self.joints:
@@ -259,13 +231,7 @@ class Mechanism:
         return force
 
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
-        """Return the generalized force of a load [N/m] along a beam or cable.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such beam or cable.
-        """
+        """Return the generalized force of a load [N/m] along a beam or cable."""
         member, first = self.member(body)
         return {first + j: Form.constant(force) for j, force in member.line_load(x, y).items()}
 

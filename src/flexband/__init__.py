@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import ast
 from importlib import import_module
-from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 # The public names. Type checkers read these imports; at run time `__getattr__` imports a name's
@@ -73,20 +71,24 @@ if TYPE_CHECKING:
     from flexband.uncertainty.surrogates.surrogate import Surrogate
     from flexband.uncertainty.surrogates.verification import verify
 
-_MODULES = {
-    alias.name: node.module
-    for node in ast.walk(ast.parse(Path(__file__).read_text(encoding="utf-8")))
-    if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("flexband.")
-    for alias in node.names
-}
+with open(__file__, "rb") as _source:
+    _MODULES = {
+        alias.name: node.module
+        for node in ast.walk(ast.parse(_source.read()))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("flexband.")
+        for alias in node.names
+    }
+__version__: str
 __all__ = sorted(_MODULES)  # pyright: ignore[reportUnsupportedDunderAll]
-__version__ = version("flexband")
 
 
 def __getattr__(name: str) -> object:
-    if name not in _MODULES:
+    if name == "__version__":
+        value = import_module("importlib.metadata").version("flexband")
+    elif name in _MODULES:
+        value = getattr(import_module(_MODULES[name]), name)
+    else:
         raise AttributeError(f"module 'flexband' has no attribute {name!r}")
-    value = getattr(import_module(_MODULES[name]), name)
     globals()[name] = value
     return value
 

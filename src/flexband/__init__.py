@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs.inputs import Interval, Normal, RandomField, Uniform
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
-    from flexband.uncertainty.phase_resolved import PhaseResolvedPCCI
+    from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import expand, propagate
     from flexband.uncertainty.surrogates.files import load_surrogate, save_surrogate
     from flexband.uncertainty.surrogates.surrogate import Surrogate

@@ -11,14 +11,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, whole
-from flexband.uncertainty.expansions.bounds import Extremes
+from flexband.uncertainty.expansions.direct import DirectExpansion
+from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, random_normals, scan
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.phases.expansion import PhaseExpansion
-from flexband.uncertainty.surrogates.bands import SIGMAS, bands
-from flexband.uncertainty.surrogates.surrogate import Group, Surrogate
+from flexband.uncertainty.surrogates.bands import bands
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 """The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""
@@ -153,11 +153,11 @@ class PCCI:
         values = evaluate(*HybridExpansion.design(random_orders, nodes))
         flat = values.values.reshape(len(values), -1)
         expansion = HybridExpansion.fit(flat, random_orders, nodes)
-        outputs = math.prod(values.shape[1:-1])
-        group = Group(np.arange(outputs), PhaseExpansion.direct(expansion, outputs))
+        outputs = np.arange(math.prod(values.shape[1:-1]))
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
-        return Surrogate(space, values[:0], (group,), diagnostics)
+        direct = DirectExpansion(outputs, expansion)
+        return Surrogate(space, values[:0], (direct,), diagnostics)
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
         """Return the bands and the diagnostics."""

@@ -26,10 +26,11 @@ from flexband.uncertainty.adaptive.expected_error import (
     steady_miss,
     thinned,
 )
+from flexband.uncertainty.expansions.expansion import Expansion, extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.phases.expansion import Layout, PhaseExpansion
-from flexband.uncertainty.surrogates.surrogate import Group, extremes_of
+from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
@@ -122,39 +123,42 @@ class BatchModel(ABC):
         """How many runs there were before and after each batch that is predicted."""
         return list(itertools.pairwise(self.batches))
 
-    def _expansion(self, stage: Stage, count: int) -> PhaseExpansion:
-        """Return the expansion that the first runs tell."""
+    def _parts(self, stage: Stage, count: int) -> HybridExpansion:
+        """Return the expansion of the parts that the first runs tell."""
         index, terms = self._terms(stage, count)
-        m = self.points[1].shape[1]
-        return PhaseExpansion(HybridExpansion.of_terms(index, terms, m), Layout.of(stage), ())
+        return HybridExpansion.of_terms(index, terms, self.points[1].shape[1])
 
     def _predicted(self, stage: Stage, before: int, now: int) -> tuple[np.ndarray, np.ndarray]:
         """Return how far the runs of a batch are from what was known before.
 
         The relative error of each output, shape (outputs,), and `steady_miss`.
         """
-        model, unseen = self._expansion(stage, before), stage.runs(slice(before, now))
+        unseen = stage.runs(slice(before, now))
         xi, eta = (v[before:now] for v in self.points)
         weight = self._weight(xi)[:, None, None]
-        error = rms(weight * (model.evaluate(xi, eta) - unseen.signal)) / self.size
-        return error, steady_miss(model, unseen, xi, eta, weight)
+        parts = self._parts(stage, before).evaluate(xi, eta)
+        signal = PartColumns.of_stage(stage).join(parts)
+        error = rms(weight * (signal - unseen.signal)) / self.size
+        return error, steady_miss(parts, unseen, weight)
 
     def _weight(self, xi: np.ndarray) -> np.ndarray:
         """Return how much the misses of runs at ξ count, shape (runs,)."""
         return np.ones(len(xi))
 
-    def groups(self, count: int) -> list[Group]:
+    def expansions(self, count: int) -> list[Expansion]:
         """Return the model that the first runs tell, by the number of carriers."""
         found = []
         for k in np.unique(self.carriers):
-            which = np.flatnonzero(self.carriers == k)
-            found.append(Group(which, self._expansion(self.stages[k], count).of(which)))
+            parts = self._parts(self.stages[k], count)
+            whole = expansion_of(parts, PartColumns.of_stage(self.stages[k]))
+            found.append(whole.of(np.flatnonzero(self.carriers == k)))
         return found
 
     @cached_property
     def _bands(self) -> list[np.ndarray]:
         """Bounds at thinned times before and after the last batch, (sigmas, 2, outputs, times)."""
-        return [stacked(extremes_of(self.groups(count), self.thin)) for count in self.batches[-2:]]
+        found = (extremes_of(self.expansions(count), self.thin) for count in self.batches[-2:])
+        return [stacked(extremes) for extremes in found]
 
     @cached_property
     def expected_error(self) -> np.ndarray:

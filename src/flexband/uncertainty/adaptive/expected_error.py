@@ -9,9 +9,9 @@ import xarray as xr
 from scipy.signal import fftconvolve
 
 from flexband.errors import InputError
-from flexband.uncertainty.expansions.bounds import Extremes
+from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.phases.decomposition import Stage
-from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.layout import PartColumns
 
 GAIN = 0.8
 """A carrier is used for an output where it brings the error of prediction below this part."""
@@ -68,19 +68,13 @@ def chosen_carriers(errors: Sequence[np.ndarray]) -> np.ndarray:
     return chosen
 
 
-def steady_miss(
-    expansion: PhaseExpansion,
-    unseen: Stage,
-    xi: np.ndarray,
-    eta: np.ndarray,
-    weight: np.ndarray | float = 1.0,
-) -> np.ndarray:
-    """Return how far base and envelopes miss runs at ξ and η, shape (outputs, times).
+def steady_miss(parts: np.ndarray, unseen: Stage, weight: np.ndarray | float = 1.0) -> np.ndarray:
+    """Return how far base and envelopes among predicted parts miss runs, (outputs, times).
 
     Runs count by a weight of shape (runs, 1, 1), or all alike. Phases are left out: where they are
     off, extremes over η hardly move.
     """
-    base, carriers = expansion.layout.unpack(expansion.evaluate_parts(xi, eta))
+    base, carriers = PartColumns.of_stage(unseen).unpack(parts)
     miss = np.abs(unseen.base - base)
     for (_, re, im), c in zip(carriers, unseen.carriers, strict=True):
         miss = miss + np.abs(c.envelope - (re + 1j * im))

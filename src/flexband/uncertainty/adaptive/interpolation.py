@@ -21,7 +21,7 @@ from flexband.uncertainty.expansions.polynomials import (
 )
 from flexband.uncertainty.expansions.sequences import interval_sequence, random_sequence
 from flexband.uncertainty.phases.decomposition import Stage
-from flexband.uncertainty.phases.expansion import Layout
+from flexband.uncertainty.phases.layout import PartColumns
 
 HIGHEST_INTERVAL, HIGHEST_RANDOM = 20, 8
 """Orders; runs of random variables stay within 4.2 standard deviations."""
@@ -108,7 +108,7 @@ class NestedModel(BatchModel):
         return np.exp(-np.sum(np.maximum(xi**2 - WITHIN, 0.0), axis=1) / 4)
 
     def _terms(self, stage: Stage, count: int) -> tuple[np.ndarray, np.ndarray]:
-        values = Layout.of(stage).pack(stage.runs(slice(count)))
+        values = PartColumns.of_stage(stage).pack(stage.runs(slice(count)))
         return self.design.index[:count], np.linalg.solve(self.matrix[:count, :count], values)
 
     @property
@@ -128,7 +128,7 @@ class NestedModel(BatchModel):
         for k in np.unique(self.carriers):
             which = np.flatnonzero(self.carriers == k)
             _, terms = self._terms(self.stages[k], len(self.F))
-            layout = Layout.of(self.stages[k])
+            layout = PartColumns.of_stage(self.stages[k])
             base, carriers = layout.unpack(np.abs(terms) * self.design.norms[:, None])
             scale = self.size[which][:, None]
             parts = [base[:, which] / scale]

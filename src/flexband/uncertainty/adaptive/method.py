@@ -145,4 +145,4 @@ def _surrogate(
     )
     told = told.assign(orders=("variable", model.orders)).assign_coords(variable=variables)
     told = told.assign_attrs(expected_error=model.relative_error, tolerance=tolerance)
-    return Surrogate(space, labels, tuple(model.groups(len(model.F))), told)
+    return Surrogate(space, labels, tuple(model.expansions(len(model.F))), told)

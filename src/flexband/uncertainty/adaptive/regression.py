@@ -17,7 +17,7 @@ from flexband.uncertainty.expansions.regression import (
 )
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.phases.decomposition import Stage
-from flexband.uncertainty.phases.expansion import Layout
+from flexband.uncertainty.phases.layout import PartColumns
 
 LEAST_RUNS = 2 * BATCH
 
@@ -85,13 +85,13 @@ class RegressionModel(BatchModel):
         """
         key = len(stage.carriers), count
         if key not in self._fits:
-            layout = Layout.of(stage)
+            layout = PartColumns.of_stage(stage)
             series = layout.pack(stage.runs(slice(count)))
             counts = self.varied > NEGLIGIBLE * np.maximum(self.size, self.varied.max())
             weight = np.where(counts, 1 / np.where(counts, self.varied, 1.0), 0.0)
             self._fits[key] = [
                 (part.ravel(), self._fit(series[:, part.ravel()], _weights(part, weight)))
-                for part in layout.parts()
+                for part in layout.parts(series.shape[1])
             ]
         return self._fits[key]
 
@@ -114,7 +114,7 @@ class RegressionModel(BatchModel):
             series = np.zeros((count, sum(len(part) for part, _ in self._fitted(stage, count))))
             for part, fit in self._fitted(stage, count):
                 series[:, part] = fit.correction * fit.left_out
-            base, carriers = Layout.of(stage).unpack(series)
+            base, carriers = PartColumns.of_stage(stage).unpack(series)
             miss = np.abs(base) + sum(np.hypot(re, im) for _, re, im in carriers)
             found[which] = np.sqrt(np.mean(miss**2, axis=0))[which]
         return found
@@ -122,7 +122,8 @@ class RegressionModel(BatchModel):
     @property
     def orders(self) -> np.ndarray:
         """The highest order in each variable, η first."""
-        return np.max([group.expansion.parts.orders for group in self.groups(len(self.F))], axis=0)
+        stages = (self.stages[k] for k in np.unique(self.carriers))
+        return np.max([self._terms(one, len(self.F))[0].max(axis=0) for one in stages], axis=0)
 
     @property
     def tested(self) -> bool:

@@ -10,11 +10,12 @@ import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import qmc
 
+from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
 from flexband.uncertainty.expansions.polish import polish, sweep
 
@@ -25,21 +26,7 @@ MOST_VERTICES = 64
 CHUNK = 500_000  # numbers in a temporary array: as many as the processor's cache holds
 
 
-@dataclass(frozen=True)
-class Extremes:
-    """Bounds of μ + c σ and where they are.
-
-    Attributes
-    ----------
-    values : lower and upper bound, shape (2, series).
-    places : η of the bounds, shape (2, series, m).
-    """
-
-    values: np.ndarray
-    places: np.ndarray
-
-
-def extremes(expansion: HybridExpansion, sigmas: tuple[float, ...]) -> list[Extremes]:
+def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
     """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
     grid = scan_grid(expansion.interval_orders)
     coarse = math.prod(2 * q + 3 for q in expansion.interval_orders if q) > LARGEST_SCAN

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -136,6 +136,10 @@ class HybridExpansion:
         beta = np.zeros((len(interval), len(random), terms.shape[1]))
         beta[i, j] = terms
         return HybridExpansion(random[:, :-1], interval[:, :-1], beta)
+
+    def of_series(self, which: np.ndarray) -> HybridExpansion:
+        """Return the expansion of some of the series."""
+        return replace(self, coefficients=self.coefficients[:, :, which])
 
     @property
     def norms(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Gentle moments of a phase-resolved response: what its mean and variance are made of.
+"""Smooth moments of a phase-resolved response, from which its mean and variance are computed.
 
 With φ̄_c = E φ_c and u_c = Z_c e^{i(φ_c − φ̄_c)} the moments over ξ are
 
@@ -6,9 +6,8 @@ With φ̄_c = E φ_c and u_c = Z_c e^{i(φ_c − φ̄_c)} the moments over ξ ar
     σ² = Var b + ½ Σ_c Var u_c + Re Σ_c 2 Cov(b, u_c) e^{iφ̄_c}
          + Re Σ_cd ½ Cov(u_c, u_d) e^{i(φ̄_c + φ̄_d)} + Re Σ_{c<d} Cov(u_c, ū_d) e^{i(φ̄_c − φ̄_d)}
 
-The phases φ̄ are polynomials in η; expectations and covariances are gentle functions of η.
-Each row of these tables belongs to one time and η: for every output E b, the part of σ² that does
-not turn, Re and Im of E[u_c], Re and Im of the factor of every turning part of σ²; then all φ̄.
+The phases φ̄ are polynomials in η; expectations and covariances are smooth functions of η. A table
+has one row of them, with the columns of `MomentColumns`, for each time and η.
 """
 
 from __future__ import annotations
@@ -16,34 +15,24 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-
-def turning_parts(carriers: int) -> np.ndarray:
-    """Return what turns in σ²: first rows (c, −1, 0) for φ̄_c, then (c, d, ±1) for φ̄_c ± φ̄_d."""
-    pairs = [(c, d, s) for s in (1, -1) for c in range(carriers) for d in range(carriers) if c <= d]
-    pairs = [(c, d, s) for c, d, s in pairs if s > 0 or c < d]
-    return np.array([(c, -1, 0) for c in range(carriers)] + pairs, dtype=int).reshape(-1, 3)
+from flexband.uncertainty.phases.layout import MomentColumns, turning_parts
 
 
-def table_width(outputs: int, carriers: int) -> int:
-    """Return the length of a row."""
-    return outputs * (2 + 2 * carriers + 2 * len(turning_parts(carriers))) + carriers
-
-
-def put_together(table: np.ndarray, outputs: int, carriers: int) -> np.ndarray:
-    """Return μ and σ of rows of the table (…, width), shape (2, …, outputs)."""
-    turning = turning_parts(carriers)
-    phases = table[..., -carriers:]
-    c, d, s = turning.T
+def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray, np.ndarray]:
+    """Return μ and σ of rows of the table (…, width), each of shape (…, outputs)."""
+    c, d, s = turning_parts(columns.carriers).T
+    phases = table[..., columns.phase :]
     angles = phases[..., c] + s * phases[..., d] * (s != 0)
-    own = table[..., :-carriers].reshape(*table.shape[:-1], outputs, -1)
-    mean, square, first, second = np.split(own, [1, 2, 2 + 2 * carriers], axis=-1)
+    own = table[..., : columns.phase].reshape(*table.shape[:-1], columns.outputs, -1)
 
-    def turned(parts: np.ndarray, angles: np.ndarray) -> np.ndarray:
-        re, im = np.split(parts, 2, axis=-1)
+    def turned(real: int, imag: int, angles: np.ndarray) -> np.ndarray:
+        count = angles.shape[-1]
+        re, im = own[..., real : real + count], own[..., imag : imag + count]
         return np.sum(re * np.cos(angles)[..., None, :] - im * np.sin(angles)[..., None, :], -1)
 
-    mean = mean[..., 0] + turned(first, phases)
-    return np.stack([mean, np.sqrt(np.maximum(square[..., 0] + turned(second, angles), 0.0))])
+    mean = own[..., columns.mean] + turned(columns.mean_real, columns.mean_imag, phases)
+    turning = turned(columns.turn_real, columns.turn_imag, angles)
+    return mean, np.sqrt(np.maximum(own[..., columns.variance] + turning, 0.0))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -57,24 +46,24 @@ def section(coefficients, interval_term, random_term, phi, rows):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def fill(rows, outputs, carriers, turning, mean, base, first, square, second, row):
+def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
     """Fill a row of the table.
 
     Parameters
     ----------
+    rows : coefficients of Ψ_j, (N, parts).
     mean, base : E and E of the square of b − rows[0], shape (outputs,).
     first, square : E[u_c] and E|u_c|², shape (outputs, carriers).
-    second : E of the products that `turning` says, shape (outputs, turning parts).
+    second : E of the products of each row of `turning`, shape (outputs, turns).
     """
-    width = 2 + 2 * carriers + 2 * len(turning)
-    for o in range(outputs):
-        own, A = row[o * width : (o + 1) * width], first[o]
-        own[0] = rows[0, o] + mean[o]
-        own[1] = base[o] - mean[o] ** 2
-        for c in range(carriers):
-            own[1] += 0.5 * (square[o, c] - A[c].real ** 2 - A[c].imag ** 2)
-            own[2 + c], own[2 + carriers + c] = A[c].real, A[c].imag
-        for k in range(len(turning)):
+    for o in range(columns.outputs):
+        own, A = row[o * columns.block : (o + 1) * columns.block], first[o]
+        own[columns.mean] = rows[0, o] + mean[o]
+        own[columns.variance] = base[o] - mean[o] ** 2
+        for c in range(columns.carriers):
+            own[columns.variance] += 0.5 * (square[o, c] - A[c].real ** 2 - A[c].imag ** 2)
+            own[columns.mean_real + c], own[columns.mean_imag + c] = A[c].real, A[c].imag
+        for k in range(columns.turns):
             c, d, s = turning[k]
             if s == 0:
                 G = 2 * (second[o, k] - mean[o] * A[c])
@@ -82,38 +71,39 @@ def fill(rows, outputs, carriers, turning, mean, base, first, square, second, ro
                 G = (second[o, k] - A[c] * A[d]) * (0.5 if c == d else 1.0)
             else:
                 G = second[o, k] - A[c] * np.conj(A[d])
-            at = 2 + 2 * carriers + k
-            own[at], own[at + len(turning)] = G.real, G.imag
-    for c in range(carriers):
-        row[outputs * width + c] = rows[0, outputs + c * (1 + 2 * outputs)]
+            own[columns.turn_real + k], own[columns.turn_imag + k] = G.real, G.imag
+    for c in range(columns.carriers):
+        row[columns.phase + c] = rows[0, parts.phase + c * parts.block]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def by_points(coefficients, interval_term, random_term, phi, psi, weights, outputs, turning, table):
+def by_points(
+    coefficients, interval_term, random_term, phi, psi, weights, parts, columns, turning, table
+):
     """Fill the table, (times, points of η, width), by a rule in ξ shared by all.
 
     Parameters
     ----------
-    coefficients : shape (times, terms, parts): base, then φ, Re Z and Im Z of each carrier.
+    coefficients : shape (times, terms, parts), the parts with the columns `parts`.
     interval_term, random_term : which Φ_i and Ψ_j each term has.
     phi, psi : Φ at points of η, (points, M), and Ψ at those of ξ, (points, N).
     """
-    times, _, parts = coefficients.shape
-    carriers = (parts - outputs) // (1 + 2 * outputs)
-    rows, values = np.empty((psi.shape[1], parts)), np.empty((len(psi), parts))
+    outputs, carriers = parts.outputs, parts.carriers
+    width = coefficients.shape[2]
+    rows, values = np.empty((psi.shape[1], width)), np.empty((len(psi), width))
     turn, u = np.empty(carriers, np.complex128), np.empty(carriers, np.complex128)
     mean, base = np.empty(outputs), np.empty(outputs)
     first = np.empty((outputs, carriers), np.complex128)
     square = np.empty((outputs, carriers))
     second = np.empty((outputs, len(turning)), np.complex128)
-    for t in range(times):
+    for t in range(len(coefficients)):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
             np.dot(psi, rows, values)
             mean[:], base[:], first[:], square[:], second[:] = 0.0, 0.0, 0.0, 0.0, 0.0
             for q in range(len(psi)):
                 for c in range(carriers):
-                    at = outputs + c * (1 + 2 * outputs)
+                    at = parts.phase + c * parts.block
                     angle = values[q, at] - rows[0, at]
                     turn[c] = complex(np.cos(angle), np.sin(angle))
                 for o in range(outputs):
@@ -121,8 +111,8 @@ def by_points(coefficients, interval_term, random_term, phi, psi, weights, outpu
                     mean[o] += w * b
                     base[o] += w * b * b
                     for c in range(carriers):
-                        at = outputs + c * (1 + 2 * outputs) + 1 + o
-                        re, im = values[q, at], values[q, at + outputs]
+                        at = c * parts.block + o
+                        re, im = values[q, parts.real + at], values[q, parts.imag + at]
                         u[c] = complex(re, im) * turn[c]
                         first[o, c] += w * u[c]
                         square[o, c] += w * (re * re + im * im)
@@ -130,4 +120,4 @@ def by_points(coefficients, interval_term, random_term, phi, psi, weights, outpu
                         c, d, s = turning[k]
                         other = b + 0j if s == 0 else (u[d] if s > 0 else np.conj(u[d]))
                         second[o, k] += w * u[c] * other
-            fill(rows, outputs, carriers, turning, mean, base, first, square, second, table[t, e])
+            fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])

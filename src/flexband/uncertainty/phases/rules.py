@@ -113,7 +113,7 @@ def sobol_normal(n: int, count: int) -> np.ndarray:
     return ndtri(qmc.Sobol(n, rng=np.random.default_rng(0)).random(count))
 
 
-def gentle_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarray:
+def smooth_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarray:
     """Return orders of the polynomials for gentle moments, (terms, m), with those of the surrogate.
 
     The tensor product up to the highest orders; where that is too large, terms with

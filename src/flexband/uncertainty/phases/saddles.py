@@ -1,11 +1,10 @@
-"""Gentle moments with many random variables: Gaussian integrals along contours through saddles.
+"""Smooth moments with many random variables: Gaussian integrals along contours through saddles.
 
     E[P e^{iψ}] = E_ζ[det L e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)} P(ξ)],   ξ = s + L ζ,   L Lᵀ = (I − i ∇²ψ)⁻¹
 
 with the saddle s = i ∇ψ(s), a complex point: ξ is turned into the direction in which the integrand
-falls off without turning. A phase that is quadratic in ξ makes e^{…} constant, so a rule that is
-exact for P, and no rule that resolves the phase, is enough. Each pair of carriers has a saddle of
-its own.
+decays without oscillating. If the phase is quadratic in ξ, e^{…} is constant; then a rule that is
+exact for P is enough, and none has to resolve the phase. Each pair of carriers has its own saddle.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ from flexband.uncertainty.phases.moments import fill, section
 SATURATED = 6.0
 """Slope [rad a standard deviation] at which e^{iφ} averages to nothing: e^{−18}."""
 
-WIDE = 3.0
-"""Standard deviations over which the slope is looked at."""
+SLOPE_RANGE = 3.0
+"""Standard deviations over which the slope must be large."""
 
-NEWTON = 4
+NEWTON_STEPS = 4
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -34,8 +33,9 @@ def by_saddles(  # noqa: PLR0912
     norms,
     rule,
     weights,
-    spare,
-    outputs,
+    samples,
+    parts,
+    columns,
     turning,
     table,
 ):
@@ -45,12 +45,12 @@ def by_saddles(  # noqa: PLR0912
     ----------
     orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
     rule, weights : points ζ, whose first axis is turned to the slope of the phase, and weights.
-    spare : equally weighted points ξ for phases that have no saddle nearby.
+    samples : equally weighted points ξ for phases that have no saddle nearby.
     """
-    times, _, parts = coefficients.shape
+    outputs, carriers = parts.outputs, parts.carriers
+    times, _, width = coefficients.shape
     N, n = orders.shape
-    carriers = (parts - outputs) // (1 + 2 * outputs)
-    rows, phase = np.empty((N, parts)), np.empty(N)
+    rows, phase = np.empty((N, width)), np.empty(N)
     mean, base = np.zeros(outputs), np.empty(outputs)
     first = np.empty((outputs, carriers), np.complex128)
     square = np.empty((outputs, carriers))
@@ -58,23 +58,23 @@ def by_saddles(  # noqa: PLR0912
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     powers = np.empty((n, orders.max() + 1), np.complex128)
     terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
-    most = max(len(rule), len(spare))
-    basis, values = np.empty((2 * most, N)), np.empty((2 * most, parts))
+    most = max(len(rule), len(samples))
+    basis, values = np.empty((2 * most, N)), np.empty((2 * most, width))
     factors = np.empty(most, np.complex128)
     for t in range(times):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
-            _squares(rows, norms, outputs, carriers, base, square)
+            _squares(rows, norms, parts, base, square)
             first[:], second[:] = 0.0, 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
-                phase[:] = rows[:, _phase(c, outputs)]
+                phase[:] = rows[:, parts.phase + c * parts.block]
                 if s != 0:
-                    phase += s * rows[:, _phase(d, outputs)]
+                    phase += s * rows[:, parts.phase + d * parts.block]
                 if saturated(phase, orders):
                     continue
                 found, scale = _contour(phase, orders, powers, saddle, frame)
-                points = rule if found else spare
+                points = rule if found else samples
                 count = len(points)
                 for q in range(count):
                     exponent = -1j * phase[0]
@@ -94,33 +94,30 @@ def by_saddles(  # noqa: PLR0912
                 for q in range(count):
                     re, im = values[q], values[count + q]
                     for o in range(outputs):
-                        x, y = _phase(c, outputs) + 1 + o, _phase(c, outputs) + 1 + o + outputs
+                        at = c * parts.block + o
+                        x, y = parts.real + at, parts.imag + at
                         one = factors[q] * complex(re[x] - im[y], im[x] + re[y])
                         if s == 0:
                             first[o, c] += one
                             second[o, k] += one * complex(re[o] - rows[0, o], im[o])
                         else:
-                            x, y = _phase(d, outputs) + 1 + o, _phase(d, outputs) + 1 + o + outputs
+                            at = d * parts.block + o
+                            x, y = parts.real + at, parts.imag + at
                             second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
-            fill(rows, outputs, carriers, turning, mean, base, first, square, second, table[t, e])
+            fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _phase(c, outputs):
-    """Return the column of a carrier's phase."""
-    return outputs + c * (1 + 2 * outputs)
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _squares(rows, norms, outputs, carriers, base, square):
+def _squares(rows, norms, parts, base, square):
     """Fill Var b and E|Z_c|², which have closed forms."""
     base[:], square[:] = 0.0, 0.0
     for j in range(len(norms)):
-        for o in range(outputs):
+        for o in range(parts.outputs):
             base[o] += norms[j] * rows[j, o] ** 2 if j else 0.0
-            for c in range(carriers):
-                at = _phase(c, outputs) + 1 + o
-                square[o, c] += norms[j] * (rows[j, at] ** 2 + rows[j, at + outputs] ** 2)
+            for c in range(parts.carriers):
+                re = rows[j, parts.real + c * parts.block + o]
+                im = rows[j, parts.imag + c * parts.block + o]
+                square[o, c] += norms[j] * (re**2 + im**2)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -133,7 +130,7 @@ def saturated(phase, orders):
         else:
             for v in range(orders.shape[1]):
                 if orders[j, v]:
-                    bend += abs(phase[j]) * orders[j, v] * WIDE ** (orders[j].sum() - 1)
+                    bend += abs(phase[j]) * orders[j, v] * SLOPE_RANGE ** (orders[j].sum() - 1)
     return np.sqrt(slope) - bend >= SATURATED
 
 
@@ -165,7 +162,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
             first[np.argmax(orders[j])] = phase[j]
     saddle[:] = 0.0
     good, left = True, 0.0
-    for sweep in range(NEWTON + 1):
+    for sweep in range(NEWTON_STEPS + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
         for a in range(n):  # curve = I − i∇²ψ becomes its factor R
             step[a] = 1j * step[a] - saddle[a]
@@ -176,7 +173,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
                 good = good and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
         left = np.abs(step).sum()
-        if sweep == NEWTON or not good or left < 1e-6:
+        if sweep == NEWTON_STEPS or not good or left < 1e-6:
             break
         for a in range(n):
             for b in range(a):

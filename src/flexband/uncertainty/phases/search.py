@@ -1,7 +1,7 @@
-"""Bounds of μ + c σ from gentle moments: scan, then descend in the box from the best points.
+"""Bounds of μ + c σ from smooth moments: scan, then descend in the box from the best points.
 
-The moments of `phase_moments` are given as polynomials in η, so the scan and the gradients have
-closed forms. Each time is a small problem by itself.
+The smooth moments are given as polynomials in η, so the scan and the gradients have closed forms.
+Each time is a small problem of its own.
 """
 
 from __future__ import annotations
@@ -11,57 +11,55 @@ from numba import njit
 
 from flexband.uncertainty.expansions.polish import chebyshev_powers, newton_step
 
-SWEEPS = 40
-ENOUGH = 1e-9
-"""A step that is to gain less than this part of the value is not made."""
+MAX_STEPS = 40
+MIN_RELATIVE_GAIN = 1e-9
+"""The descent ends when a step is expected to gain less than this fraction of the value."""
 
-FIRST = 0.05
+FIRST_STEP = 0.05
 """Length of the first step."""
 
-FEW = 16
-"""Points of a matrix product: so small that the library does not start threads of its own."""
+SCAN_BLOCK = 16
+"""Points per matrix product: so few that the linear algebra library starts no threads."""
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def search(  # noqa: PLR0912
-    gentle, index, basis, points, neighbours, outputs, turning, targets, starts, values, places
+    smooth, index, basis, points, neighbours, columns, turning, targets, starts, values, places
 ):
     """Fill bounds `values`, (targets, outputs, times), and their `places`, (…, m).
 
     Parameters
     ----------
-    gentle : coefficients of the table of `phase_moments`, (times, terms, width).
+    smooth : coefficients of the table of smooth moments, (times, terms, width).
     index : orders of the Chebyshev polynomials in every term, (terms, m).
     basis, points : the scan: polynomials, (points, terms), and η, (points, m).
-    neighbours : which points are next to each other, (points, count).
-    targets : rows (c, sign): the least of sign (μ + c σ) is looked for.
-    starts : so many of the lowest points, of those not above their neighbours, are improved.
+    neighbours : the points next to each point, (points, count).
+    targets : rows (c, sign): sign (μ + c σ) is minimized.
+    starts : number of points, the lowest of those not above their neighbours, to descend from.
     """
-    times, terms, width = gentle.shape
-    m, parts = points.shape[1], len(turning)
-    carriers = _carriers(parts)
-    own = 2 + 2 * carriers + 2 * parts
+    times, terms, width = smooth.shape
+    m, block, carriers = points.shape[1], columns.block, columns.carriers
     scanned = np.empty((len(points), width))
     mean, std, aim = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
-    chosen = np.empty((terms, own + carriers))
-    turns = np.empty((len(points), parts), np.complex128)
+    chosen = np.empty((terms, block + carriers))
+    turns = np.empty((len(points), columns.turns), np.complex128)
     best, which = np.empty(starts), np.empty(starts, np.int64)
     eta = np.empty(m)
-    work = _workspace(m, index, own + carriers)
+    work = _workspace(m, index, block + carriers)
     for t in range(times):
-        for k in range(0, len(points), FEW):
-            np.dot(basis[k : k + FEW], gentle[t], scanned[k : k + FEW])
+        for k in range(0, len(points), SCAN_BLOCK):
+            np.dot(basis[k : k + SCAN_BLOCK], smooth[t], scanned[k : k + SCAN_BLOCK])
         for p in range(len(points)):
-            _turn(scanned[p, outputs * own :], turning, turns[p])
-        for o in range(outputs):
+            _turn(scanned[p, columns.phase :], turning, turns[p])
+        for o in range(columns.outputs):
             for p in range(len(points)):
-                mean[p], variance = _moments(scanned[p, o * own :], turns[p], carriers)
+                mean[p], variance = _moments(scanned[p, o * block :], turns[p], columns)
                 std[p] = np.sqrt(max(variance, 0.0))
             for i in range(terms):
-                for k in range(own):
-                    chosen[i, k] = gentle[t, i, o * own + k]
-                for k in range(carriers):
-                    chosen[i, own + k] = gentle[t, i, outputs * own + k]
+                for k in range(block):
+                    chosen[i, k] = smooth[t, i, o * block + k]
+                for c in range(carriers):
+                    chosen[i, block + c] = smooth[t, i, columns.phase + c]
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
@@ -72,17 +70,11 @@ def search(  # noqa: PLR0912
                 for k in range(starts if m else 0):
                     if best[k] < np.inf:
                         eta[:] = points[which[k]]
-                        found = _descend(chosen, index, turning, c, sign, eta, work)
+                        found = _descend(chosen, index, columns, turning, c, sign, eta, work)
                         if found < values[a, o, t]:
                             values[a, o, t] = found
                             places[a, o, t] = eta
                 values[a, o, t] *= sign
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _carriers(parts):
-    """Return C of C + C(C+1)/2 + C(C−1)/2 = C + C² turning parts."""
-    return round((np.sqrt(1 + 4 * parts) - 1) / 2)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -115,14 +107,14 @@ def _turn(phases, turning, turns):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _moments(v, turns, carriers):
-    """Return μ and σ² of one row of the table."""
-    mean, variance, parts = v[0], v[1], len(turns)
-    for c in range(carriers):
-        mean += v[2 + c] * turns[c].real - v[2 + carriers + c] * turns[c].imag
-    at = 2 + 2 * carriers
-    for k in range(parts):
-        variance += v[at + k] * turns[k].real - v[at + parts + k] * turns[k].imag
+def _moments(v, turns, columns):
+    """Return μ and σ² of the smooth moments of an output."""
+    mean, variance = v[columns.mean], v[columns.variance]
+    for c in range(columns.carriers):
+        mean += v[columns.mean_real + c] * turns[c].real - v[columns.mean_imag + c] * turns[c].imag
+    for k in range(columns.turns):
+        re, im = v[columns.turn_real + k], v[columns.turn_imag + k]
+        variance += re * turns[k].real - im * turns[k].imag
     return mean, variance
 
 
@@ -145,28 +137,28 @@ def _workspace(m, index, width):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _descend(chosen, index, turning, c, sign, eta, work):  # noqa: PLR0912
+def _descend(chosen, index, columns, turning, c, sign, eta, work):  # noqa: PLR0912
     """Move η to where sign (μ + c σ) is least nearby, by quasi-Newton steps; return it."""
     m = len(eta)
     gradient, step, trial, new_gradient, along, image, hessian = work[3:]
-    best = _value(chosen, index, turning, c, sign, eta, work, gradient)
+    best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
     size = 0.0
     for a in range(m):
         size += gradient[a] ** 2
-    size = np.sqrt(size) / FIRST + 1e-300
+    size = np.sqrt(size) / FIRST_STEP + 1e-300
     for a in range(m):
         for b in range(m):
             hessian[a, b] = size if a == b else 0.0
     reach, fresh = 1.0, True
-    for _ in range(SWEEPS):
+    for _ in range(MAX_STEPS):
         newton_step(eta, gradient, hessian, step)
         gain = 0.0
         for a in range(m):
             trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
             gain -= gradient[a] * (trial[a] - eta[a])
-        if not gain > ENOUGH * abs(best):
+        if not gain > MIN_RELATIVE_GAIN * abs(best):
             break
-        value = _value(chosen, index, turning, c, sign, trial, work, new_gradient)
+        value = _value(chosen, index, columns, turning, c, sign, trial, work, new_gradient)
         curve, bend = 0.0, 0.0
         for a in range(m):
             step[a] = trial[a] - eta[a]
@@ -204,12 +196,10 @@ def _update(hessian, step, along, curve, image):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _value(chosen, index, turning, c, sign, eta, work, gradient):
+def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
     powers, basis, rows = work[0], work[1], work[2]
-    m, parts = len(eta), len(turning)
-    carriers = _carriers(parts)
-    own = 2 + 2 * carriers + 2 * parts
+    m = len(eta)
     chebyshev_powers(eta, powers)
     basis[:] = 1.0
     for a in range(-1, m):  # −1: not differentiated
@@ -218,21 +208,21 @@ def _value(chosen, index, turning, c, sign, eta, work, gradient):
             for i in range(len(index)):
                 basis[1 + a, i] *= power[index[i, v]]
     np.dot(basis, chosen, rows)
-    turns = np.empty(parts, np.complex128)
-    _turn(rows[0, own:], turning, turns)
-    mean, variance = _moments(rows[0], turns, carriers)
+    turns = np.empty(columns.turns, np.complex128)
+    _turn(rows[0, columns.block :], turning, turns)
+    mean, variance = _moments(rows[0], turns, columns)
     std = np.sqrt(max(variance, 0.0))
     per_std = 0.5 * c / std if std > 0 else 0.0
     for a in range(m):
         d, v = rows[1 + a], rows[0]
-        mean_slope, slope = _moments(d, turns, carriers)
-        for k in range(parts):
+        phase_slope = d[columns.block :]
+        mean_slope, slope = _moments(d, turns, columns)
+        for k in range(columns.turns):
             one, other, s = turning[k]
-            turned = d[own + one] + (s * d[own + other] if s else 0.0)
+            turned = phase_slope[one] + (s * phase_slope[other] if s else 0.0)
             re, im = turns[k].real * turned, turns[k].imag * turned  # e^{iψ} ψ′, to be times i
-            at = 2 + 2 * carriers + k
-            slope -= v[at] * im + v[at + parts] * re
+            slope -= v[columns.turn_real + k] * im + v[columns.turn_imag + k] * re
             if s == 0:
-                mean_slope -= v[2 + one] * im + v[2 + carriers + one] * re
+                mean_slope -= v[columns.mean_real + one] * im + v[columns.mean_imag + one] * re
         gradient[a] = sign * (mean_slope + per_std * slope)
     return sign * (mean + c * std)

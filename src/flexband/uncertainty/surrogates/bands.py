@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
-from flexband.uncertainty.expansions.bounds import Extremes
+from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.inputs.space import Space
 
 BOUNDS = ["lower", "upper"]
-SIGMAS = (0.0, -1.0, 1.0)
-"""Multiples of σ whose bounds make the bands: μ, μ − σ and μ + σ of Eqs. (3) and (4)."""
 
 
-def bands(space: Space, labels: xr.DataArray, found: list[Extremes]) -> xr.Dataset:
+def bands(space: Space, labels: xr.DataArray, found: Sequence[Extremes]) -> xr.Dataset:
     """Return the dataset of bands.
 
     Parameters
@@ -25,20 +25,19 @@ def bands(space: Space, labels: xr.DataArray, found: list[Extremes]) -> xr.Datas
     -------
     Variables with first dim "bound" (lower, upper): `mean` is [μ] of Eq. (3), `error_bar` is [eb]
     of Eq. (5), `error_bar_lower` and `error_bar_upper` are [eb_l] and [eb_u] of Eq. (4);
-    `mean_at` and `error_bar_at` give, along dim "input", the interval inputs' values at which the
-    bounds are reached.
+    `mean_at` and `error_bar_at` give, along dim "input", the values of the interval inputs at which
+    the bounds are reached.
     """
     mean, lower, upper = found
-    dims, shape = labels.dims[1:], labels.shape[1:]
+    dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
 
     def variable(values: np.ndarray):
-        return ("bound", *dims), values.reshape(2, *shape)
+        return dims, values.reshape(shape)
 
     def places(low: np.ndarray, high: np.ndarray):
-        eta = np.stack([low, high])
-        columns = [i.value(eta[..., k].reshape(-1, 1)) for k, i in enumerate(intervals.values())]
-        values = np.stack([c.reshape(2, *shape) for c in columns])
-        return ("input", "bound", *dims), values
+        eta = np.stack([low, high]).reshape(-1, low.shape[-1])
+        values = intervals.values(np.zeros((len(eta), 0)), eta).values()
+        return ("input", *dims), np.array(list(values)).reshape(-1, *shape)
 
     data = {
         "mean": variable(mean.values),
@@ -48,9 +47,9 @@ def bands(space: Space, labels: xr.DataArray, found: list[Extremes]) -> xr.Datas
     }
     coords = {k: c.variable for k, c in labels.coords.items() if "sample" not in c.dims}
     coords["bound"] = xr.Variable("bound", BOUNDS)
-    intervals = space.intervals
-    if intervals:
+    intervals = Space(space.intervals)
+    if intervals.inputs:
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
-        coords["input"] = xr.Variable("input", list(intervals))
+        coords["input"] = xr.Variable("input", list(intervals.inputs))
     return xr.Dataset(data, coords)

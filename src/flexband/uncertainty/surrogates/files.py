@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,18 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
 from flexband.uncertainty.inputs.inputs import Input, Interval, Normal, RandomField, Uniform
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.phases.expansion import Layout, PhaseExpansion
-from flexband.uncertainty.surrogates.surrogate import Group, Surrogate
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 KINDS = {one.__name__: one for one in (Interval, Normal, Uniform, RandomField)}
+EXPANSIONS = {
+    "DirectExpansion": "flexband.uncertainty.expansions.direct",
+    "PhaseExpansion": "flexband.uncertainty.phases.expansion",
+}
+"""The module of each kind of expansion that a file may hold, imported only if it does."""
 CORRELATIONS = {one.__name__: one for one in (squared_exponential, exponential)}
 
 
@@ -39,15 +44,15 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     for name, values in named.items():
         text = values.dtype == object
         arrays[name] = values.values.astype(str) if text else values.values
-    for k, group in enumerate(surrogate.groups):
-        arrays |= {f"groups/{k}/{name}": v for name, v in _arrays(group).items()}
+    for k, expansion in enumerate(surrogate.expansions):
+        arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
     about = {
         "inputs": {name: _described(name, one) for name, one in surrogate.space.inputs.items()},
         "dims": labels.dims,
         "shape": labels.shape,
         "named": {name: (values.dims, values.attrs) for name, values in named.items()},
         "attributes": told.attrs,
-        "groups": len(surrogate.groups),
+        "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
     file = Path(file)
     if file.is_dir():
@@ -76,45 +81,26 @@ def load_surrogate(file: str | Path) -> Surrogate:
         about = json.loads(str(arrays["about"]))
         inputs = {name: _made(one) for name, one in about["inputs"].items()}
         named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
-        groups = tuple(_group(arrays, f"groups/{k}/") for k in range(about["groups"]))
+        expansions = tuple(
+            _restored(kind, _under(f"expansions/{k}/", arrays))
+            for k, kind in enumerate(about["expansions"])
+        )
         labels = xr.DataArray(
             np.zeros(about["shape"]), dims=about["dims"], coords=_under("coords/", named)
         )
         told = xr.Dataset(_under("told/", named), attrs=about["attributes"])
     except (KeyError, TypeError, ValueError, OSError, zipfile.BadZipFile):
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
-    return Surrogate(Space(inputs), labels, groups, told)
+    return Surrogate(Space(inputs), labels, expansions, told)
 
 
 def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
     return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
 
 
-def _arrays(group: Group) -> dict[str, np.ndarray]:
-    """Return what a group is made of."""
-    expansion, parts = group.expansion, group.expansion.parts
-    layout = expansion.layout
-    found = {
-        "outputs": group.outputs,
-        "layout": np.array([layout.outputs, layout.times, layout.carriers]),
-        "random_index": parts.random_index,
-        "interval_index": parts.interval_index,
-        "coefficients": parts.coefficients,
-    }
-    for k, nodes in enumerate(expansion.interval_nodes):
-        found[f"nodes/{k}"] = nodes
-    if expansion.next_terms is not None:
-        found["next_terms"] = expansion.next_terms
-    return found
-
-
-def _group(arrays: Mapping[str, np.ndarray], start: str) -> Group:
-    """Return the group of `_arrays`."""
-    own = _under(start, arrays)
-    parts = HybridExpansion(own["random_index"], own["interval_index"], own["coefficients"])
-    layout = Layout(*(int(k) for k in own["layout"]))
-    nodes = tuple(own[f"nodes/{k}"] for k in range(len(_under("nodes/", own))))
-    return Group(own["outputs"], PhaseExpansion(parts, layout, nodes, own.get("next_terms")))
+def _restored(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
+    """Return an expansion of a registered kind, whose module is imported here."""
+    return getattr(import_module(EXPANSIONS[kind]), kind).of_arrays(**arrays)
 
 
 def _described(name: str, one: Input) -> dict[str, Any]:

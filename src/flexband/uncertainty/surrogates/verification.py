@@ -9,7 +9,7 @@ from flexband.errors import InputError, whole
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
 from flexband.uncertainty.inputs.space import Response, evaluate
 from flexband.uncertainty.surrogates.bands import BOUNDS
-from flexband.uncertainty.surrogates.surrogate import Surrogate, extremes_of
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 FOUND = ("surrogate", "simulated", "at", "rms_difference")
 
@@ -46,7 +46,7 @@ def verify(
     space, labels = surrogate.space, surrogate.labels
     n = space.random_dimension
     xi = latin_hypercube_normals(samples, n, seed) if n else np.zeros((1, 0))
-    _, low, high = extremes_of(surrogate.groups)
+    _, low, high = surrogate.extremes()
     outputs = low.values.shape[1]
     found = {name: np.empty((2, outputs)) for name in FOUND}
     runs = 0
@@ -66,7 +66,7 @@ def verify(
                 v.reshape(len(xi), outputs, -1)[:, o]
                 for v in (fresh.values, surrogate.standard(*points))
             )
-            mean, std = surrogate.standard_moments(eta).reshape(2, outputs, -1)[:, o, at]
+            mean, std = np.reshape(surrogate.standard_moments(eta), (2, outputs, -1))[:, o, at]
             spread = _ratio(F[:, at].std(), S[:, at].std())
             simulated = mean + (F - S)[:, at].mean() + sign * std * spread
             values = mean + sign * std, simulated, at, np.sqrt(np.mean((F - S) ** 2))

@@ -1,0 +1,63 @@
+"""The plain hybrid expansion: the values of a response at each time are expanded directly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+
+
+@dataclass(frozen=True)
+class DirectExpansion:
+    """The expansion of outputs by their values at fixed times, Eq. (11).
+
+    Attributes
+    ----------
+    outputs : numbers of the response's outputs.
+    values : the expansion of their values, all times of one output after the other.
+    """
+
+    outputs: np.ndarray
+    values: HybridExpansion
+
+    def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the outputs at ξ (points, n) and η (points, m), shape (points, outputs, times)."""
+        return self._by_output(self.values.evaluate(xi, eta))
+
+    def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return μ and σ over ξ at η (points, m), each of shape (points, outputs, times)."""
+        mean, std = self.values.moments(eta)
+        return self._by_output(mean), self._by_output(std)
+
+    def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
+        """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
+        shape = (2, len(self.outputs), -1)
+        m = self.values.interval_dimension
+        times = self.values.coefficients.shape[2] // len(self.outputs)
+        return [
+            Extremes(e.values.reshape(shape), e.places.reshape(2, len(self.outputs), times, m))
+            for e in extremes(self.values, sigmas)
+        ]
+
+    def of(self, outputs: np.ndarray, times: slice = slice(None)) -> DirectExpansion:
+        """Return the expansion of some of its outputs, by number, at some of the times."""
+        numbers = np.arange(self.values.coefficients.shape[2]).reshape(len(self.outputs), -1)
+        chosen = numbers[np.searchsorted(self.outputs, outputs)][:, times]
+        return DirectExpansion(outputs, self.values.of_series(chosen.ravel()))
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays that a file keeps."""
+        return {"outputs": self.outputs, **vars(self.values)}
+
+    @staticmethod
+    def of_arrays(outputs: np.ndarray, **values: np.ndarray) -> DirectExpansion:
+        """Return the expansion of `arrays`."""
+        return DirectExpansion(outputs, HybridExpansion(**values))
+
+    def _by_output(self, values: np.ndarray) -> np.ndarray:
+        return values.reshape(len(values), len(self.outputs), -1)

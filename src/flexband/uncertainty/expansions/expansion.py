@@ -1,0 +1,82 @@
+"""What every expansion of a response can do, and expansions of some outputs each taken together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+SIGMAS = (0.0, -1.0, 1.0)
+"""Multiples of σ whose bounds make the bands: μ, μ − σ and μ + σ of Eqs. (3) and (4)."""
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Bounds of μ + c σ over the interval variables, and where they are reached.
+
+    Attributes
+    ----------
+    values : lower and upper bound, shape (2, …).
+    places : η of the bounds, shape (2, …, m).
+    """
+
+    values: np.ndarray
+    places: np.ndarray
+
+
+class Expansion(Protocol):
+    """The surrogate of some outputs of a response as a function of ξ and η."""
+
+    @property
+    def outputs(self) -> np.ndarray:
+        """The numbers of the response's outputs that are expanded, increasing."""
+        ...
+
+    def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the outputs at ξ (points, n) and η (points, m), shape (points, outputs, times)."""
+        ...
+
+    def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return μ and σ over ξ at η (points, m), each of shape (points, outputs, times)."""
+        ...
+
+    def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
+        """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`.
+
+        Values have shape (2, outputs, times), places (2, outputs, times, m).
+        """
+        ...
+
+    def of(self, outputs: np.ndarray, times: slice = slice(None)) -> Expansion:
+        """Return the expansion of some of its outputs, by number, at some of the times."""
+        ...
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays that a file keeps; `of_arrays(**arrays)` of the class restores it."""
+        ...
+
+
+def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: int) -> np.ndarray:
+    """Return values of several expansions as one array, in the order of the response's outputs.
+
+    Parameters
+    ----------
+    values : one array per expansion.
+    axis : that of the outputs.
+    """
+    order = np.argsort(np.concatenate([expansion.outputs for expansion in expansions]))
+    return np.take(np.concatenate(values, axis), order, axis)
+
+
+def extremes_of(expansions: Sequence[Expansion], times: slice = slice(None)) -> list[Extremes]:
+    """Return the bounds of μ + c σ of all outputs, at some of the times, for each c of `SIGMAS`."""
+    found = [expansion.of(expansion.outputs, times).extremes(SIGMAS) for expansion in expansions]
+    return [
+        Extremes(
+            joined(expansions, [one.values for one in extremes], 1),
+            joined(expansions, [one.places for one in extremes], 1),
+        )
+        for extremes in zip(*found, strict=True)
+    ]

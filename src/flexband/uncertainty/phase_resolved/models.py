@@ -1,0 +1,134 @@
+"""Models of lower and of next order beside an expansion: how far they differ shows its error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import factorial, sqrt
+
+import numpy as np
+from numpy.polynomial import chebyshev, hermite_e
+
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_values
+from flexband.uncertainty.phases.layout import PartColumns
+
+
+@dataclass(frozen=True)
+class PartModels:
+    """The expansion of parts through the runs of a design, and others of the same runs.
+
+    Attributes
+    ----------
+    columns : those of the parts.
+    nodes : points of each interval variable.
+    values : the parts in the runs of the design, shape (runs, series).
+    full : the expansion through them.
+    """
+
+    columns: PartColumns
+    nodes: Sequence[np.ndarray]
+    values: np.ndarray
+    full: HybridExpansion
+
+    @staticmethod
+    def fit(
+        columns: PartColumns,
+        values: np.ndarray,
+        random_orders: Sequence[int],
+        nodes: Sequence[np.ndarray],
+    ) -> PartModels:
+        """Return the models of the parts in the runs of a design."""
+        full = HybridExpansion.fit(values, random_orders, nodes)
+        return PartModels(columns, nodes, values, full)
+
+    def _lower_terms(self) -> np.ndarray:
+        """Return which terms the lower model has: up to the largest order of a variable in total.
+
+        If these are all terms, as with one variable, those below the largest order.
+        """
+        total, most = self.full.index().sum(axis=0), max(self.full.orders, default=0)
+        keep = total <= most
+        return keep if not keep.all() else total < max(most, 1)
+
+    def _lower_design(self) -> np.ndarray:
+        """Return the terms of the lower model in the runs, shape (runs, terms)."""
+        xi, eta = HybridExpansion.design(self.full.random_orders, self.nodes)
+        terms = tensor_values([self.full.chebyshev(eta), self.full.hermite(xi)])
+        return terms[:, self._lower_terms()]
+
+    def lower(self) -> HybridExpansion:
+        """Return the lower model: the least-squares fit of fewer terms."""
+        coefficients = np.zeros((self._lower_terms().size, self.values.shape[1]))
+        fitted = np.linalg.lstsq(self._lower_design(), self.values)[0]
+        coefficients[self._lower_terms()] = fitted
+        return replace(self.full, coefficients=coefficients.reshape(self.full.coefficients.shape))
+
+    def left_out(self) -> np.ndarray:
+        """Return every run as the lower model of all other runs predicts it, (runs, series).
+
+        Its error is r/(1 − h), with the run's residual r and leverage h in the fit to all runs.
+        """
+        A = self._lower_design()
+        project = A @ np.linalg.pinv(A)
+        lever = 1 - np.minimum(np.diag(project), 1 - 1e-9)
+        return self.values + (project @ self.values - self.values) / lever[:, None]
+
+    def next_order(self, checked: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> HybridExpansion:
+        """Return the expansion with terms of the next order, fitted to the parts of check runs.
+
+        The terms c_v B_v vanish in the runs of the design. Of all that meet the check runs, those
+        of least Σ_v |c_v|²/w_v are taken, where w_v is the energy of the highest terms in variable
+        v: the variable with the largest curvature so far is expected to have the largest next term.
+        """
+        miss = checked - self.full.evaluate(xi, eta)
+        B, highest = self._next_values(xi, eta), self.full.highest()
+        square = self.full.coefficients.reshape(highest.shape[1], -1) ** 2
+        energy = highest[np.array(self.full.orders) > 0].astype(float) @ square
+        added = np.zeros((B.shape[1], miss.shape[1]))
+        for series in map(np.ravel, self.columns.parts(miss.shape[1])):
+            w = energy[:, series].sum(axis=1)
+            w = w / max(w.sum(), 1e-300) + 1e-6
+            gain = (w[:, None] * B.T) @ np.linalg.pinv((B * w) @ B.T, rcond=1e-3)
+            added[:, series] = gain @ miss[:, series]
+        index = self.full.index().T
+        terms = self.full.coefficients.reshape(len(index), -1)
+        for (v, orders, factors), own in zip(self._next_terms(), added, strict=True):
+            alone = np.zeros((len(orders), index.shape[1]), dtype=int)
+            alone[:, v] = orders
+            index, terms = np.concatenate([index, alone]), np.concatenate([terms, factors * own])
+        index, which = np.unique(index, axis=0, return_inverse=True)
+        summed = np.zeros((len(index), terms.shape[1]))
+        np.add.at(summed, which.ravel(), terms)
+        return HybridExpansion.of_terms(index, summed, self.full.interval_dimension)
+
+    def _next_values(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return B_v of every variable that is expanded, shape (points, variables), η first.
+
+        Π_i (η − η_i), scaled to the largest value one, and He_{k+1}(ξ)/√(k+1)!.
+        """
+        values = [np.zeros((len(xi), 0))]
+        for nodes, e in zip(self.nodes, eta.T, strict=True):
+            if len(nodes) > 1:
+                product = np.prod(e[:, None] - nodes, axis=1, keepdims=True)
+                values.append(product / _largest(nodes))
+        for k, x in zip(self.full.random_orders, xi.T, strict=True):
+            if k:
+                term = hermite_e.hermeval(x, np.eye(k + 2)[k + 1]) / sqrt(factorial(k + 1))
+                values.append(term[:, None])
+        return np.concatenate(values, axis=1)
+
+    def _next_terms(self) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+        """Yield each B_v in polynomials: the variable, their orders and factors (orders, 1)."""
+        for v, nodes in enumerate(self.nodes):
+            if len(nodes) > 1:
+                factors = chebyshev.chebfromroots(nodes) / _largest(nodes)
+                yield v, np.arange(len(factors)), factors[:, None]
+        for v, k in enumerate(self.full.random_orders, start=len(self.nodes)):
+            if k:
+                yield v, np.array([k + 1]), np.array([[1 / sqrt(factorial(k + 1))]])
+
+
+def _largest(nodes: np.ndarray) -> float:
+    """Return the largest value of |Π_i (η − η_i)| in [−1, 1]."""
+    fine = np.linspace(-1, 1, 101)[:, None]
+    return float(np.abs((fine - nodes).prod(axis=1)).max())

@@ -1,0 +1,153 @@
+"""Where the parts of a response, and the smooth moments made of them, are in their arrays.
+
+Both descriptions are tuples of numbers, which compiled functions take as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.uncertainty.phases.decomposition import Stage
+
+Carriers = list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+"""φ of shape (…, 1, times), Re Z and Im Z of shape (…, outputs, times), of each carrier."""
+
+
+class PartColumns(NamedTuple):
+    """The columns of the parts at one time: the base of every output, then a block per carrier.
+
+    A block has φ, Re Z of every output and Im Z of every output. The series of the parts are these
+    columns with all times of one after the other.
+
+    Attributes
+    ----------
+    phase, real, imag : columns of φ and, for the first output, of Re Z and Im Z of the first
+        carrier; those of carrier c are c blocks further.
+    block : number of columns of a carrier.
+    """
+
+    outputs: int
+    carriers: int
+    phase: int
+    real: int
+    imag: int
+    block: int
+
+    @staticmethod
+    def of(outputs: int, carriers: int) -> PartColumns:
+        """Return the columns for so many outputs and carriers."""
+        return PartColumns(
+            outputs, carriers, outputs, outputs + 1, 2 * outputs + 1, 2 * outputs + 1
+        )
+
+    @staticmethod
+    def of_stage(stage: Stage) -> PartColumns:
+        """Return the columns of the parts of runs."""
+        return PartColumns.of(stage.base.shape[1], len(stage.carriers))
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return self.phase + self.carriers * self.block
+
+    @property
+    def phases(self) -> slice:
+        """The columns of all φ."""
+        return slice(self.phase, None, self.block)
+
+    def pack(self, stage: Stage) -> np.ndarray:
+        """Return the parts of runs as series, shape (runs, columns × times)."""
+        runs = len(stage.base)
+        parts = [stage.base]
+        for c in stage.carriers:
+            parts += [c.phase, np.real(c.envelope), np.imag(c.envelope)]
+        return np.concatenate([p.reshape(runs, -1) for p in parts], axis=1)
+
+    def unpack(self, series: np.ndarray) -> tuple[np.ndarray, Carriers]:
+        """Return the base, shape (…, outputs, times), and the parts of each carrier."""
+        rows = series.reshape(*series.shape[:-1], self.width, -1)
+        starts = range(self.phase, self.width, self.block)
+        blocks = (rows[..., first : first + self.block, :] for first in starts)
+        split = 1 + self.outputs
+        return rows[..., : self.outputs, :], [
+            (own[..., :1, :], own[..., 1:split, :], own[..., split:, :]) for own in blocks
+        ]
+
+    def join(self, series: np.ndarray) -> np.ndarray:
+        """Return F = base + Σ Re[Z e^{iφ}] of series of the parts, shape (…, outputs, times)."""
+        base, carriers = self.unpack(series)
+        F = base.copy()
+        for phase, re, im in carriers:
+            F += re * np.cos(phase)
+            F -= im * np.sin(phase)
+        return F
+
+    def parts(self, series: int) -> Iterator[np.ndarray]:
+        """Yield the numbers of the series of the base, and of φ and of Z of each carrier.
+
+        Shapes are (outputs, times), (1, times) and (2 × outputs, times).
+        """
+        base, carriers = self.unpack(np.arange(series))
+        yield base
+        for phase, re, im in carriers:
+            yield phase
+            yield np.concatenate([re, im])
+
+    def series_of(self, series: int, outputs: np.ndarray, times: slice) -> np.ndarray:
+        """Return the numbers of the series of some outputs, counted from 0, and times."""
+        base, carriers = self.unpack(np.arange(series))
+        parts = [base[outputs][:, times]]
+        for phase, re, im in carriers:
+            parts += [phase[:, times], re[outputs][:, times], im[outputs][:, times]]
+        return np.concatenate([p.ravel() for p in parts])
+
+
+class MomentColumns(NamedTuple):
+    """The columns of a table of smooth moments: those of each output, then φ̄ of each carrier.
+
+    An output has the smooth part of μ, E b; the smooth part of σ²; and the complex factors of what
+    turns with the phases: E u_c in μ, and one factor per row of `turning_parts` in σ².
+
+    Attributes
+    ----------
+    turns : number of turning parts of σ².
+    mean, variance : columns of the smooth parts of μ and σ² of an output.
+    mean_real, mean_imag, turn_real, turn_imag : first columns of the factors of an output.
+    block : number of columns of an output.
+    phase : first column of φ̄.
+    """
+
+    outputs: int
+    carriers: int
+    turns: int
+    mean: int
+    variance: int
+    mean_real: int
+    mean_imag: int
+    turn_real: int
+    turn_imag: int
+    block: int
+    phase: int
+
+    @staticmethod
+    def of(outputs: int, carriers: int) -> MomentColumns:
+        """Return the columns for so many outputs and carriers."""
+        turns = len(turning_parts(carriers))
+        factors = 2, 2 + carriers, 2 + 2 * carriers, 2 + 2 * carriers + turns
+        block = 2 + 2 * carriers + 2 * turns
+        return MomentColumns(outputs, carriers, turns, 0, 1, *factors, block, outputs * block)
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return self.phase + self.carriers
+
+
+def turning_parts(carriers: int) -> np.ndarray:
+    """Return what turns in σ²: first rows (c, −1, 0) for φ̄_c, then (c, d, ±1) for φ̄_c ± φ̄_d."""
+    pairs = [(c, d, s) for s in (1, -1) for c in range(carriers) for d in range(carriers) if c <= d]
+    pairs = [(c, d, s) for c, d, s in pairs if s > 0 or c < d]
+    return np.array([(c, -1, 0) for c in range(carriers)] + pairs, dtype=int).reshape(-1, 3)

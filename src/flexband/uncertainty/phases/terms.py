@@ -1,0 +1,134 @@
+"""The terms of the parts of a phase expansion, and the moments of the response at given η."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
+from flexband.uncertainty.phases.moments import by_points, mean_and_std
+from flexband.uncertainty.phases.rules import resolving_rule, saddle_rule, sobol_normal
+from flexband.uncertainty.phases.saddles import SATURATED, SLOPE_RANGE, by_saddles
+
+MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 32
+"""Blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
+points than late ones."""
+
+SAMPLES = 512
+"""Points ξ for phases without a saddle."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The terms of the parts that are not zero.
+
+    Attributes
+    ----------
+    expansion : that of the parts.
+    columns : those of the parts.
+    coefficients : shape (times, terms, parts).
+    index : orders, η first, shape (terms, variables).
+    i, j : the numbers of Φ_i and Ψ_j of each term.
+    """
+
+    expansion: HybridExpansion
+    columns: PartColumns
+    coefficients: np.ndarray
+    index: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+
+    @staticmethod
+    def of(expansion: HybridExpansion, columns: PartColumns) -> Terms:
+        """Return the terms of an expansion of parts."""
+        M, N, series = expansion.coefficients.shape
+        flat = expansion.coefficients.reshape(M * N, series)
+        keep = np.flatnonzero(flat.any(axis=1))
+        parts = flat[keep].reshape(len(keep), columns.width, -1)
+        coefficients = np.ascontiguousarray(np.moveaxis(parts, 2, 0))
+        index = expansion.index().T[keep]
+        return Terms(expansion, columns, coefficients, index, keep // N, keep % N)
+
+    @property
+    def interval_dimension(self) -> int:
+        """Number m of variables η."""
+        return self.expansion.interval_dimension
+
+    @property
+    def turning(self) -> np.ndarray:
+        """The turning parts of σ²."""
+        return turning_parts(self.columns.carriers)
+
+    @property
+    def phases(self) -> np.ndarray:
+        """The coefficients of the phases, shape (times, terms, carriers)."""
+        return self.coefficients[:, :, self.columns.phases]
+
+    def of_times(self, times: slice) -> Terms:
+        """Return the terms at some of the times."""
+        return replace(self, coefficients=self.coefficients[times])
+
+    def reach(self, which: np.ndarray) -> np.ndarray:
+        """Return how far the terms `which`, (…, terms), move a phase at most [rad]."""
+        size = np.abs(self.phases)
+        return np.einsum("vk,tkc->vtc", which.astype(float), size).max(axis=(1, 2), initial=0.0)
+
+    def slope(self) -> np.ndarray:
+        """Return ∂φ/∂ξ at ξ = η = 0, shape (times, carriers, n)."""
+        random = self.index[:, self.interval_dimension :]
+        first = (self.index.sum(axis=1) == 1)[:, None] * random
+        return np.einsum("kv,tkc->tcv", first, self.phases)
+
+    def saturated(self) -> bool:
+        """Return whether all averages of turning parts over ξ vanish, at all η and times."""
+        random = self.index[:, self.interval_dimension :]
+        others = self.index.sum(axis=1) > 1
+        weight = others * random.sum(axis=1) * SLOPE_RANGE ** np.maximum(random.sum(axis=1) - 1, 0)
+        bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
+        slope = self.slope()
+        for c, d, s in self.turning:
+            one = slope[:, c] + s * slope[:, d] * (s != 0)
+            most = bend[:, c] + bend[:, d] * (s != 0)
+            if np.any(np.linalg.norm(one, axis=1) - most < SATURATED):
+                return False
+        return True
+
+    def table(self, eta: np.ndarray) -> np.ndarray:
+        """Return the smooth moments at η of shape (points, m), shape (times, points, width)."""
+        m, expansion = self.interval_dimension, self.expansion
+        orders, reach = self.index.max(axis=0), self.reach(self.index.T > 0)
+        n, rule = len(orders) - m, None
+        if not self.saturated():
+            rule = resolving_rule(orders[m:], reach[m:], np.concatenate(self.slope()))
+        columns = MomentColumns.of(self.columns.outputs, self.columns.carriers)
+        table = np.empty((len(self.coefficients), len(eta), columns.width))
+        own = self.coefficients, self.i, self.j, expansion.chebyshev(eta)
+        filled = self.columns, columns, self.turning, table
+        if rule is None:
+            points = *saddle_rule(n), sobol_normal(n, SAMPLES)
+            by_saddles(*own, expansion.random_index, expansion.norms, *points, *filled)
+        else:
+            xi, weights = rule
+            by_points(*own, expansion.hermite(xi), weights, *filled)
+        return table
+
+
+def phase_moments(
+    parts: HybridExpansion, columns: PartColumns, eta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return μ and σ at η of shape (points, m), each of shape (points, outputs, times)."""
+    terms, moments = Terms.of(parts, columns), MomentColumns.of(columns.outputs, columns.carriers)
+    blocks = time_blocks(len(terms.coefficients))
+    found = [mean_and_std(terms.of_times(block).table(eta), moments) for block in blocks]
+    mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*found, strict=True))
+    return mean, std
+
+
+def time_blocks(times: int) -> list[slice]:
+    """Return slices that divide the times into blocks."""
+    count = max(1, min(MAX_BLOCKS, times // MIN_BLOCK_TIMES))
+    ends = [times * k // count for k in range(count + 1)]
+    return list(itertools.starmap(slice, itertools.pairwise(ends)))

@@ -22,10 +22,10 @@ from accuracy_formulas import FORMULA_INPUTS, wave
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
+from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.bounds import phase_extremes
-from flexband.uncertainty.phases.expansion import Layout, PhaseExpansion
-from flexband.uncertainty.surrogates.bands import SIGMAS
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.layout import PartColumns
 
 DURATION, STEP, ORDER = 0.6, 1e-3, 3
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
@@ -95,7 +95,7 @@ def many_inputs(times: int) -> PhaseExpansion:
     )
     terms = np.concatenate([base, rate[:, None] * t, re, im], axis=1)
     parts = HybridExpansion.of_terms(index, terms, 5)
-    return PhaseExpansion(parts, Layout(3, times, 1), (np.zeros(1),) * 5)
+    return PhaseExpansion(np.arange(3), parts, PartColumns.of(3, 1))
 
 
 def sampled(surrogate: PhaseExpansion) -> None:
@@ -129,10 +129,10 @@ def main() -> None:
     full = chosen.samples >= 256
     phase_resolved, wide = long_phase(10_000 if full else 2_000), many_inputs(600 if full else 24)
     phase_resolved()
-    phase_extremes(wide, SIGMAS)
+    wide.extremes(SIGMAS)
     cases |= {
         "phase-resolved, 200 periods": phase_resolved,
-        "phase-resolved bounds, 5 + 5 inputs": lambda: seconds(phase_extremes, wide, SIGMAS),
+        "phase-resolved bounds, 5 + 5 inputs": lambda: seconds(wide.extremes, SIGMAS),
         "the same surrogate, sampled 32 × 512 times": lambda: seconds(sampled, wide),
     }
     notes = [f"{runs.shape[0]} runs, {runs.sizes['time']} times, {runs.sizes['output']} outputs"]

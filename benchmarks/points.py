@@ -25,7 +25,7 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values, hermit
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.phases.carriers import Carrier
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.phases.expansion import Layout
+from flexband.uncertainty.phases.layout import PartColumns
 
 Row = tuple[str, int, dict[str, tuple[int, float]]]
 """Name of the measurement, number of terms, and runs and error by kind of points."""
@@ -99,10 +99,10 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
     found = decompose(F, 1e-3)[1]
     F, first = F[..., ::THIN], found.carriers[0]
     carrier = Carrier(first.phase[:, ::THIN], first.envelope[..., ::THIN], first.frequency)
-    layout = Layout(F.shape[1], F.shape[2], 1)
-    series = layout.pack(Stage([carrier], found.base[..., ::THIN]))
+    columns = PartColumns.of(F.shape[1], 1)
+    series = columns.pack(Stage([carrier], found.base[..., ::THIN]))
     F, truth = (y[dense].reshape(len(eta), len(x), -1) for y in (F, series))
-    one, two = F.shape[2], F.shape[2] + layout.times
+    one, two = F.shape[2], F.shape[2] + found.base[..., ::THIN].shape[2]
     parts = {"base": slice(one), "phase": slice(one, two), "envelopes": slice(two, None)}
     true, size = spread(F, w), np.abs(F).mean()
     for name, orders in chosen.items():
@@ -115,7 +115,7 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
                 off = np.sqrt(np.einsum("pqs,q->ps", (y - truth)[..., here] ** 2, w))
                 unit = 1.0 if part == "phase" else np.abs(truth[..., here]).mean()
                 errors.setdefault(part, {})[choice] = runs, float(off.max(axis=0).mean() / unit)
-            off = np.abs(spread(layout.join(y).reshape(F.shape), w)[1] - true[1]).mean()
+            off = np.abs(spread(columns.join(y).reshape(F.shape), w)[1] - true[1]).mean()
             errors.setdefault("error bar", {})[choice] = runs, float(off / size)
         for part, measured in errors.items():
             yield f"{name}, {part}", len(orders), measured

@@ -63,7 +63,8 @@ if TYPE_CHECKING:
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
-    from flexband.uncertainty.inputs.inputs import Interval, Normal, RandomField, Uniform
+    from flexband.uncertainty.inputs.fields import RandomField
+    from flexband.uncertainty.inputs.inputs import Input, Interval, Normal, Uniform
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
     from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import expand, propagate

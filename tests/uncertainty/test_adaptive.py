@@ -1,24 +1,9 @@
 """The adaptive method: its sets of orders, its bands, its errors, and what it refuses."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
-
-import flexband as fb
-from flexband.study.comparison import relative_error
-from flexband.uncertainty.adaptive.interpolation import Design
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.index_sets import TermSizes, first_terms
-
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-sys.path.insert(0, str(BENCHMARKS))
-
-from accuracy_formulas import (  # noqa: E402
+from accuracy_formulas import (
     beating,
     bifurcation,
     chirp,
@@ -29,6 +14,14 @@ from accuracy_formulas import (  # noqa: E402
     two_carriers,
     wave,
 )
+from hypothesis import given
+from hypothesis import strategies as st
+
+import flexband as fb
+from flexband.study.comparison import relative_error
+from flexband.uncertainty.adaptive.interpolation import Design
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.index_sets import TermSizes, first_terms
 
 
 def closed_below(index):

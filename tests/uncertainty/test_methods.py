@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
+from flexband.uncertainty.expansions.bounds import extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import (
     chebyshev_derivative,
@@ -327,3 +328,16 @@ def test_orders_that_do_not_fit_the_inputs_are_refused(method, text):
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0), "x": fb.Interval(0.0, 1.0)}
     with pytest.raises(fb.InputError, match=text):
         fb.propagate(lambda a, b, x: a + b + x, inputs, method())
+
+
+def test_twenty_intervals_without_a_scan_of_all_vertices():
+    """Σ_v a_v η_v + b_v η_v², bent up in every other variable and down, where vertices compete."""
+    r = np.random.default_rng(0)
+    a, b = r.uniform(-1, 1, (2, 20, 50))
+    index = np.concatenate([np.zeros((1, 20)), np.eye(20), 2 * np.eye(20)]).astype(int)
+    terms = np.concatenate([b.sum(axis=0, keepdims=True) / 2, a, b / 2])
+    (found,) = extremes(HybridExpansion.of_terms(index, terms, 20), (0.0,))
+    fine = np.linspace(-1, 1, 4001)[:, None, None]
+    values = a * fine + b * fine**2
+    np.testing.assert_allclose(found.values[0], values.min(axis=0).sum(axis=0), atol=1e-5)
+    np.testing.assert_allclose(found.values[1], values.max(axis=0).sum(axis=0), atol=1e-5)

@@ -11,7 +11,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.report.tables import outputs_of, select
 from flexband.study.comparison import Comparison
-from flexband.uncertainty.inputs.inputs import RandomField
+from flexband.uncertainty.inputs.fields import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
 RANGES = {

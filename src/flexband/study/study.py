@@ -9,7 +9,8 @@ from typing import cast
 import numpy as np
 import xarray as xr
 
-from flexband.uncertainty.inputs.inputs import Input, RandomField
+from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, evaluate, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate

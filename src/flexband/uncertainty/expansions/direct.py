@@ -36,19 +36,15 @@ class DirectExpansion:
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
         """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
-        shape = (2, len(self.outputs), -1)
-        m = self.values.interval_dimension
-        times = self.values.coefficients.shape[2] // len(self.outputs)
-        return [
-            Extremes(e.values.reshape(shape), e.places.reshape(2, len(self.outputs), times, m))
-            for e in extremes(self.values, sigmas)
-        ]
+        found = extremes(self.values, sigmas)
+        values = [self._by_output(e.values) for e in found]
+        places = [e.places.reshape(*v.shape, -1) for e, v in zip(found, values, strict=True)]
+        return list(map(Extremes, values, places))
 
     def of(self, outputs: np.ndarray, times: slice = slice(None)) -> DirectExpansion:
         """Return the expansion of some of its outputs, by number, at some of the times."""
-        numbers = np.arange(self.values.coefficients.shape[2]).reshape(len(self.outputs), -1)
-        chosen = numbers[np.searchsorted(self.outputs, outputs)][:, times]
-        return DirectExpansion(outputs, self.values.of_series(chosen.ravel()))
+        which = np.searchsorted(self.outputs, outputs)
+        return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps."""

@@ -137,9 +137,10 @@ class HybridExpansion:
         beta[i, j] = terms
         return HybridExpansion(random[:, :-1], interval[:, :-1], beta)
 
-    def of_series(self, which: np.ndarray) -> HybridExpansion:
-        """Return the expansion of some of the series."""
-        return replace(self, coefficients=self.coefficients[:, :, which])
+    def of_rows(self, rows: int, which: np.ndarray, times: slice) -> HybridExpansion:
+        """Return the expansion of some rows of series, of so many rows (rows, times), and times."""
+        numbers = np.arange(self.coefficients.shape[2]).reshape(rows, -1)[which][:, times]
+        return replace(self, coefficients=self.coefficients[:, :, numbers.ravel()])
 
     @property
     def norms(self) -> np.ndarray:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+
+Correlation = Callable[[np.ndarray], np.ndarray]
 
 
 def squared_exponential(distance: np.ndarray) -> np.ndarray:

@@ -1,18 +1,23 @@
-"""Discretization of random fields by expansion optimal linear estimation (EOLE).
+"""Random fields, discretized by expansion optimal linear estimation (EOLE).
 
 Li and Der Kiureghian (1993); Eqs. (29)–(31), with the correlation matrix of unit variance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError
-
-Correlation = Callable[[np.ndarray], np.ndarray]
+from flexband.errors import InputError, numbers, positive, whole
+from flexband.uncertainty.inputs.correlation import (
+    Correlation,
+    exponential,
+    squared_exponential,
+)
+from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
 
 @dataclass(frozen=True)
@@ -40,14 +45,14 @@ class Eole:
         terms: int | None,
         tolerance: float,
     ) -> Eole:
-        """Return the expansion with `terms` terms, or as many as `tolerance` asks for.
+        """Return the expansion with `terms` terms, or as many as `tolerance` requires.
 
         The tolerance is on the largest variance error at the nodes and halfway between them.
 
         Raises
         ------
         InputError
-            Where the nodes allow no such expansion.
+            If it is not possible on these nodes.
         """
         matrix = correlation((nodes[:, None] - nodes) / length)
         values, vectors = np.linalg.eigh(matrix)
@@ -79,5 +84,133 @@ class Eole:
         return np.moveaxis(rho @ self.eigenvectors / np.sqrt(self.eigenvalues), -1, 0)
 
     def variance_error(self, x: np.ndarray) -> np.ndarray:
-        """Return the variance that the expansion lacks at x, as a part of the whole, Eq. (31)."""
+        """Return the variance that the expansion lacks at x, a fraction of the whole, Eq. (31)."""
         return 1 - np.sum(self.basis(x) ** 2, axis=0)
+
+
+@dataclass(frozen=True)
+class RandomField(Input):
+    """A homogeneous Gaussian random field along a line, discretized by EOLE.
+
+    Parameters
+    ----------
+    mean, std : mean and standard deviation at every position.
+    correlation_length : a of Eq. (30) [m].
+    domain : positions (start, end) [m] on which the field is used. If None, `propagate` finds it by
+        runs at the means and at the ends of the intervals, in which it records the positions where
+        the response evaluates the field.
+    terms : number of terms, each with one standard variable; if None, as few as `tolerance` allows.
+    tolerance : largest variance error, as a fraction of the variance.
+    correlation : function of distance over correlation length.
+    nodes : number of equidistant EOLE nodes on the domain; if None, eight per correlation length
+        and at least 21.
+
+    Attributes
+    ----------
+    correlations : correlation functions by name. A surrogate can be saved if those of its fields
+        are among them; add your own under a name of its own before saving and before loading.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range or the expansion is not possible.
+    """
+
+    mean: float
+    std: float
+    correlation_length: float
+    domain: tuple[float, float] | None = None
+    terms: int | None = None
+    tolerance: float = 0.05
+    correlation: Correlation = field(default=squared_exponential)
+    nodes: int | None = None
+
+    correlations: ClassVar[dict[str, Correlation]] = {
+        "squared_exponential": squared_exponential,
+        "exponential": exponential,
+    }
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("std", "correlation_length", "tolerance"):
+            positive(f"RandomField {name}", getattr(self, name))
+        if self.terms is not None:
+            whole("RandomField terms", self.terms, 1)
+        if self.nodes is not None:
+            whole("RandomField nodes", self.nodes, 2)
+        if self.domain is not None:
+            start, end = numbers("RandomField domain [m]", self.domain, 2)
+            if start >= end:
+                raise InputError(f"RandomField domain must run upwards; got {self.domain}")
+
+    def on(self, domain: tuple[float, float]) -> RandomField:
+        """Return the same field on a domain [m]."""
+        return replace(self, domain=domain)
+
+    @cached_property
+    def expansion(self) -> Eole:
+        """The EOLE expansion of the standardized field.
+
+        Raises
+        ------
+        InputError
+            If the field has no domain.
+        """
+        if self.domain is None:
+            raise InputError("RandomField domain must be given here; got None")
+        start, end = self.domain
+        count = self.nodes or max(21, int(np.ceil(8 * (end - start) / self.correlation_length)) + 1)
+        points = np.linspace(start, end, count)
+        return Eole.on(
+            points, self.correlation, self.correlation_length, self.terms, self.tolerance
+        )
+
+    @property
+    def dimension(self) -> int:
+        """Number of standard variables, one per term."""
+        return self.expansion.terms
+
+    def variance_error(self, x: np.ndarray) -> np.ndarray:
+        """Return the variance that the expansion lacks at positions x [m], Eq. (31), over σ²."""
+        return self.expansion.variance_error(x)
+
+    def largest_variance_error(self) -> float:
+        """Return the largest variance error on the domain, on 1001 positions."""
+        start, end = self.expansion.nodes[[0, -1]]
+        return float(self.variance_error(np.linspace(start, end, 1001)).max())
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return `value`: a field is given by its standard variables, shape (n, terms).
+
+        Raises
+        ------
+        InputError
+            If the shape is another.
+        """
+        if value.ndim != 2 or value.shape[1] != self.dimension:
+            raise InputError(
+                f"a RandomField is given by standard variables of shape (n, {self.dimension}); "
+                f"got shape {value.shape}"
+            )
+        return value
+
+    def value(self, standard: np.ndarray) -> FunctionOfPosition:
+        """Return the samples as a function of position, Eq. (29).
+
+        The function takes positions of shape (points,) or (n, points) and returns shape
+        (n, points); it raises `InputError` for positions outside the domain.
+        """
+        start, end = self.expansion.nodes[[0, -1]]
+        slack = 1e-9 * (end - start)
+
+        def samples(x: np.ndarray) -> np.ndarray:
+            outside = (np.asarray(x) < start - slack) | (np.asarray(x) > end + slack)
+            if np.any(outside):
+                raise InputError(
+                    f"RandomField is evaluated at {np.asarray(x)[outside][0]:g} m, outside its "
+                    f"domain ({start:g}, {end:g}) m; give a larger domain"
+                )
+            basis = self.expansion.basis(np.atleast_2d(x))
+            return self.mean + self.std * np.einsum("nt,tnp->np", standard, basis)
+
+        return samples

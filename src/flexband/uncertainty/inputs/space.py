@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,12 @@ import xarray as xr
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval, RandomField
+from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
 Response = Callable[..., Any]
-"""``response(**values)``: one array of shape (n,) an input, or a function of position for a field;
-returns an array of shape (n, ...)."""
+"""``response(**values)``: takes one array of shape (n,) per input, or a function of position for a
+field, and returns an array of shape (n, ...)."""
 
 
 @dataclass(frozen=True)
@@ -36,19 +37,17 @@ class Space:
         return sum(i.dimension for i in self.inputs.values() if not i.random)
 
     @property
-    def intervals(self) -> dict[str, Interval]:
+    def intervals(self) -> dict[str, Input]:
         """The interval inputs."""
-        return {k: i for k, i in self.inputs.items() if isinstance(i, Interval)}
+        return {k: i for k, i in self.inputs.items() if not i.random}
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        columns = {True: 0, False: 0}
+        left = {True: xi, False: eta}
         values = {}
         for name, one in self.inputs.items():
-            first = columns[one.random]
-            columns[one.random] += one.dimension
-            standard = xi if one.random else eta
-            values[name] = one.value(standard[:, first : first + one.dimension])
+            standard, left[one.random] = np.split(left[one.random], [one.dimension], axis=1)
+            values[name] = one.value(standard)
         return values
 
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
@@ -56,50 +55,56 @@ class Space:
 
         Parameters
         ----------
-        values : of every input by name, shape (runs,) or one number; of a random field its standard
+        values : every input by name, shape (runs,) or one number; a random field by its standard
             variables, shape (runs, terms).
 
         Raises
         ------
         InputError
-            Where names are not those of the inputs, shapes do not fit or a value cannot be.
+            If names are not those of the inputs, shapes do not fit or a value is impossible.
         """
         if values.keys() != self.inputs.keys():
             raise InputError(
                 f"values must be given for {', '.join(self.inputs) or 'nothing'}; "
                 f"got {', '.join(values) or 'nothing'}"
             )
-        columns: dict[bool, list[np.ndarray]] = {True: [], False: []}
-        for name, one in self.inputs.items():
-            try:
-                columns[one.random].append(one.standard(np.asarray(values[name], dtype=float)))
-            except (InputError, ValueError, TypeError) as error:
-                raise InputError(f"{name}: {error}") from None
-            if not np.isfinite(columns[one.random][-1]).all():
-                raise InputError(f"{name}: values must be finite; got {values[name]}")
-        counts = {len(c) for own in columns.values() for c in own} - {1}
+        columns = {name: _standard(name, one, values[name]) for name, one in self.inputs.items()}
+        counts = {len(c) for c in columns.values()} - {1}
         if len(counts) > 1:
             raise InputError(f"values must be equally many; got {sorted(counts)}")
         runs = counts.pop() if counts else 1
-        xi, eta = (
-            np.concatenate(
-                [np.zeros((runs, 0)), *(np.broadcast_to(c, (runs, c.shape[1])) for c in own)],
-                axis=1,
-            )
-            for own in (columns[True], columns[False])
-        )
-        return xi, eta
+
+        def joined(*, random: bool) -> np.ndarray:
+            own = [c for name, c in columns.items() if self.inputs[name].random == random]
+            repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in own)
+            return np.concatenate([np.zeros((runs, 0)), *repeated], axis=1)
+
+        return joined(random=True), joined(random=False)
+
+
+def _standard(name: str, one: Input, value: Any) -> np.ndarray:
+    """Return the standard variables of values of an input, shape (runs, dimension)."""
+    try:
+        standard = one.standard(np.asarray(value, dtype=float))
+    except (InputError, ValueError, TypeError) as error:
+        raise InputError(f"{name}: {error}") from None
+    columns = standard.reshape(len(standard) if standard.ndim else 1, -1)
+    if columns.shape[1] != one.dimension:
+        raise InputError(f"{name}: values must have shape (n,); got {np.shape(value)}")
+    if not np.isfinite(columns).all():
+        raise InputError(f"{name}: values must be finite; got {value}")
+    return columns
 
 
 def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
-    """Raise `InputError` where the response's arguments and the inputs do not match."""
+    """Raise `InputError` if the response's arguments and the inputs do not match."""
     if not inputs:
         raise InputError("inputs must name at least one input; got none")
     for name, one in inputs.items():
-        if not callable(getattr(one, "value", None)):
+        if not isinstance(one, Input):
             raise InputError(
-                f"input {name!r} must be an Interval, a Normal, a Uniform or a RandomField; "
-                f"got {one!r}"
+                f"input {name!r} must be an Interval, a Normal, a Uniform, a RandomField or "
+                f"another Input; got {one!r}"
             )
     parameters = inspect.signature(response).parameters.values()
     open_ended = any(p.kind is p.VAR_KEYWORD for p in parameters)
@@ -116,29 +121,26 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
 
 
 def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict[str, Input], int]:
-    """Give fields without a domain the positions that the response asks them for.
+    """Give each field without a domain the range of positions at which the response evaluates it.
 
     The response is run with random inputs at their means and intervals at all their ends (at the
-    ends of one at a time where there are more than four). Returns the inputs and the number of
-    runs it took, 0 where every field has its domain.
+    ends of one at a time if there are more than four). Returns the inputs and the number of these
+    runs, 0 if every field has a domain.
 
     Raises
     ------
     InputError
-        Where the response asks a field for no two positions.
+        If the response does not evaluate a field at two different positions.
     """
-    loose = {
-        name: one
-        for name, one in inputs.items()
-        if isinstance(one, RandomField) and one.domain is None
-    }
+    located = dict(inputs)
+    loose = {k: i for k, i in inputs.items() if isinstance(i, RandomField) and i.domain is None}
     if not loose:
-        return dict(inputs), 0
-    asked: dict[str, list[np.ndarray]] = {name: [] for name in loose}
+        return located, 0
+    positions: dict[str, list[np.ndarray]] = {name: [] for name in loose}
 
     def nominal(name: str, mean: float) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
-            asked[name].append(np.asarray(x))
+            positions[name].append(np.ravel(x))
             return np.full(np.atleast_2d(x).shape, mean)
 
         return value
@@ -149,12 +151,14 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     values = given.values(np.zeros((len(eta), given.random_dimension)), eta)
     response(**values, **{name: nominal(name, one.mean) for name, one in loose.items()})
-    located = dict(inputs)
     for name, one in loose.items():
-        places = np.concatenate([x.ravel() for x in asked[name]] or [np.zeros(1)])
-        if np.ptp(places) == 0:
-            raise InputError(f"{name}: RandomField needs a domain; the response asks for no range")
-        located[name] = one.on((float(places.min()), float(places.max())))
+        x = np.concatenate([np.zeros(0), *positions[name]])
+        if not len(x) or np.ptp(x) == 0:
+            raise InputError(
+                f"{name}: RandomField needs a domain; the response evaluates it at "
+                f"{'one position' if len(x) else 'no position'} only"
+            )
+        located[name] = replace(one, domain=(float(x.min()), float(x.max())))
     return located, len(eta)
 
 
@@ -171,7 +175,7 @@ def evaluate(
     Raises
     ------
     InputError
-        Where the response returns no numbers of shape (n, ...), or NaN.
+        If the response does not return finite real numbers of shape (n, ...).
     """
     collected = None
     for first in range(0, len(xi), batch):
@@ -190,16 +194,16 @@ def evaluate(
 
 def _labelled(result: Any, runs: int, values: dict) -> xr.DataArray:
     """Return a response as a `DataArray` with first dim "sample"."""
+    if np.shape(result)[:1] != (runs,):
+        raise InputError(
+            f"the response must return shape ({runs}, ...); got shape {np.shape(result)}"
+        )
     if not isinstance(result, xr.DataArray):
         if np.iscomplexobj(result):
             raise InputError("the response must return real numbers; got complex ones")
         array = np.asarray(result, dtype=float)
-        names = [f"dim_{k}" for k in range(1, array.ndim)]
-        if array.ndim:
-            result = xr.DataArray(array, dims=["sample", *names])
-    if not isinstance(result, xr.DataArray) or result.shape[0] != runs:
-        shape = np.shape(result)
-        raise InputError(f"the response must return shape ({runs}, ...); got shape {shape}")
+        names = (f"dim_{k}" for k in range(1, array.ndim))
+        result = xr.DataArray(array, dims=["sample", *names])
     bad = ~np.isfinite(result.values.reshape(runs, -1)).all(axis=1)
     if bad.any():
         k = int(np.flatnonzero(bad)[0])

@@ -50,8 +50,8 @@ class PhaseExpansion:
 
     def of(self, outputs: np.ndarray, times: slice = slice(None)) -> PhaseExpansion:
         """Return the expansion of some of its outputs, by number, at some of the times."""
-        count, which = self.parts.coefficients.shape[2], np.searchsorted(self.outputs, outputs)
-        parts = self.parts.of_series(self.columns.series_of(count, which, times))
+        which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
+        parts = self.parts.of_rows(self.columns.width, which, times)
         return PhaseExpansion(outputs, parts, PartColumns.of(len(outputs), self.columns.carriers))
 
     def arrays(self) -> dict[str, np.ndarray]:

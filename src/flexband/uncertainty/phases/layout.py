@@ -90,19 +90,17 @@ class PartColumns(NamedTuple):
 
         Shapes are (outputs, times), (1, times) and (2 × outputs, times).
         """
-        base, carriers = self.unpack(np.arange(series))
-        yield base
-        for phase, re, im in carriers:
-            yield phase
-            yield np.concatenate([re, im])
+        rows = np.arange(series).reshape(self.width, -1)
+        yield rows[: self.outputs]
+        for first in range(self.phase, self.width, self.block):
+            yield rows[first : first + 1]
+            yield rows[first + 1 : first + self.block]
 
-    def series_of(self, series: int, outputs: np.ndarray, times: slice) -> np.ndarray:
-        """Return the numbers of the series of some outputs, counted from 0, and times."""
-        base, carriers = self.unpack(np.arange(series))
-        parts = [base[outputs][:, times]]
-        for phase, re, im in carriers:
-            parts += [phase[:, times], re[outputs][:, times], im[outputs][:, times]]
-        return np.concatenate([p.ravel() for p in parts])
+    def of_outputs(self, which: np.ndarray) -> np.ndarray:
+        """Return the columns of some outputs, counted from 0."""
+        own = np.concatenate([[self.phase], self.real + which, self.imag + which])
+        blocks = self.block * np.arange(self.carriers)[:, None] + own
+        return np.concatenate([which, blocks.ravel()])
 
 
 class MomentColumns(NamedTuple):

@@ -1,4 +1,4 @@
-"""Surrogates as files: NumPy's .npz of arrays, with a text that says what they are."""
+"""Surrogates as files: NumPy's .npz with a text that describes its arrays."""
 
 from __future__ import annotations
 
@@ -14,18 +14,15 @@ import xarray as xr
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
-from flexband.uncertainty.inputs.inputs import Input, Interval, Normal, RandomField, Uniform
+from flexband.uncertainty.inputs.records import recorded, restored
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-KINDS = {one.__name__: one for one in (Interval, Normal, Uniform, RandomField)}
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",
     "PhaseExpansion": "flexband.uncertainty.phases.expansion",
 }
-"""The module of each kind of expansion that a file may hold, imported only if it does."""
-CORRELATIONS = {one.__name__: one for one in (squared_exponential, exponential)}
+"""The module of each kind of expansion that a file may hold, imported only if one holds it."""
 
 
 def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
@@ -34,24 +31,30 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     Raises
     ------
     InputError
-        Where an input is none of flexband's own, a field's correlation is the user's function, or
-        the name is that of a folder.
+        If an input has a field that cannot be saved, such as a correlation function that is not in
+        `RandomField.correlations`, or if the file is a folder.
     """
-    labels, told, arrays = surrogate.labels, surrogate.diagnostics, {}
-    coords = {str(k): c for k, c in labels.coords.items() if "sample" not in c.dims}
-    named = {f"coords/{k}": c for k, c in coords.items()}
-    named |= {f"told/{k}": v for k, v in told.variables.items()}
-    for name, values in named.items():
-        text = values.dtype == object
-        arrays[name] = values.values.astype(str) if text else values.values
+    labels, diagnostics = surrogate.labels, surrogate.diagnostics
+    named = {f"coords/{k}": c for k, c in labels.coords.items() if "sample" not in c.dims}
+    named |= {f"diagnostics/{k}": v for k, v in diagnostics.variables.items()}
+    arrays = {
+        name: values.values.astype(str) if values.dtype == object else values.values
+        for name, values in named.items()
+    }
     for k, expansion in enumerate(surrogate.expansions):
         arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
+    inputs = {}
+    for name, one in surrogate.space.inputs.items():
+        try:
+            inputs[name] = recorded(one)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
     about = {
-        "inputs": {name: _described(name, one) for name, one in surrogate.space.inputs.items()},
+        "inputs": inputs,
         "dims": labels.dims,
         "shape": labels.shape,
         "named": {name: (values.dims, values.attrs) for name, values in named.items()},
-        "attributes": told.attrs,
+        "attributes": diagnostics.attrs,
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
     file = Path(file)
@@ -65,12 +68,13 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
 
 
 def load_surrogate(file: str | Path) -> Surrogate:
-    """Return the surrogate that `Surrogate.save` has written. Nothing in the file is executed.
+    """Return the surrogate that `save_surrogate` has written. Nothing in the file is executed.
 
     Raises
     ------
     InputError
-        Where the file is not there or is none of a surrogate.
+        If there is no such file, it holds no surrogate, or an input in it is of a class that is not
+        defined yet.
     """
     file = Path(file)
     if not file.is_file():
@@ -79,51 +83,28 @@ def load_surrogate(file: str | Path) -> Surrogate:
         with np.load(file, allow_pickle=False) as opened:
             arrays = dict(opened.items())
         about = json.loads(str(arrays["about"]))
-        inputs = {name: _made(one) for name, one in about["inputs"].items()}
         named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
-        expansions = tuple(
-            _restored(kind, _under(f"expansions/{k}/", arrays))
-            for k, kind in enumerate(about["expansions"])
+        coords, variables = _under("coords/", named), _under("diagnostics/", named)
+        return Surrogate(
+            Space({name: restored(one) for name, one in about["inputs"].items()}),
+            xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords),
+            tuple(
+                _expansion(kind, _under(f"expansions/{k}/", arrays))
+                for k, kind in enumerate(about["expansions"])
+            ),
+            xr.Dataset(variables, attrs=about["attributes"]),
         )
-        labels = xr.DataArray(
-            np.zeros(about["shape"]), dims=about["dims"], coords=_under("coords/", named)
-        )
-        told = xr.Dataset(_under("told/", named), attrs=about["attributes"])
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
     except (KeyError, TypeError, ValueError, OSError, zipfile.BadZipFile):
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
-    return Surrogate(Space(inputs), labels, expansions, told)
 
 
-def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
-    return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
-
-
-def _restored(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
-    """Return an expansion of a registered kind, whose module is imported here."""
+def _expansion(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
+    """Return an expansion of one of the registered kinds."""
     return getattr(import_module(EXPANSIONS[kind]), kind).of_arrays(**arrays)
 
 
-def _described(name: str, one: Input) -> dict[str, Any]:
-    """Return an input as text and numbers."""
-    if type(one).__name__ not in KINDS:
-        raise InputError(f"{name}: {one!r} cannot be saved; it is none of {', '.join(KINDS)}")
-    values = dict(vars(one))
-    values.pop("expansion", None)  # of a field, made anew
-    if isinstance(one, RandomField):
-        values["correlation"] = one.correlation.__name__
-        if CORRELATIONS.get(one.correlation.__name__) is not one.correlation:
-            raise InputError(
-                f"{name}: a RandomField is saved with the correlations "
-                f"{', '.join(CORRELATIONS)}; got {one.correlation!r}"
-            )
-    return {"kind": type(one).__name__} | values
-
-
-def _made(described: dict[str, Any]) -> Input:
-    """Return the input of `_described`."""
-    values = dict(described)
-    kind = KINDS[values.pop("kind")]
-    if "correlation" in values:
-        values["correlation"] = CORRELATIONS[values["correlation"]]
-        values["domain"] = tuple(values["domain"])
-    return kind(**values)
+def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries whose names start so, without the start."""
+    return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}

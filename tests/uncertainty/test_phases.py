@@ -1,29 +1,35 @@
-"""Bounds of phase-resolved surrogates against closed forms and brute force."""
+"""Phases: runs split into carriers, and bounds of phase expansions against closed forms."""
 
 import numpy as np
 import pytest
+from accuracy_formulas import TAU, TIMES, two_carriers, wave
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from flexband.uncertainty import phase_bounds
-from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.bounds import phase_extremes
-from flexband.uncertainty.phases.expansion import Layout, PhaseExpansion
+from flexband.uncertainty.phases import bounds, terms
+from flexband.uncertainty.phases.carriers import track
+from flexband.uncertainty.phases.decomposition import decompose
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
+from flexband.uncertainty.phases.rules import scan_points
+from flexband.uncertainty.phases.search import search
 
-SIGMAS = (0.0, -1.0, 1.0)
 FINE = np.linspace(-1, 1, 20001)[:, None]
 
 
 def surrogate(index, phases, envelopes, base, m):
     """Return F of terms: phases (terms, times), real envelopes and base (terms, outputs, times)."""
-    layout = Layout(base.shape[1], base.shape[2], len(phases))
+    outputs = base.shape[1]
     series = [base.reshape(len(index), -1)]
     for phase, envelope in zip(phases, envelopes, strict=True):
         flat = envelope.reshape(len(index), -1)
         series += [phase, flat, 0 * flat]
     parts = HybridExpansion.of_terms(np.array(index), np.concatenate(series, axis=1), m)
-    return PhaseExpansion(parts, layout, (np.zeros(1),) * m)
+    return PhaseExpansion(np.arange(outputs), parts, PartColumns.of(outputs, len(phases)))
 
 
 def one_wave(slopes, times, interval=0.3, bend=0.0):
@@ -55,14 +61,14 @@ def moments_of_a_wave(size, times, interval=0.3, bend=0.0, first=0.0):
 def check(found, mean, std, limit):
     for c, own in zip(SIGMAS, found, strict=True):
         values = mean + c * std
-        np.testing.assert_allclose(own.values[0], values.min(axis=0), atol=limit)
-        np.testing.assert_allclose(own.values[1], values.max(axis=0), atol=limit)
+        np.testing.assert_allclose(own.values[0, 0], values.min(axis=0), atol=limit)
+        np.testing.assert_allclose(own.values[1, 0], values.max(axis=0), atol=limit)
 
 
 def test_a_wave_until_its_phase_is_lost():
     """E cos = e^{−s²t²/2} cos ω₀t, from no scatter of the phase to 60 rad."""
     times = np.linspace(0.0, 200.0, 400)
-    found = phase_extremes(one_wave([0.3], times), SIGMAS)
+    found = one_wave([0.3], times).extremes(SIGMAS)
     check(found, *moments_of_a_wave(0.3, times), 3e-5)
 
 
@@ -70,9 +76,9 @@ def test_where_the_phase_is_lost_few_points_are_enough(monkeypatch):
     def none(*_):
         pytest.fail("there is nothing to resolve")
 
-    monkeypatch.setattr(phase_bounds, "by_points", none)
+    monkeypatch.setattr(terms, "by_points", none)
     times = np.linspace(30.0, 200.0, 100)
-    found = phase_extremes(one_wave([0.3], times), SIGMAS)
+    found = one_wave([0.3], times).extremes(SIGMAS)
     check(found, *moments_of_a_wave(0.3, times), 1e-7)
 
 
@@ -80,12 +86,12 @@ def test_where_the_phase_is_lost_few_points_are_enough(monkeypatch):
 def test_a_wave_whose_phase_moves_with_six_random_variables(bend, monkeypatch):
     """Along the saddle the integrals are exact, phases that are bent included."""
     used = []
-    saddles = phase_bounds.by_saddles
-    monkeypatch.setattr(phase_bounds, "by_saddles", lambda *a: (used.append(1), saddles(*a)))
-    monkeypatch.setattr(phase_bounds, "resolving_rule", lambda *_: None)
+    saddles = terms.by_saddles
+    monkeypatch.setattr(terms, "by_saddles", lambda *a: (used.append(1), saddles(*a)))
+    monkeypatch.setattr(terms, "resolving_rule", lambda *_: None)
     slopes = np.array([0.3, 0.2, -0.2, 0.1, 0.1, 0.05])
     times = np.linspace(0.0, 12.0, 60)
-    found = phase_extremes(one_wave(slopes, times, bend=bend), SIGMAS)
+    found = one_wave(slopes, times, bend=bend).extremes(SIGMAS)
     size = np.linalg.norm(slopes)
     check(found, *moments_of_a_wave(size, times, bend=bend, first=slopes[0]), 3e-5)
     assert used
@@ -118,18 +124,19 @@ def ten_inputs(times, seed=0):
 def test_ten_inputs_against_brute_force():
     """At the places that are found the moments are right, and nowhere do samples go beyond."""
     s = ten_inputs(np.linspace(0.0, 1.0, 12))
-    found = phase_extremes(s, SIGMAS)
+    found = s.extremes(SIGMAS)
     width = found[2].values[1] - found[1].values[0]
     xi = ndtri(qmc.Sobol(5, rng=np.random.default_rng(1)).random(2**13))
     for c, own in zip(SIGMAS, found, strict=True):
         for side in (0, 1):
             for k in range(0, 24, 5):
-                eta = np.tile(own.places[side, k], (len(xi), 1))
-                one = s.of(np.array([k // 12]), slice(k % 12, k % 12 + 1))
+                at = k // 12, k % 12
+                eta = np.tile(own.places[side][at], (len(xi), 1))
+                one = s.of(np.array([at[0]]), slice(at[1], at[1] + 1))
                 F = one.evaluate(xi, eta).ravel()
-                assert abs(F.mean() + c * F.std() - own.values[side, k]) < 0.004 * width[k]
+                assert abs(F.mean() + c * F.std() - own.values[side][at]) < 0.004 * width[at]
     for eta in 2 * qmc.Sobol(5, rng=np.random.default_rng(2)).random(128) - 1:
-        F = s.evaluate(xi[:1024], np.tile(eta, (1024, 1))).reshape(1024, -1)
+        F = s.evaluate(xi[:1024], np.tile(eta, (1024, 1)))
         for c, own in zip(SIGMAS, found, strict=True):
             value = F.mean(axis=0) + c * F.std(axis=0)
             assert np.all(own.values[0] < value + 0.02 * width)
@@ -140,30 +147,49 @@ def test_bounds_do_not_depend_on_the_number_of_threads(monkeypatch):
     s = ten_inputs(np.linspace(0.0, 1.0, 48))
     found = []
     for cores in (1, 3):
-        monkeypatch.setattr(phase_bounds.os, "cpu_count", lambda cores=cores: cores)
-        found.append(phase_extremes(s, SIGMAS))
+        monkeypatch.setattr(bounds.os, "cpu_count", lambda cores=cores: cores)
+        found.append(s.extremes(SIGMAS))
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one.values, other.values)
         np.testing.assert_array_equal(one.places, other.places)
 
 
-def test_next_terms_become_terms_like_the_others():
-    r = np.random.default_rng(0)
-    nodes = (np.array([-1.0, 0.0, 1.0]), np.zeros(1), np.array([-0.7, 0.7]))
-    parts = HybridExpansion.fit(r.standard_normal((18, 4)), [2, 0], nodes)
-    s = PhaseExpansion(parts, Layout(2, 2, 0), nodes, r.standard_normal((3, 4)))
-    xi, eta = r.standard_normal((9, 2)), r.uniform(-1, 1, (9, 3))
-    np.testing.assert_allclose(s.complete().evaluate(xi, eta), s.evaluate_parts(xi, eta))
+def test_runs_are_what_base_and_carriers_add_up_to():
+    x, e = np.random.default_rng(0).standard_normal((2, 6, 1))
+    F = np.stack([two_carriers(x, e, TIMES), 0.3 * wave(x, e, TIMES) + 1.0], axis=1)
+    stages = decompose(F, 0.02)
+    assert len(stages) > 2
+    for stage in stages:
+        np.testing.assert_allclose(stage.signal, F, atol=1e-12)
 
 
-def test_twenty_intervals_without_a_scan_of_all_vertices():
-    """Σ_v a_v η_v + b_v η_v², bent up in every other variable and down, where vertices compete."""
-    r = np.random.default_rng(0)
-    a, b = r.uniform(-1, 1, (2, 20, 50))
-    index = np.concatenate([np.zeros((1, 20)), np.eye(20), 2 * np.eye(20)]).astype(int)
-    terms = np.concatenate([b.sum(axis=0, keepdims=True) / 2, a, b / 2])
-    (found,) = extremes(HybridExpansion.of_terms(index, terms, 20), (0.0,))
-    fine = np.linspace(-1, 1, 4001)[:, None, None]
-    values = a * fine + b * fine**2
-    np.testing.assert_allclose(found.values[0], values.min(axis=0).sum(axis=0), atol=1e-5)
-    np.testing.assert_allclose(found.values[1], values.max(axis=0).sum(axis=0), atol=1e-5)
+def test_a_carriers_phase_and_envelope_are_found():
+    """F = slow + A(t) cos φ(t) with smooth A and φ, two outputs of opposite sign."""
+    phase = TAU * (1.02 * TIMES + 0.002 * TIMES**2)
+    amplitude = 1.0 - 0.02 * TIMES
+    one = amplitude * np.cos(phase)
+    F = np.stack([0.1 * TIMES**2 / 20 + one, 3.0 - 2.0 * one])[None]
+    ramp = (TAU * TIMES)[None]
+    carrier = track(F, 0.02, 1.0, ramp, np.ones(2), 3)
+    assert carrier is not None
+    own = carrier.envelope[0] * np.exp(1j * carrier.phase[0])
+    analytic = amplitude * np.exp(1j * phase)
+    inner = slice(100, -100)
+    np.testing.assert_allclose(own[0, inner], analytic[inner], atol=2e-3)
+    np.testing.assert_allclose(own[1, inner], -2 * analytic[inner], atol=4e-3)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
+    """Of (x − a)² + 2 (y − b)² + ½, from the best of 49 points of a scan."""
+    index = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [0, 2]])
+    bowl = [a**2 + 2 * b**2 + 2.0, -2 * a, 0.5, -4 * b, 1.0]
+    smooth = np.stack([bowl, np.zeros(5)], axis=1)[None]
+    points, beside = scan_points(np.array([5, 5]), np.zeros(2))
+    polynomials = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
+    values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
+    targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
+    basis, columns = np.ascontiguousarray(polynomials.chebyshev(points)), MomentColumns.of(1, 0)
+    search(smooth, index, basis, points, beside, columns, turning, targets, 3, values, places)
+    np.testing.assert_allclose(values, 0.5, atol=1e-8)
+    np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)

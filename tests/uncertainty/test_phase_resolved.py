@@ -1,34 +1,12 @@
 """The phase-resolved expansion against exact answers, and on responses that it is not for."""
 
 import functools
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
-
-import flexband as fb
-from flexband.study.comparison import relative_error
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.polynomials import scaled_chebyshev_zeros
-from flexband.uncertainty.phases.carriers import track
-from flexband.uncertainty.phases.decomposition import decompose
-from flexband.uncertainty.phases.expansion import PhaseExpansion
-from flexband.uncertainty.phases.moments import turning_parts
-from flexband.uncertainty.phases.rules import scan_points
-from flexband.uncertainty.phases.search import search
-
-from ..mechanics.models import slider_crank
-
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-sys.path.insert(0, str(BENCHMARKS))
-
-from accuracy_formulas import (  # noqa: E402
+from accuracy_formulas import (
     FORMULA_INPUTS,
-    TAU,
     TIMES,
     beating,
     bifurcation,
@@ -45,6 +23,16 @@ from accuracy_formulas import (  # noqa: E402
     two_carriers,
     wave,
 )
+
+import flexband as fb
+from flexband.study.comparison import relative_error
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import scaled_chebyshev_zeros
+from flexband.uncertainty.phase_resolved.models import PartModels
+from flexband.uncertainty.phases.decomposition import decompose
+from flexband.uncertainty.phases.layout import PartColumns
+
+from ..mechanics.models import slider_crank
 
 TRAPS = [chirp, bifurcation, beating, interior, kink, slow_kink, pulse, onset]
 TOO_SMALL = pytest.mark.xfail(
@@ -163,47 +151,6 @@ def test_an_output_that_does_not_ring_is_expanded_directly():
     np.testing.assert_allclose(quiet["error_bar_at"].sel(input="e", bound="upper"), 1.0)
 
 
-def test_runs_are_what_base_and_carriers_add_up_to():
-    x, e = np.random.default_rng(0).standard_normal((2, 6, 1))
-    F = np.stack([two_carriers(x, e, TIMES), 0.3 * wave(x, e, TIMES) + 1.0], axis=1)
-    stages = decompose(F, 0.02)
-    assert len(stages) > 2
-    for stage in stages:
-        np.testing.assert_allclose(stage.signal, F, atol=1e-12)
-
-
-def test_a_carriers_phase_and_envelope_are_found():
-    """F = slow + A(t) cos φ(t) with gentle A and φ, two outputs of opposite sign."""
-    phase = TAU * (1.02 * TIMES + 0.002 * TIMES**2)
-    amplitude = 1.0 - 0.02 * TIMES
-    one = amplitude * np.cos(phase)
-    F = np.stack([0.1 * TIMES**2 / 20 + one, 3.0 - 2.0 * one])[None]
-    ramp = (TAU * TIMES)[None]
-    carrier = track(F, 0.02, 1.0, ramp, np.ones(2), 3)
-    assert carrier is not None
-    own = carrier.envelope[0] * np.exp(1j * carrier.phase[0])
-    analytic = amplitude * np.exp(1j * phase)
-    inner = slice(100, -100)
-    np.testing.assert_allclose(own[0, inner], analytic[inner], atol=2e-3)
-    np.testing.assert_allclose(own[1, inner], -2 * analytic[inner], atol=4e-3)
-
-
-@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
-def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
-    """Of (x − a)² + 2 (y − b)² + ½, from the best of 49 points of a scan."""
-    index = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [0, 2]])
-    bowl = [a**2 + 2 * b**2 + 2.0, -2 * a, 0.5, -4 * b, 1.0]
-    gentle = np.stack([bowl, np.zeros(5)], axis=1)[None]
-    points, beside = scan_points(np.array([5, 5]), np.zeros(2))
-    terms = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
-    values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
-    targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
-    basis = np.ascontiguousarray(terms.chebyshev(points))
-    search(gentle, index, basis, points, beside, 1, turning, targets, 3, values, places)
-    np.testing.assert_allclose(values, 0.5, atol=1e-8)
-    np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)
-
-
 def test_responses_without_time_and_with_uneven_times():
     bands = fb.propagate(lambda x, e: 2 * x + e, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
     np.testing.assert_allclose(bands["mean"], [-1.0, 1.0], atol=1e-12)
@@ -221,18 +168,39 @@ def test_responses_without_time_and_with_uneven_times():
 
 
 def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
-    nodes = [scaled_chebyshev_zeros(1)]
-    xi, eta = HybridExpansion.design([2], nodes)
-    check = np.array([[0.9], [-0.9]]), np.array([[0.1], [-0.1]])
+    """Also beside variables of order 0, which have no next term."""
+    orders, nodes = [2, 0], [scaled_chebyshev_zeros(0), scaled_chebyshev_zeros(1)]
+    xi, eta = HybridExpansion.design(orders, nodes)
+    check = np.array([[0.9, 0.5], [-0.9, -0.5]]), np.array([[0.3, 0.1], [-0.3, -0.1]])
     x, e = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
-    stage = decompose(two_carriers(x, e, TIMES)[:, None], 0.02)[-1]
+    stage = decompose(two_carriers(x[:, :1], e[:, 1:], TIMES)[:, None], 0.02)[-1]
+    columns = PartColumns.of_stage(stage)
     runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
-    plain = PhaseExpansion.fit(runs, [2], nodes)
-    corrected = plain.corrected(checked, *check)
-    off, left = (np.abs(s.evaluate(*check) - checked.signal).max() for s in (plain, corrected))
+    models = PartModels.fit(columns, columns.pack(runs), orders, nodes)
+    corrected = models.next_order(columns.pack(checked), *check)
+    off, left = (
+        np.abs(columns.join(parts.evaluate(*check)) - checked.signal).max()
+        for parts in (models.full, corrected)
+    )
     assert off > 0.02
-    assert left < 0.4 * off  # not zero: what two checks cannot tell apart is left out
-    np.testing.assert_allclose(corrected.evaluate(xi, eta), runs.signal, atol=1e-9)
+    assert left < 0.4 * off  # not zero: two check runs cannot tell all variables apart
+    np.testing.assert_allclose(corrected.evaluate(xi, eta), models.values, atol=1e-9)
+
+
+def test_left_out_runs_are_those_of_refits():
+    """Of a random response, with the terms up to the total order 1 of two variables."""
+    nodes = [scaled_chebyshev_zeros(1)]
+    values = np.random.default_rng(0).standard_normal((4, 3))
+    models = PartModels.fit(PartColumns.of(1, 0), values, [1], nodes)
+    xi, eta = HybridExpansion.design([1], nodes)
+    A = np.concatenate([np.ones((4, 1)), xi, eta], axis=1)
+    for run, found in enumerate(models.left_out()):
+        others = np.arange(4) != run
+        refit = np.linalg.lstsq(A[others], values[others])[0]
+        np.testing.assert_allclose(found, A[run] @ refit, atol=1e-9)
+    np.testing.assert_allclose(
+        models.lower().evaluate(xi, eta), A @ np.linalg.lstsq(A, values)[0], atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])

@@ -137,7 +137,7 @@ def test_verification_of_intervals_alone_is_exact():
         (lambda s: fb.save_surrogate(s, Path(__file__).parent), "is a folder; give the name"),
         (
             lambda s: fb.verify(s, lambda x, e: np.zeros((len(x), 2))),
-            "response must be the surrogate's, of shape",
+            r"the response must return \(1001,\) per run, as that of the surrogate",
         ),
         (lambda s: fb.load_surrogate("nowhere.npz"), "there is no file nowhere.npz"),
         (lambda s: fb.verify(s, lambda x, e: x, samples=1), "samples must be 2 or more"),

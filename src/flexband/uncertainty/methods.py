@@ -1,4 +1,4 @@
-"""Methods of hybrid propagation: where to run the response and how to make bands of the values."""
+"""Methods of hybrid propagation: at which points to run the response, and bands from its values."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 """The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""
 
 
-HIGHEST_ORDER = 100
-"""Norms of Hermite polynomials overflow not far above."""
+MAX_ORDER = 100
+"""Norms of Hermite polynomials overflow not far above it."""
 
 Order = int | Mapping[str, int]
-"""One order for all variables of a kind, or one for each input by name."""
+"""One order for all variables of a kind, or one order per input, by name."""
 
 
 class OrdersByName(dict[str, int]):
-    """Orders by name, which can be hashed as all of a method can."""
+    """Orders by name, hashable like every field of a method."""
 
     def __hash__(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         return hash(frozenset(self.items()))
 
 
 def _shown(order: Order) -> str:
-    """Return an order, or the orders joined by strokes."""
+    """Return an order as text, or the orders of all inputs joined by slashes."""
     return "/".join(map(str, order.values())) if isinstance(order, Mapping) else str(order)
 
 
 def _of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:
-    """Return the order of every variable of a kind, an input's order for each of its own."""
+    """Return the order of every variable of a kind: that of its input."""
     inputs = {k: one for k, one in space.inputs.items() if one.random == random}
     if isinstance(order, Mapping):
         if order.keys() != inputs.keys():
@@ -58,11 +58,11 @@ def _of_variables(name: str, order: Order, space: Space, *, random: bool) -> lis
 
 
 class Method(Protocol):
-    """What `propagate` asks of a method."""
+    """What `propagate` requires of a method."""
 
     @property
     def name(self) -> str:
-        """What the method is called."""
+        """Name of the method."""
         ...
 
     @property
@@ -71,19 +71,19 @@ class Method(Protocol):
         ...
 
     def runs(self, space: Space) -> int:
-        """Return how many runs it takes."""
+        """Return the number of runs, or the most there may be."""
         ...
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
-        """Run the response where the method wants it and return the bands."""
+        """Run the response at the points of the method and return the bands."""
         ...
 
 
 class Expanding(Method, Protocol):
-    """A method that makes a surrogate."""
+    """A method that makes a surrogate, as `expand` requires."""
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
-        """Run the response where the method wants it and return the surrogate."""
+        """Run the response at the points of the method and return the surrogate."""
         ...
 
 
@@ -93,15 +93,15 @@ class PCCI:
 
     Parameters
     ----------
-    random_order, interval_order : k and q, orders of the expansion in every random and interval
-        variable: one number for all, or a mapping from each random or interval input's name to its
-        own. It takes Π (k+1) Π (q+1) runs.
+    random_order, interval_order : orders k and q of the expansion in every random and interval
+        variable: one number for all, or a mapping from the name of each random or interval input to
+        its order. The method takes Π (k+1) Π (q+1) runs.
 
     Raises
     ------
     InputError
-        Where an order is not a whole number from 0 to 100; in `propagate`, where a mapping does not
-        name the random or interval inputs.
+        If an order is not a whole number from 0 to 100; in `propagate`, if a mapping does not name
+        exactly the random or interval inputs.
     """
 
     random_order: Order = 3
@@ -119,10 +119,10 @@ class PCCI:
             order = getattr(self, name)
             if isinstance(order, Mapping):
                 for own, value in order.items():
-                    whole(f"{name} of {own!r}", value, 0, HIGHEST_ORDER)
+                    whole(f"{name} of {own!r}", value, 0, MAX_ORDER)
                 object.__setattr__(self, name, OrdersByName(order))
             else:
-                whole(name, order, 0, HIGHEST_ORDER)
+                whole(name, order, 0, MAX_ORDER)
 
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
@@ -135,7 +135,7 @@ class PCCI:
         Raises
         ------
         InputError
-            Where a mapping names other inputs than those of the space.
+            If a mapping does not name exactly the inputs of the space.
         """
         return (
             _of_variables("random_order", self.random_order, space, random=True),
@@ -147,7 +147,7 @@ class PCCI:
         return math.prod(order + 1 for orders in self.orders(space) for order in orders)
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
-        """Return the surrogate, with `truncation`: an indicator of the expansion's own error."""
+        """Return the surrogate, with `truncation`, an indicator of the error of the expansion."""
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
         values = evaluate(*HybridExpansion.design(random_orders, nodes))
@@ -168,7 +168,7 @@ class PCCI:
 class ImprovedPCCI(PCCI):
     """Improved PCCI: the points of interval variables reach their bounds, Eqs. (19)–(21).
 
-    Parameters and runs are those of `PCCI`.
+    Parameters and number of runs are those of `PCCI`.
     """
 
     name = "improved PCCI"
@@ -201,7 +201,7 @@ class _Scanning:
         raise NotImplementedError
 
     def runs(self, space: Space) -> int:
-        """Return N pᵐ, with N = 1 where no input is random."""
+        """Return N pᵐ, with N = 1 if no input is random."""
         samples = self.samples if space.random_dimension else 1
         return samples * self.points**space.interval_dimension
 
@@ -227,14 +227,14 @@ class LHSScanning(_Scanning):
 
     Parameters
     ----------
-    samples : N, Latin hypercube samples.
-    points : p, points of the scan along each interval variable, ends included.
-    seed : of the random numbers.
+    samples : number N of Latin hypercube samples.
+    points : number p of points of the scan along each interval variable, ends included.
+    seed : seed of the random numbers.
 
     Raises
     ------
     InputError
-        Where samples or points are below 2 or the seed is negative.
+        If samples or points are below 2 or the seed is negative.
     """
 
     name = "LHS–Scanning"
@@ -246,9 +246,10 @@ class LHSScanning(_Scanning):
 
 @dataclass(frozen=True)
 class MonteCarlo(_Scanning):
-    """Independent random samples of ξ at every point of a scan of η; parameters of `LHSScanning`.
+    """Independent random samples of ξ at every point of a scan of η.
 
-    The error of its mean falls like 1/√samples; `LHSScanning` does better at the same cost.
+    Parameters are those of `LHSScanning`, which is more accurate at the same cost: the error of the
+    mean decreases like 1/√samples here.
     """
 
     name = "Monte Carlo"

@@ -26,29 +26,32 @@ def propagate(
 ) -> xr.Dataset:
     """Return interval mean and interval error bar of a response.
 
+    Over all values of the interval inputs, the interval mean is the range of the mean μ, and the
+    interval error bar the range from the lowest μ − σ to the highest μ + σ.
+
     Parameters
     ----------
-    response : function that takes every input by name, as an array of shape (n,) (a random field:
-        as a function of position), and returns an array of shape (n, ...). A labelled array
-        (`xarray.DataArray`) passes its labels on to the result.
-    inputs : name -> `Interval`, `Normal`, `Uniform` or `RandomField`; one kind alone will do.
+    response : function that takes every input by name, as an array of shape (n,) (a random field as
+        a function of position), and returns an array of shape (n, ...). The labels of a
+        `xarray.DataArray` are passed on to the result.
+    inputs : name -> `Interval`, `Normal`, `Uniform`, `RandomField` or another `Input`.
     method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `LHSScanning` or
         `MonteCarlo`.
     batch : most runs in one call of the response. Bands do not depend on it.
-    most_runs : a method that takes more is refused before it begins.
+    most_runs : a method that takes more runs is refused before it starts.
     progress : called as ``progress(done, total)`` after every batch.
 
     Returns
     -------
     Dataset with variables `mean` and `error_bar`, first dim "bound" (lower, upper), Eqs. (3) and
-    (5), and more: see `flexband.uncertainty.bands.bands`. ``attrs["runs"]`` is the number of
-    evaluations of the response, ``attrs["method"]`` the method.
+    (5), and more: see `flexband.uncertainty.surrogates.bands.bands`. ``attrs["runs"]`` is the
+    number of evaluations of the response, ``attrs["method"]`` the method.
 
     Raises
     ------
     InputError
-        Where inputs and the response's arguments do not match, the method takes too many runs, or
-        the response returns NaN or the wrong shape.
+        If inputs and the response's arguments do not match, the method takes too many runs, or the
+        response returns NaN or the wrong shape.
     """
     runs = _Runs.of(response, inputs, method, batch, most_runs, progress)
     return method.solve(runs.space, runs).assign_attrs(runs.attributes())
@@ -63,11 +66,11 @@ def expand(
     most_runs: int = 1_000_000,
     progress: Callable[[int, int], object] | None = None,
 ) -> Surrogate:
-    """Return the surrogate of a response: to evaluate, to save, to take moments and bands of.
+    """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
 
     Parameters and errors are those of `propagate`; the method is one that expands the response:
-    `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands()`` is what
-    `propagate` returns.
+    `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands()`` equals the
+    result of `propagate`.
     """
     runs = _Runs.of(response, inputs, method, batch, most_runs, progress)
     if not callable(getattr(method, "expand", None)):
@@ -91,7 +94,7 @@ class _Runs:
 
     @staticmethod
     def of(response, inputs, method, batch, most_runs, progress) -> _Runs:
-        """Check what the user gave, and find the domains of fields."""
+        """Check the arguments of `propagate`, and find the domains of fields."""
         whole("batch", batch, 1)
         if isinstance(method, type) or not callable(getattr(method, "solve", None)):
             raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
@@ -115,7 +118,7 @@ class _Runs:
         self.progress(self.done, self.total)
 
     def attributes(self) -> dict[str, object]:
-        """Return what is known of the runs after the last one, and report that it was the last."""
+        """Return the number of runs and the method, and report the last run as the last."""
         if self.done < self.total:
             self.progress(self.done, self.done)
         return {"runs": self.done + self.explored, "method": repr(self.method)}

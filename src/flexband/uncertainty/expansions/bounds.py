@@ -1,7 +1,7 @@
 """Bounds over the interval variables: scan a grid, then polish by Newton's method on the box.
 
-The paper scans, Eqs. (16)–(18). Here the scan only finds the right neighbourhood, and for every
-series the place of the extreme is kept: which tolerances make the worst case.
+The paper scans, Eqs. (16)–(18). Here the scan only finds the right neighbourhood. The place of the
+extreme is kept for every series: it shows which tolerances make the worst case.
 """
 
 from __future__ import annotations
@@ -19,23 +19,28 @@ from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
 from flexband.uncertainty.expansions.polish import polish, sweep
 
-LARGEST_SCAN = 2000
-MOST_VERTICES = 64
-"""Vertices whose slopes are looked at all at once; where there are more, every row is polished."""
+MAX_SCAN_POINTS = 2000
+MAX_VERTICES = 64
+"""Most vertices whose slopes are computed in the scan; beyond, every series is polished."""
 
-CHUNK = 500_000  # numbers in a temporary array: as many as the processor's cache holds
+CHUNK_SIZE = 500_000
+"""Numbers in a temporary array: about as many as the processor's cache holds."""
 
 
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
-    """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
+    """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`.
+
+    Values have shape (2, series), places (2, series, m).
+    """
     grid = scan_grid(expansion.interval_orders)
-    coarse = math.prod(2 * q + 3 for q in expansion.interval_orders if q) > LARGEST_SCAN
+    coarse = math.prod(2 * q + 3 for q in expansion.interval_orders if q) > MAX_SCAN_POINTS
     terms, random_terms, series = expansion.coefficients.shape
-    targets = np.array([(c, sign) for c in sigmas for sign in (1, -1)])  # least sign (μ + c σ)
+    # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
+    targets = np.array([(c, sign) for c in sigmas for sign in (1, -1)])
     values = np.empty((len(targets), series))
     places = np.empty((len(targets), series, grid.shape[1]))
     settled = np.empty(values.shape, dtype=bool)
-    step = max(1, CHUNK // (len(grid) * random_terms))
+    step = max(1, CHUNK_SIZE // (len(grid) * random_terms))
     for first in range(0, series, step):
         here = slice(first, first + step)
         part = replace(expansion, coefficients=expansion.coefficients[:, :, here])
@@ -63,13 +68,13 @@ def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extrem
 def _scan(
     expansion: HybridExpansion, targets: np.ndarray, grid: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the best values on the grid, their η, and whether they are extremes of the box.
+    """Return the best values on the grid, their η, and whether these are extremes on the box.
 
-    A vertex of the box is one where every slope points outward.
+    A vertex of the box is a local extreme if every slope points outward.
     """
     mean, std = expansion.moments(grid)
     vertices = np.flatnonzero(np.all(np.abs(grid) == 1, axis=1))
-    if len(vertices) > MOST_VERTICES:
+    if len(vertices) > MAX_VERTICES:
         vertices = vertices[:0]
     slopes = _slopes(expansion, grid[vertices])
     values, starts, settled = [], [], []
@@ -99,19 +104,20 @@ def _slopes(expansion: HybridExpansion, points: np.ndarray) -> tuple[np.ndarray,
 
 
 def scan_grid(orders: Sequence[int]) -> np.ndarray:
-    """Return Chebyshev–Lobatto points with the ends, about two a wave of the highest order.
+    """Return Chebyshev–Lobatto points, about two per wave of the highest order.
 
-    Fewer where these are too many; where even the vertices are, quasi-random vertices.
+    If these are too many, there are fewer in each variable; if even the vertices are too many,
+    quasi-random vertices.
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
-    while math.prod(counts) > LARGEST_SCAN and max(counts) > 2:
+    while math.prod(counts) > MAX_SCAN_POINTS and max(counts) > 2:
         counts[counts.index(max(counts))] -= 1
-    if math.prod(counts) > LARGEST_SCAN:
+    if math.prod(counts) > MAX_SCAN_POINTS:
         u = qmc.Sobol(len(counts), rng=np.random.default_rng(0)).random(1024)
         return np.where(u < 0.5, -1.0, 1.0) * (np.array(counts) > 1)
     return tensor_points([lobatto(count) for count in counts])
 
 
 def lobatto(count: int) -> np.ndarray:
-    """Return Chebyshev–Lobatto points of [−1, 1], ends included; 0 where there is one."""
+    """Return Chebyshev–Lobatto points of [−1, 1], ends included; a single point is 0."""
     return -np.cos(np.pi * np.arange(count) / (count - 1)) if count > 1 else np.zeros(1)

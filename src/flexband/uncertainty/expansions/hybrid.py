@@ -19,7 +19,7 @@ from flexband.uncertainty.expansions.polynomials import (
 
 
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the tensor product of nodes, one array a variable, shape (Π count, variables)."""
+    """Return the tensor product of nodes, one array per variable, shape (Π count, variables)."""
     grid = np.meshgrid(*nodes, indexing="ij")
     return np.stack(grid, axis=-1).reshape(-1, len(nodes)) if nodes else np.zeros((1, 0))
 
@@ -52,8 +52,8 @@ class HybridExpansion:
     ----------
     random_index : the order of every Hermite polynomial in Ψ_j, shape (N, n); Ψ_0 = 1.
     interval_index : the order of every Chebyshev polynomial in Φ_i, shape (M, m); Φ_0 = 1.
-    coefficients : β, shape (M, N, series): all times and outputs side by side. A sparse expansion
-        has zeros.
+    coefficients : β, shape (M, N, series), with zeros for products that a sparse expansion has
+        not. All outputs and times are series.
     """
 
     random_index: np.ndarray
@@ -107,7 +107,7 @@ class HybridExpansion:
         """Return the expansion through the values, shape (runs, series), of `design`.
 
         There are as many points as terms, so the least squares of Eq. (12) interpolate, and the
-        inverse factors by dimension: a small matrix for each variable in turn.
+        inverse is a product of small matrices, one per variable.
         """
         transforms = [
             *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
@@ -123,12 +123,12 @@ class HybridExpansion:
 
     @staticmethod
     def of_terms(index: np.ndarray, terms: np.ndarray, interval_dimension: int) -> HybridExpansion:
-        """Return the expansion with some terms only.
+        """Return the expansion with the given terms only.
 
         Parameters
         ----------
-        index : their order in each variable, η first, shape (terms, variables).
-        terms : their coefficients, shape (terms, series).
+        index : order of each term in each variable, η first, shape (terms, variables).
+        terms : coefficients, shape (terms, series).
         """
         m = interval_dimension
         interval, i = np.unique(_and_one(index[:, :m]), axis=0, return_inverse=True)
@@ -150,7 +150,7 @@ class HybridExpansion:
 
     @property
     def weighted(self) -> np.ndarray:
-        """The coefficients times √γ_j: of these σ² is a sum of squares."""
+        """The coefficients times √γ_j, with which σ² is a sum of squares."""
         return self.coefficients * np.sqrt(self.norms)[:, None]
 
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:
@@ -187,8 +187,8 @@ class HybridExpansion:
     def truncation(self) -> np.ndarray:
         """Return the size of the terms of highest order in some variable, shape (series,).
 
-        With |T_i| ≤ 1 it bounds their part in mean and standard deviation, and is of the order of
-        the first terms left out where the series converges. Zero orders are not counted.
+        Since |T_i| ≤ 1, it bounds their contribution to mean and standard deviation; if the series
+        converges, it is of the order of the first omitted terms. Zero orders do not count.
         """
         highest = self.highest().any(axis=0)
         size = np.abs(self.weighted)
@@ -196,5 +196,5 @@ class HybridExpansion:
 
 
 def _and_one(index: np.ndarray) -> np.ndarray:
-    """Return an index with a further variable of order zero, so that there is at least one."""
+    """Return an index with a further variable of order zero, so that it has at least one."""
     return np.concatenate([index, np.zeros((len(index), 1), dtype=index.dtype)], axis=1)

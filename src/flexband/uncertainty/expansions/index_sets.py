@@ -1,4 +1,4 @@
-"""Downward closed sets of orders: which terms a sparse expansion has, and which come next."""
+"""Downward closed sets of orders: the terms of a sparse expansion, and those to add next."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ Orders = tuple[int, ...]
 
 
 def first_terms(interval: int, random: int, count: int) -> np.ndarray:
-    """Return the terms to begin with, shape (terms, variables).
+    """Return the first `count` terms of a sparse expansion, shape (terms, variables).
 
-    The constant, the first order in every variable, the second in random variables, the second in
-    interval variables, then products of two variables, as far as `count` reaches.
+    These are the constant, order 1 in every variable, order 2 in random variables, order 2 in
+    interval variables, then products of two variables.
     """
     d = interval + random
     one = np.eye(d, dtype=int)
@@ -25,20 +25,20 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
 
 
 class TermSizes:
-    """How large the terms of some parts are, and how large further ones are expected to be.
+    """The sizes of known terms of some parts, and the expected sizes of further terms.
 
-    A term counts as at least as large as any higher one, since what is even in a variable has no
-    odd terms. With the rate r_v = max_k (a_k/a_0)^{1/k} of the orders k of a variable alone, where
-    a_0 is one or more and r_v at most one, a term ν is expected to be
+    A term counts as at least as large as any higher term, since an even function has no odd terms.
+    With the rate r_v = max_k (a_k/a_0)^{1/k} of the terms of order k in variable v alone, where a_0
+    is at least one and r_v at most one, the expected size of a term ν is
 
-        a_ν = min_v max(a_{ν − e_v} r_v, a_{ν − 2 e_v} r_v²)   over the variables v it contains:
+        a_ν = min_v max(a_{ν − e_v} r_v, a_{ν − 2 e_v} r_v²)   over the variables v it contains.
 
-    the product of the decays where variables do not interact, what its lower terms tell otherwise.
+    If variables do not interact, this is the product of their decays.
 
     Parameters
     ----------
     index : orders of the known terms, a downward closed set, shape (terms, variables).
-    sizes : theirs, in parts of the response's size, shape (parts, terms).
+    sizes : sizes of the known terms relative to the response, shape (parts, terms).
     """
 
     def __init__(self, index: np.ndarray, sizes: np.ndarray):
@@ -59,7 +59,7 @@ class TermSizes:
                 self.rates[v] = np.maximum(self.rates[v], rate)
 
     def expected(self, nu: Orders) -> np.ndarray:
-        """Return the size expected of a term whose lower ones are known, shape (parts,)."""
+        """Return the expected size of a term whose lower terms are known, shape (parts,)."""
         found = np.full(self.rates.shape[1], np.inf)
         for v, k in enumerate(nu):
             if k:
@@ -70,10 +70,7 @@ class TermSizes:
         return found
 
     def total(self, index: np.ndarray) -> np.ndarray:
-        """Return the sum of the sizes expected of further terms, each after those before it.
-
-        Shape (parts,).
-        """
+        """Return the sum of the expected sizes of further terms, lower ones first, (parts,)."""
         total = np.zeros(self.rates.shape[1])
         for nu in map(tuple, index.tolist()):
             self.sizes[nu] = self.expected(nu)
@@ -81,10 +78,10 @@ class TermSizes:
         return total
 
     def next_terms(self, count: int, highest: np.ndarray) -> np.ndarray:
-        """Return the further terms that are expected to be largest, shape (count, variables).
+        """Return the further terms with the largest expected sizes, shape (count, variables).
 
-        Their lower terms are among the known or come before them. There are fewer where all terms
-        up to the highest order of every variable are known.
+        Their lower terms are known or come before them. There are fewer than `count` if these are
+        all terms up to the highest order of every variable.
         """
         known = self.sizes.copy()
         waiting = {nu: self._sum(nu) for mu in known for nu in self._above(mu, highest)}
@@ -102,7 +99,7 @@ class TermSizes:
         return float(self.expected(nu).sum())
 
     def _above(self, mu: Orders, highest: np.ndarray) -> Iterator[Orders]:
-        """Yield the terms one order above μ whose lower ones are all there."""
+        """Yield the terms one order above μ whose lower terms are all known."""
         for v in range(len(mu)):
             nu = _moved(mu, v, 1)
             lower = (_moved(nu, w, -1) for w, k in enumerate(nu) if k)

@@ -1,7 +1,7 @@
 """Polish extremes of μ + c σ over the box of the interval variables: Newton's method, compiled.
 
-σ² is the sum over j ≥ 1 of squared polynomials in η, so with the polynomials' values and first and
-second derivatives, all of σ's follow. Each row is one small problem; rows do not know each other.
+σ² is the sum over j ≥ 1 of squared polynomials in η, so the derivatives of σ follow from those of
+the polynomials. Each row is a small problem of its own.
 """
 
 from __future__ import annotations
@@ -9,21 +9,21 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-SWEEPS = 12
-STILL = 1e-13
-"""A step that gains less than this part of the value no longer counts."""
+MAX_STEPS = 12
+MIN_RELATIVE_GAIN = 1e-13
+"""The descent ends when a step is expected to gain less than this fraction of the value."""
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def polish(index, coefficients, series, c, sign, places, values):
-    """Improve `places` in place to where sign (μ + c σ) is least nearby, and `values` with them.
+    """Move `places`, in place, to the nearby minima of sign (μ + c σ), and update `values`.
 
     Parameters
     ----------
     index : orders of the Chebyshev polynomials in every term, shape (M, m).
     coefficients : shape (all series, M, N), weighted so that σ² is a sum of squares.
-    series, c, sign : which series, and which function of it, one a row.
-    places, values : η, shape (rows, m), and μ + c σ there; never made worse.
+    series, c, sign : number of the series, c and sign of every row.
+    places, values : η, shape (rows, m), and μ + c σ there, which never gets worse.
     """
     m = places.shape[1]
     terms = np.empty((1 + m + m * (m + 1) // 2, coefficients.shape[2]))
@@ -36,13 +36,13 @@ def polish(index, coefficients, series, c, sign, places, values):
         own, eta = coefficients[series[row]], places[row]
         best = _value(own, index, eta, c[row], sign[row], powers, basis, terms, gradient, hessian)
         reach = 1.0
-        for _ in range(SWEEPS):
+        for _ in range(MAX_STEPS):
             newton_step(eta, gradient, hessian, step)
             gain = 0.0
             for a in range(m):
                 trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
                 gain -= gradient[a] * (trial[a] - eta[a])
-            if not gain > STILL * abs(best):
+            if not gain > MIN_RELATIVE_GAIN * abs(best):
                 break
             value = _value(
                 own,
@@ -71,7 +71,7 @@ def polish(index, coefficients, series, c, sign, places, values):
 def sweep(index, coefficients, series, c, sign, places, values):
     """Improve `places` as `polish` does, by steps to −1, 0 or 1 in one variable after the other.
 
-    It leaves vertices that are the least only nearby, where a scan could not visit all.
+    It leaves vertices that are only local minima, if a scan could not visit all vertices.
     """
     m = places.shape[1]
     powers = np.empty((3, m, index.max() + 1))
@@ -92,7 +92,7 @@ def sweep(index, coefficients, series, c, sign, places, values):
                             own[i] *= powers[0, v, index[i, v]]
                     np.dot(own, coefficients[series[row]], terms)
                     value = terms[0] + c[row] * np.sqrt((terms[1:] ** 2).sum())
-                    if sign[row] * (value - values[row]) < -STILL * abs(value):
+                    if sign[row] * (value - values[row]) < -MIN_RELATIVE_GAIN * abs(value):
                         values[row], places[row, a], better = value, x, True
 
 
@@ -107,7 +107,7 @@ def _value(coefficients, index, eta, c, sign, powers, basis, terms, gradient, he
     for j in range(1, terms.shape[1]):
         variance += terms[0, j] ** 2
     std = np.sqrt(variance)
-    per_std = c / std if std > 0 else 0.0  # where σ = 0 its derivatives count as zero
+    per_std = c / std if std > 0 else 0.0  # at σ = 0 its derivatives count as zero
     for a in range(m):
         gradient[a] = sign * (terms[1 + a, 0] + per_std * _dot(terms, 0, 1 + a))
     pair = 1 + m
@@ -165,9 +165,10 @@ def _products(powers, index, basis):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def newton_step(eta, gradient, hessian, step):
-    """Fill a descent step in the variables that no bound holds: (H + τ I)⁻¹ of −gradient.
+    """Fill a descent step −(H + τ I)⁻¹ gradient in the variables that are not held by a bound.
 
-    τ is zero where the Hessian of the free variables is positive definite, and grows until it is.
+    τ is zero if the Hessian H of these variables is positive definite; otherwise it grows until
+    H + τ I is.
     """
     m = len(eta)
     held, factor = np.empty(m, np.bool_), np.empty((m, m))
@@ -192,7 +193,7 @@ def newton_step(eta, gradient, hessian, step):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _cholesky(hessian, held, shift, least, factor):
-    """Factor H + shift I, held variables apart; return whether all pivots exceed `least`."""
+    """Factor H + shift I without held variables; return whether all pivots exceed `least`."""
     for a in range(len(held)):
         for b in range(a + 1):
             free = not (held[a] or held[b])

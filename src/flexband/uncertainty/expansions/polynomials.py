@@ -27,7 +27,7 @@ def hermite_norms(order: int) -> np.ndarray:
 def hermite_transform(order: int) -> np.ndarray:
     """Return the matrix from values at `hermite_nodes` to coefficients, by Gauss quadrature.
 
-    It is the inverse of the matrix of `hermite_values` there, since the polynomials are
+    It is the inverse of the matrix of `hermite_values` at the nodes, since the polynomials are
     orthogonal on these nodes too.
     """
     nodes, weights = hermite_e.hermegauss(order + 1)
@@ -42,7 +42,7 @@ def chebyshev_zeros(order: int) -> np.ndarray:
 
 
 def scaled_chebyshev_zeros(order: int) -> np.ndarray:
-    """Return the zeros scaled so that the outermost are −1 and 1, Eq. (19); 0 for order 0."""
+    """Return the zeros, scaled so that the outermost are −1 and 1, Eq. (19); 0 for order 0."""
     if order == 0:
         return np.zeros(1)
     zeros = chebyshev_zeros(order)

@@ -1,15 +1,15 @@
 """Sparse regression: few terms out of many, from fewer runs than there are terms.
 
-Terms are taken one after the other by orthogonal matching, each the one that most lowers what is
-left of all series together; the leave-one-out error says how many to take (Blatman and Sudret,
-2011). A run's error in the fit to all others is r/(1 − h), with its residual r and its leverage h
-in the fit to all runs. Where there are nearly as many terms as runs, P and N, its mean square is
-too small, and it is corrected by T = N/(N − P) (1 + tr (AᵀA)⁻¹), with the terms' values A.
+Terms are taken one after the other by orthogonal matching, each the one that most reduces the
+residual of all series together; the leave-one-out error determines how many to take (Blatman and
+Sudret, 2011). A run's error in the fit to all others is r/(1 − h), with its residual r and its
+leverage h in the fit to all runs. If there are nearly as many terms P as runs N, its mean square is
+too small; it is corrected by the factor T = N/(N − P) (1 + tr (AᵀA)⁻¹), with the terms' values A.
 
-It is too small as well since the terms were chosen by the same runs, the more so the more there are
-to choose from: at 48 runs and 900 candidates, noise is fitted as well as a response. So it counts
-with the number of choices, as T e² C(K, P)^{3/N} for P of K candidates, and candidates of few kinds
-are tried beside all of them.
+It is also too small because the same runs have chosen the terms, the more so the more candidates
+there are: with 48 runs and 900 candidates, noise is fitted as well as a response. So sets of terms
+are compared by T e² C(K, P)^{3/N} for P of K candidates, which grows with the number of choices,
+and small sets of candidates are tried besides all of them.
 """
 
 from __future__ import annotations
@@ -28,33 +28,34 @@ from flexband.uncertainty.expansions.polynomials import (
     hermite_values,
 )
 
-MOST_CANDIDATES = 6000
-HIGHEST_PURE = 3
+MAX_CANDIDATES = 6000
+MAX_PURE_ORDER = 3
+"""Highest order of candidates in one variable."""
 
-MOST_TAKEN = 0.8
-"""As a part of the runs."""
+MAX_TERM_SHARE = 0.8
+"""Most terms, as a fraction of the runs."""
 
-FOUND = 1e-14
-"""Part of the energy below which what is left is round-off."""
+ROUND_OFF = 1e-14
+"""Fraction of the energy below which a residual is round-off."""
 
-DEPENDENT = 1e-2
-"""Part of a candidate's energy that must be new for it to be taken."""
+MIN_NEW_ENERGY = 1e-2
+"""Fraction of a candidate's energy that must be orthogonal to the terms taken before it."""
 
-PREFER_LOW = 0.5
-"""Factor of a candidate's merit for each order above one: low orders are likelier."""
+MERIT_PER_ORDER = 0.5
+"""Factor of a candidate's merit for each order above one: low orders are more likely."""
 
-CHOICES = 3.0
+CHOICE_WEIGHT = 3.0
 """Weight of the number of choices, log C(K, P), over the runs."""
 
 
 class Fit(NamedTuple):
-    """The terms that were taken.
+    """A sparse fit.
 
     Attributes
     ----------
-    which : numbers of the candidates, shape (terms,).
+    which : numbers of the candidates that were taken, shape (terms,).
     coefficients : shape (terms, series).
-    left_out : the error of every run in the fit to all others, shape (runs, series).
+    left_out : error of every run in the fit to all others, shape (runs, series).
     correction : √T.
     """
 
@@ -67,14 +68,14 @@ class Fit(NamedTuple):
 def candidates(dimension: int) -> np.ndarray:
     """Return the orders of the terms to choose from, shape (terms, variables), the constant first.
 
-    All up to the total order 3 where these are few enough, else up to 2 and those of order 3 in one
-    variable; where pairs are too many, those of the first variables.
+    All terms up to the total order 3 if these are few enough; otherwise those up to the total order
+    2 and those of order 3 in one variable. If pairs are too many, those of the first variables.
     """
     one = np.eye(dimension, dtype=int)
-    found = [0 * one[:1]] + [k * one for k in range(1, HIGHEST_PURE + 1)]
-    a, b = np.triu_indices(min(dimension, int(math.sqrt(2 * MOST_CANDIDATES))), 1)
+    found = [0 * one[:1]] + [k * one for k in range(1, MAX_PURE_ORDER + 1)]
+    a, b = np.triu_indices(min(dimension, int(math.sqrt(2 * MAX_CANDIDATES))), 1)
     found.append(one[a] + one[b])
-    if math.comb(dimension + 3, 3) <= MOST_CANDIDATES:
+    if math.comb(dimension + 3, 3) <= MAX_CANDIDATES:
         triples = list(itertools.combinations(range(dimension), 3))
         found += [2 * one[a] + one[b], one[a] + 2 * one[b]]
         found += [one[np.array(triples)].sum(axis=1)] if triples else []
@@ -93,7 +94,7 @@ def normalized_values(index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.
 
 
 def term_scales(index: np.ndarray, interval_dimension: int) -> np.ndarray:
-    """Return what `normalized_values` divides the terms by, shape (terms,)."""
+    """Return the root mean squares of the terms that `normalized_values` divides by, (terms,)."""
     m = interval_dimension
     square = 0.5 ** (index[:, :m] > 0).sum(axis=1)
     return np.sqrt(square * hermite_norms(int(index.max()))[index[:, m:]].prod(axis=1))
@@ -104,17 +105,17 @@ def sparse_fit(
 ) -> Fit:
     """Return the fit of the series by some of the candidates.
 
-    Candidates are those of order one, those in one variable, all, or those of order one with the
-    products of what does most: whichever are found best.
+    The best of four fits is returned: of the candidates of order one, of those in one variable, of
+    all, and of those of order one with the products of the most important variable.
 
     Parameters
     ----------
     values : of the candidates in the runs, shape (runs, candidates), the constant first.
-    index : their orders, shape (candidates, variables).
-    series, weight : shape (runs, series), and how much each counts, shape (series,).
+    index : orders of the candidates, shape (candidates, variables).
+    series, weight : shape (runs, series), and the weight of each series, shape (series,).
     """
     y, orders = compressed(weight * series), index.sum(axis=1)
-    merit = PREFER_LOW ** np.maximum(orders - 1, 0)
+    merit = MERIT_PER_ORDER ** np.maximum(orders - 1, 0)
 
     def path(kind: np.ndarray) -> tuple[float, float, np.ndarray]:
         error, correction, which = _taken(values[:, kind], y, merit[kind])
@@ -122,7 +123,7 @@ def sparse_fit(
 
     pure = np.count_nonzero(index, axis=1) <= 1
     found = [path(orders <= 1), path(pure), path(orders >= 0)]
-    first = index[found[0][2][1:2]].any(axis=0)  # the variable that does most, if any
+    first = index[found[0][2][1:2]].any(axis=0)  # the most important variable, if any
     found.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
     _, correction, which = min(found, key=lambda path: path[0])
     coefficients, left_out = least_squares(values[:, which], series)
@@ -130,7 +131,7 @@ def sparse_fit(
 
 
 def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coefficients, and the error of every run in the fit to all others."""
+    """Return the coefficients and the error of every run in the fit to all others."""
     Q, R = np.linalg.qr(A)
     projected = Q.T @ series
     lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
@@ -138,21 +139,21 @@ def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def compressed(series: np.ndarray) -> np.ndarray:
-    """Return as many series as runs or fewer, with the same products between the runs.
+    """Return at most as many series as runs, with the same products between the runs.
 
-    The mean over the runs is left out: the constant term is always there.
+    The mean over the runs is subtracted, since the constant term is always taken.
     """
     rest = series - series.mean(axis=0)
     energy, modes = np.linalg.eigh(rest @ rest.T)
-    keep = energy > FOUND * energy[-1]
+    keep = energy > ROUND_OFF * energy[-1]
     return modes[:, keep] * np.sqrt(energy[keep])
 
 
 def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Return the error, √T, and which candidates are taken.
+    """Return the error, √T, and the numbers of the candidates that are taken.
 
-    The columns of Q span what is taken. Of the candidates only their products with what is left and
-    the energy of their new part are kept up: a new column changes both by what it shares with them.
+    The columns of Q span the terms taken. For each candidate its products with the residual and the
+    energy orthogonal to Q are updated with every new column.
     """
     runs, choices = values.shape
     energy = np.sum(values**2, axis=0)
@@ -160,8 +161,8 @@ def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float,
     Q, inverse = np.zeros((runs, 0)), np.zeros((0, 0))
     which: list[int] = []
     best = np.inf, 1.0, 1
-    while len(which) < max(1, int(MOST_TAKEN * runs)):
-        free = new > DEPENDENT * energy
+    while len(which) < max(1, int(MAX_TERM_SHARE * runs)):
+        free = new > MIN_NEW_ENERGY * energy
         free[which] = False
         if not free.any():
             break
@@ -176,10 +177,10 @@ def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float,
         lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
         T = runs / (runs - P) * (1 + np.sum(inverse**2))
         error = T * np.sum((rest / (1 - lever)[:, None]) ** 2)
-        error *= math.exp(CHOICES / runs * _log_choices(choices - 1, P - 1))
+        error *= math.exp(CHOICE_WEIGHT / runs * _log_choices(choices - 1, P - 1))
         if error < best[0]:
             best = error, math.sqrt(T), P
-        if np.sum(rest**2) <= FOUND * np.sum(y**2):
+        if np.sum(rest**2) <= ROUND_OFF * np.sum(y**2):
             break
     return best[0], best[1], np.array(which[: best[2]])
 

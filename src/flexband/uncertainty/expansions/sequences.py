@@ -1,18 +1,19 @@
 """Nested points in one variable: x₀, x₁, x₂, …; an expansion of order q takes the first q + 1.
 
-A run serves every order that contains it, so a sparse expansion grows by one run a term, and its
+A run serves every order that contains it, so a sparse expansion grows by one run per term, and its
 interpolation is well posed on every downward closed set of orders (Chkifa, Cohen and Schwab, 2014).
 
-A Leja sequence takes as its next point where Π_j |x − x_j| is largest. On the interval its Lebesgue
-constants, measured, stay below q + 1. Real projections of Leja sequences of the disk (R-Leja:
-Chkifa, 2013), Clenshaw–Curtis points in another order, measure alike, with larger constants. For a
-random variable the product is weighted by the root of the density, which places points as those of
-Gauss quadrature are placed (Narayan and Jakeman, 2014); the constants grow more slowly than
+The next point of a Leja sequence is where Π_j |x − x_j| is largest. On the interval its measured
+Lebesgue constants stay below q + 1. Real projections of Leja sequences of the disk (R-Leja: Chkifa,
+2013), which are Clenshaw–Curtis points in another order, are similar, with larger constants. For a
+random variable the product is weighted by the square root of the density, which distributes points
+as in Gauss quadrature (Narayan and Jakeman, 2014); the constants grow more slowly than
 exponentially (Jantsch, Webster and Zhang, 2016). For moments the rules of Genz and Keister (1996)
-are better while they last: 1, 3 and 9 points integrate polynomials of degree 1, 5 and 15.
+are better as far as they reach: 1, 3 and 9 points integrate polynomials of degree 1, 5 and 15.
 
-For intervals single points are enough. For random variables orders 2k − 1 and 2k are best added
-together: an odd order alone does not better the mean. `benchmarks/points.py` measures all this.
+Interval variables take one point after the other. For random variables orders 2k − 1 and 2k are
+best added together: an odd order alone does not improve the mean. `benchmarks/points.py` measures
+all this.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ from functools import cache
 import numpy as np
 
 GENZ_KEISTER = (3**0.5, 2.861279576057058, 0.741095349994541, 4.184956017672732)
-"""The positive ones of nine points of N(0, 1), in the order of a weighted Leja sequence."""
+"""The positive points of a nine-point rule of N(0, 1), in the order of a weighted Leja sequence."""
 
-DIGITS = 10
-"""Points are rounded to so many decimals, so that they are the same on every machine."""
+DECIMALS = 10
+"""Points are rounded to this many decimals, so that they are the same on every machine."""
 
 
 def interval_sequence(count: int) -> np.ndarray:
     """Return the first points of the Leja sequence 1, −1, 0, 0.577, … on [−1, 1], shape (count,).
 
-    It starts at the ends: there most bounds are, and products of two orders 1 reach all corners.
+    It starts at the ends, where most bounds are; products of two orders 1 then reach all corners.
     """
     points = [1.0, -1.0]
     while len(points) < count:
@@ -53,15 +54,15 @@ def random_sequence(count: int) -> np.ndarray:
 
 
 def _extended(points: list[float], rate: float, margin: float, pairs: bool) -> list[float]:
-    """Return the points and the one or two next: the largest of Σ log|x − x_j| − rate x²."""
+    """Return the points and the next one or two, the maxima of Σ log|x − x_j| − rate x²."""
     return [*points, *_next(tuple(points), rate, margin, pairs)]
 
 
 @cache
 def _next(points: tuple[float, ...], rate: float, margin: float, pairs: bool) -> tuple[float, ...]:
-    """Return the next points; the search goes up to a margin beyond the outermost.
+    """Return the next points; the search extends up to a margin beyond the outermost.
 
-    Between two points the sum is concave: its only largest value is where its slope is zero.
+    Between two points the sum is concave, so its only maximum is where its slope is zero.
     """
     taken = np.sort(points)
     ends = np.array([taken[0] - margin, *taken, taken[-1] + margin]) if margin else taken
@@ -70,7 +71,7 @@ def _next(points: tuple[float, ...], rate: float, margin: float, pairs: bool) ->
         middle = (low + high) / 2
         rising = (1 / (middle[:, None] - taken)).sum(axis=1) > 2 * rate * middle
         low, high = np.where(rising, middle, low), np.where(rising, high, middle)
-    places = np.round((low + high) / 2, DIGITS) + 0.0  # no −0
+    places = np.round((low + high) / 2, DECIMALS) + 0.0  # no −0
     sizes = np.log(np.abs(places[:, None] - taken)).sum(axis=1) - rate * places**2
-    best = float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two alike
+    best = float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two equal maxima
     return (best, -best) if pairs else (best,)

@@ -10,8 +10,8 @@ from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.hybrid import tensor_points
 
-ENDS = 0.3
-"""Part of the values of η of a sequence of points that are −1 or 1."""
+END_SHARE = 0.3
+"""Fraction of the values of η in a sequence of points that are −1 or 1."""
 
 
 def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
@@ -34,13 +34,13 @@ def scan(points: int, dimension: int) -> np.ndarray:
 
 
 def nested_points(runs: int, m: int, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first of a sequence of ξ, (runs, n), and η, (runs, m), always the same.
+    """Return the first points of a fixed sequence of ξ, (runs, n), and η, (runs, m).
 
-    A scrambled Sobol' sequence. Of the values of each η a part `ENDS` is at the ends, where bounds
-    mostly are, the others are cos πu.
+    It is a scrambled Sobol' sequence. The fraction `END_SHARE` of the values of each η is at the
+    ends, where most bounds are; the others are cos πu.
     """
     power = math.ceil(math.log2(max(runs, 2)))
     u = qmc.Sobol(m + n, rng=np.random.default_rng(0)).random_base2(power)[:runs]
-    middle = (u[:, :m] - ENDS / 2) / (1 - ENDS)
+    middle = (u[:, :m] - END_SHARE / 2) / (1 - END_SHARE)
     tiny = np.finfo(float).eps
     return ndtri(np.clip(u[:, m:], tiny, 1 - tiny)), -np.cos(np.pi * np.clip(middle, 0, 1))

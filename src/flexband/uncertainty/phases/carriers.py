@@ -1,11 +1,11 @@
-"""Split a carrier off ringing time series: its phase, and its envelope in every output.
+"""Separate a carrier from ringing time series: its phase, and its envelope in every output.
 
 A run rings with a phase φ(t) that all its outputs share. Around every time t, in a window of
-`PERIODS` periods to each side, the output is taken as
+`WINDOW_PERIODS` periods to each side, the output is approximated by
 
     F(t + τ) ≈ Σ_p a_p τ^p + Re[(Σ_p z_p τ^p) e^{iψ(t + τ)}],   p = 0, 1, 2,
 
-with a guess ψ of the phase; z₀ is the envelope at t, and how the envelopes turn corrects ψ.
+with an estimate ψ of the phase. z₀ is the envelope at t; the rotation of the envelopes corrects ψ.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import fftconvolve
 
-PERIODS = 2.5
+WINDOW_PERIODS = 2.5
 DEGREE = 2
-"""Of the polynomials in τ, of the slow part and of the envelope."""
+"""Degree of the polynomials in τ, of the slow part and of the envelope."""
 
-SMOOTHING = 2.0
-"""Periods to each side over which the turning of envelopes is averaged."""
+AVERAGING_PERIODS = 2.0
+"""Periods to each side over which the rotation of envelopes is averaged."""
 
-SILENT = 1e-4
-"""Part of the largest energy below which a run goes on with its mean frequency."""
+SILENT_ENERGY = 1e-4
+"""Fraction of the largest energy below which a run continues with its mean frequency."""
 
 
 @dataclass(frozen=True)
 class Carrier:
-    """What a carrier is in every run.
+    """A carrier in every run.
 
     Attributes
     ----------
     phase : φ [rad], shape (runs, times).
     envelope : Z, complex, shape (runs, outputs, times).
-    frequency : about where it was found, in cycles a unit of time.
+    frequency : approximate frequency, in cycles per unit of time.
     """
 
     phase: np.ndarray
@@ -55,23 +55,21 @@ class Carrier:
 def track(
     F: np.ndarray, dt: float, frequency: float, psi: np.ndarray, scale: np.ndarray, passes: int
 ) -> Carrier | None:
-    """Return the carrier near a phase ψ, None where it is lost.
-
-    It is lost where its frequency leaves [f/2, 2f] in some run.
+    """Return the carrier near a phase ψ, or None if its frequency leaves [f/2, 2f] in some run.
 
     Parameters
     ----------
     F : shape (runs, outputs, times), at steps of dt.
-    frequency, psi : guesses of f and of ψ, shape (runs, times).
+    frequency, psi : estimates of f and of ψ, shape (runs, times).
     scale : size of each output, shape (outputs,).
-    passes : how often ψ is corrected; 0 keeps it as it is.
+    passes : number of corrections of ψ.
     """
     times = F.shape[-1]
-    half = min(max(3, round(PERIODS / (frequency * dt))), (times - 1) // 2)
-    stride = max(1.0, 0.5 / (frequency * dt))  # envelopes are found every half period
+    half = min(max(3, round(WINDOW_PERIODS / (frequency * dt))), (times - 1) // 2)
+    stride = max(1.0, 0.5 / (frequency * dt))  # envelopes are computed every half period
     places = np.linspace(0, times - 1, int((times - 1) / stride) + 1)
     at = np.unique(np.round(places).astype(int))
-    smooth = max(1, round(SMOOTHING / (frequency * dt * stride)))
+    smooth = max(1, round(AVERAGING_PERIODS / (frequency * dt * stride)))
     turned, (z, part) = np.zeros((len(F), len(at))), split(F, psi, half, at)
     for k in range(passes):
         z, part = split(F, psi, half, at) if k else (z, part)
@@ -81,8 +79,8 @@ def track(
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
             return None
     z = z * np.exp(-1j * turned)[:, None]
-    # A constant a run brings the runs' envelopes together, but for a change of sign, which is a
-    # gentle function of the inputs where an amplitude passes through zero.
+    # A constant phase per run aligns the envelopes of all runs, except for their sign: so an
+    # amplitude that passes through zero stays a smooth function of the inputs.
     overlap = np.sum(z * z[len(z) // 2].conj() / scale[:, None] ** 2, axis=(1, 2))
     shift = 0.5 * np.angle(overlap**2) if passes else np.zeros(len(F))
     z = z * np.exp(-1j * shift)[:, None, None]
@@ -92,13 +90,14 @@ def track(
 def split(
     F: np.ndarray, psi: np.ndarray, half: int, at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the envelope z₀ of the carrier of phase ψ, and its part of what is not slow.
+    """Return the envelope z₀ of the carrier of phase ψ, and its share of the fast energy.
 
-    Both have shape (runs, outputs, len(at)). The part is the carrier's energy in the window over
-    that of the carrier and of what neither it nor the slow part explains.
+    Both have shape (runs, outputs, len(at)). The share is the carrier's energy in the window over
+    the sum of this energy and that of the residual.
 
-    With the basis τ^p e^{imψ}, m = 0, ±1, the normal equations' entries are window sums of
-    τ^{p+q} e^{i(m′−m)ψ}, the same for all outputs, and their right-hand sides of τ^p F e^{−imψ}.
+    With the basis τ^p e^{imψ}, m = 0, ±1, the matrix of the normal equations consists of window
+    sums of τ^{p+q} e^{i(m′−m)ψ}, the same for all outputs, their right-hand side of window sums of
+    τ^p F e^{−imψ}.
     """
     e = np.exp(1j * psi)
     one = np.ones((1, F.shape[-1]))
@@ -122,10 +121,10 @@ def split(
 
 
 def window_sums(g: np.ndarray, half: int, powers: int, at: np.ndarray) -> list[np.ndarray]:
-    """Return Σ_τ w(τ) τ^p g(t + τ) for p = 0 … powers, at the times of these numbers.
+    """Return Σ_τ w(τ) τ^p g(t + τ) for p = 0 … powers at the times with the numbers `at`.
 
-    τ is in units of the window's half width, w = (1 − τ²)²; g counts as zero outside the record, so
-    that windows at its ends are one-sided.
+    τ is in units of the window's half width, w = (1 − τ²)². Outside the record g is zero, so
+    windows at its ends are one-sided.
     """
     tau = np.arange(-half, half + 1) / half
     weight = (1 - tau**2) ** 2 + 1e-3
@@ -138,16 +137,16 @@ def window_sums(g: np.ndarray, half: int, powers: int, at: np.ndarray) -> list[n
 
 
 def turning(z: np.ndarray, scale: np.ndarray, smooth: int) -> np.ndarray:
-    """Return the angle that the envelopes of all outputs turn by, zero at the start, (runs, at).
+    """Return the common rotation of the envelopes of all outputs, zero at the start, (runs, at).
 
-    From one time to the next it is arg Σ_o z_o,j+1 z̄_o,j / s_o², averaged over ±`smooth`: where one
-    output passes through zero, or all do, the outputs and times that ring decide. So no phase is
-    ever unwrapped.
+    From one time to the next it is arg Σ_o z_o,j+1 z̄_o,j / s_o², averaged over ±`smooth` times.
+    If an output or all of them pass through zero, the outputs and times that ring dominate the
+    average. So no phase has to be unwrapped.
     """
     u = z / scale[:, None]
     lag = np.sum(u[..., 1:] * u[..., :-1].conj(), axis=1)
     weight = np.hanning(2 * smooth + 3)[1:-1]
     lag = fftconvolve(lag, weight[None] / weight.sum(), mode="same", axes=-1)
     mean = np.exp(1j * np.angle(lag.sum(-1, keepdims=True)))
-    lag = lag + SILENT * np.abs(lag).max(-1, keepdims=True) * mean
+    lag = lag + SILENT_ENERGY * np.abs(lag).max(-1, keepdims=True) * mean
     return np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.angle(lag), -1)], -1)

@@ -1,4 +1,4 @@
-"""Find the carriers of runs, in order of energy, and split them off one after the other."""
+"""Find the carriers of runs and separate them one after the other, in the order of energy."""
 
 from __future__ import annotations
 
@@ -8,27 +8,30 @@ import numpy as np
 
 from flexband.uncertainty.phases.carriers import Carrier, track
 
-MOST_CARRIERS = 3
-CANDIDATES = 2
-"""Peaks that are tried for each further carrier."""
+MAX_CARRIERS = 3
+MAX_PEAKS = 2
+"""Peaks of the spectrum that are tried for each further carrier."""
 
 PASSES = 3
-CYCLES = 6.0
-"""Fewest periods in the record of what counts as a carrier."""
+"""Corrections of the phase of a new carrier."""
 
-FEWEST_TIMES = 32
-BAND = 1.15
-"""Factor from the middle of a frequency band to its ends."""
+MIN_CYCLES = 6.0
+"""Fewest periods of a carrier in the record."""
 
-LEAST = 1e-5
-"""Energy of a carrier, as a part of that of the variation between the runs."""
+MIN_TIMES = 32
+BAND_RATIO = 1.15
+"""Ratio of the ends of a frequency band to its middle."""
 
-HARMONIC = 0.03
-"""How far from a multiple of the first carrier a lost one may be to be tried as its harmonic."""
+MIN_ENERGY = 1e-5
+"""Least energy of a carrier, as a fraction of that of the variation between the runs."""
+
+HARMONIC_TOLERANCE = 0.03
+"""Relative distance from a multiple of the first carrier within which a lost carrier is tried as
+its harmonic."""
 
 
 class Stage(NamedTuple):
-    """Runs as carriers and base, F = base + Σ Re[Z e^{iφ}] in every run.
+    """Runs split into base and carriers, F = base + Σ Re[Z e^{iφ}] in every run.
 
     base : shape (runs, outputs, times).
     """
@@ -38,7 +41,7 @@ class Stage(NamedTuple):
 
     @property
     def signal(self) -> np.ndarray:
-        """F, base and carriers together."""
+        """F, the sum of base and carriers."""
         return sum((c.signal for c in self.carriers), self.base)
 
     def runs(self, which: slice) -> Stage:
@@ -49,9 +52,9 @@ class Stage(NamedTuple):
 def decompose(F: np.ndarray, dt: float) -> list[Stage]:
     """Return the runs with 0, 1, 2, … carriers, until no further one is found.
 
-    A new carrier is tracked in what the earlier ones leave; then each is split once more from what
-    all others leave. Where a carrier is lost but lies near a multiple h of the first one, it is
-    tried as its harmonic, with the phase h φ₁.
+    A new carrier is tracked in the rest of the runs without the earlier ones; then each carrier is
+    tracked once more in the rest without all others. If a carrier is lost but its frequency is near
+    a multiple h of the first one, it is tried as a harmonic, with the phase h φ₁.
 
     Parameters
     ----------
@@ -60,9 +63,9 @@ def decompose(F: np.ndarray, dt: float) -> list[Stage]:
     stages = [Stage([], F)]
     scale = np.sqrt(np.mean((F - F.mean(-1, keepdims=True)) ** 2, axis=(0, 2)))
     scale = np.where(scale > 0, scale, 1.0)
-    least = LEAST * spectrum(F - F.mean(0), scale).sum()
-    multiples: list[int] = []  # of the first carrier's phase, 0 for a phase of its own
-    while F.shape[-1] >= FEWEST_TIMES and len(stages) <= MOST_CARRIERS:
+    least = MIN_ENERGY * spectrum(F - F.mean(0), scale).sum()
+    multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
+    while F.shape[-1] >= MIN_TIMES and len(stages) <= MAX_CARRIERS:
         found, rest = stages[-1]
         new, multiple = _next_carrier(rest, dt, found, scale, least)
         if new is None:
@@ -85,25 +88,25 @@ def _next_carrier(
 ) -> tuple[Carrier | None, int]:
     """Return the strongest carrier that can be tracked, and its multiple of the first, or 0."""
     ramp = 2 * np.pi * dt * np.arange(rest.shape[-1])
-    for frequencies in detect(rest, dt, scale, least)[:CANDIDATES]:
+    for frequencies in detect(rest, dt, scale, least)[:MAX_PEAKS]:
         middle = float(frequencies.mean())
         carrier = track(rest, dt, middle, frequencies[:, None] * ramp, scale, PASSES)
         if carrier is not None:
             return carrier, 0
         ratio = middle / found[0].frequency if found else 0.0
         multiple = round(ratio)
-        if multiple > 1 and abs(ratio / multiple - 1) < HARMONIC:
+        if multiple > 1 and abs(ratio / multiple - 1) < HARMONIC_TOLERANCE:
             carrier = track(rest, dt, middle, multiple * found[0].phase, scale, 0)
             return carrier, multiple
     return None, 0
 
 
 def detect(F: np.ndarray, dt: float, scale: np.ndarray, least: float) -> list[np.ndarray]:
-    """Return the frequency of every run, shape (runs,), of each candidate, the strongest first.
+    """Return the frequency in every run, shape (runs,), of each candidate, the strongest first.
 
-    Of the energy E(f) of the variation between the runs in the band [f/b, b f], a candidate is a
-    largest value that is twice that of the bands next to it. A run's own frequency is the centre of
-    its energy in [f/1.25, 1.25 f].
+    A candidate is a maximum of the energy E(f) of the variation between the runs in the band
+    [f/b, b f], if it is twice the energy of the neighbouring bands. The frequency in a run is the
+    centre of its energy in [f/1.25, 1.25 f].
     """
     times = F.shape[-1]
     frequency = np.fft.rfftfreq(times, dt)
@@ -112,12 +115,13 @@ def detect(F: np.ndarray, dt: float, scale: np.ndarray, least: float) -> list[np
     summed = np.concatenate([[0.0], np.cumsum(varying)])
 
     def band(f: np.ndarray) -> np.ndarray:
-        high, low = np.searchsorted(frequency, BAND * f), np.searchsorted(frequency, f / BAND)
+        low, high = (np.searchsorted(frequency, g) for g in (f / BAND_RATIO, BAND_RATIO * f))
         return summed[high] - summed[low]
 
     here = band(frequency)
-    ok = (frequency >= CYCLES / (times * dt)) & (frequency <= 0.4 / dt) & (here > least)
-    ok &= (here > 2 * band(frequency / BAND**2)) & (here > 2 * band(frequency * BAND**2))
+    ok = (frequency >= MIN_CYCLES / (times * dt)) & (frequency <= 0.4 / dt) & (here > least)
+    for beside in (frequency / BAND_RATIO**2, frequency * BAND_RATIO**2):
+        ok &= here > 2 * band(beside)
     found = []
     while ok.any():
         peak = frequency[np.argmax(np.where(ok, here, 0.0))]
@@ -128,7 +132,10 @@ def detect(F: np.ndarray, dt: float, scale: np.ndarray, least: float) -> list[np
 
 
 def spectrum(F: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return the energy of all outputs by frequency, (runs, frequencies): Hann window, no trend."""
+    """Return the energy of all outputs by frequency, (runs, frequencies).
+
+    A linear trend is removed and a Hann window applied.
+    """
     times = F.shape[-1]
     x = np.linspace(-1, 1, times)
     G = F - F.mean(-1, keepdims=True)

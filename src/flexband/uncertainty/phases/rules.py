@@ -1,4 +1,4 @@
-"""Points in ξ and η for a phase-resolved surrogate: as many as its phases need."""
+"""Points in ξ and η for a phase expansion: as many as its phases require."""
 
 from __future__ import annotations
 
@@ -13,20 +13,23 @@ from scipy.stats import qmc
 from flexband.uncertainty.expansions.bounds import lobatto
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
 
-MOST_POINTS = 600
-"""Of a rule for ξ that resolves the phase."""
+MAX_RULE_POINTS = 600
+"""Most points of a rule for ξ that resolves the phase."""
 
-MOST_TERMS, MOST_SPARSE = 160, 130
-"""Of the polynomials in η that gentle moments are expanded in, of a tensor product and of a
-simplex; at least those of order 2."""
+MAX_TENSOR_TERMS, MAX_SIMPLEX_TERMS = 160, 130
+"""Most polynomials in η for smooth moments, of a tensor product and of a simplex; a simplex always
+has those of order 2."""
 
-MOST_SCANNED = 2048
+MAX_SCAN_POINTS = 2048
 
-STILL = 0.2
-"""A reach [rad] below which Gauss–Hermite points are enough."""
+SMALL_REACH = 0.2
+"""Phase change [rad] below which Gauss–Hermite points suffice."""
 
-TAIL = 4.5
-"""Standard deviations that the trapezoidal rule goes to."""
+SCANNED_REACH = 0.3
+"""Phase change [rad] above which a scan has to resolve the waves."""
+
+TRAPEZOIDAL_END = 4.5
+"""Standard deviations up to which the trapezoidal rule extends."""
 
 
 def resolving_rule(
@@ -34,17 +37,17 @@ def resolving_rule(
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return points ξ, shape (points, n), and weights of the expectation; None if too many.
 
-    They are products of rules in one variable, along axes turned with the phase: the normal
-    density does not change by a rotation. Where the phase moves with several ξ, the axes are the
-    principal directions of ∂φ/∂ξ over times and carriers: it then moves along few of them, often
-    one, and the others take few points.
+    The rule is a product of rules in one variable, along rotated axes; a rotation does not change
+    the normal density. If the phase depends on several ξ, the axes are the principal directions of
+    ∂φ/∂ξ over times and carriers. The phase then changes along few of them, often one, and the
+    others need few points.
 
     Parameters
     ----------
-    orders, reach : of every ξ, and how far it moves a phase [rad].
-    slope : ∂φ/∂ξ in the middle, (carriers × times, n).
+    orders, reach : order and largest phase change [rad] of every ξ.
+    slope : ∂φ/∂ξ at ξ = η = 0, (carriers × times, n).
     """
-    axes, moving = np.eye(len(orders)), np.flatnonzero((orders > 0) & (reach >= STILL))
+    axes, moving = np.eye(len(orders)), np.flatnonzero((orders > 0) & (reach >= SMALL_REACH))
     if len(moving) > 1:
         slope = slope[:, moving]
         turned = np.linalg.svd(slope, full_matrices=len(slope) < len(moving))[2]
@@ -54,7 +57,7 @@ def resolving_rule(
         reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
         orders[moving] = orders[moving].max() + 1
     rules = list(_rules(orders, reach))
-    if math.prod(len(points) for points, _ in rules) > MOST_POINTS:
+    if math.prod(len(points) for points, _ in rules) > MAX_RULE_POINTS:
         return None
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
     return tensor_points([points for points, _ in rules]) @ axes, weights
@@ -63,23 +66,24 @@ def resolving_rule(
 def _rules(orders: np.ndarray, reach: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield points and weights of E over one ξ, for He_j, j ≤ k, times e^{iaξ}, |a| ≤ 2 reach.
 
-    Gauss–Hermite where the phase stands still; otherwise the trapezoidal rule, exact to e^{−12}
-    where its step is at most 2π/(2 reach + 5).
+    Gauss–Hermite if the phase hardly changes; otherwise the trapezoidal rule, exact to e^{−12} if
+    its step is at most 2π/(2 reach + 5).
     """
     for order, a in zip(orders, reach, strict=True):
         if order == 0:
             yield np.zeros(1), np.ones(1)
             continue
-        if a < STILL:
+        if a < SMALL_REACH:
             x, w = hermite_e.hermegauss(int(order) + 1 + 2 * (a > 0))
         else:
-            x = np.linspace(-TAIL, TAIL, math.ceil(2 * TAIL * (2 * a + 5) / (2 * np.pi)) + 1)
+            steps = math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi))
+            x = np.linspace(-TRAPEZOIDAL_END, TRAPEZOIDAL_END, steps + 1)
             w = np.exp(-x * x / 2)
         yield x, w / w.sum()
 
 
 def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and weights of E[f(ζ)], for f that mixes variables little.
+    """Return points and weights of E[f(ζ)], for f with weak interaction between variables.
 
     f(0) + Σ_v (G − 1) f along each axis + Σ_v (G₃ − 1)(G₃ − 1) f of the first axis with each other,
     with Gauss–Hermite rules G, the finest along the first.
@@ -114,15 +118,15 @@ def sobol_normal(n: int, count: int) -> np.ndarray:
 
 
 def smooth_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarray:
-    """Return orders of the polynomials for gentle moments, (terms, m), with those of the surrogate.
+    """Return orders of the polynomials for smooth moments, (terms, m), with those of the expansion.
 
-    The tensor product up to the highest orders; where that is too large, terms with
-    Σ_v order_v/highest_v ≤ 1, and the highest orders fall until these are few enough.
+    The tensor product up to the highest orders; if that is too large, terms with
+    Σ_v order_v/highest_v ≤ 1, where the highest orders decrease until these are few enough.
     """
     top = list(highest)
-    if math.prod(k + 1 for k in top) <= MOST_TERMS:
+    if math.prod(k + 1 for k in top) <= MAX_TENSOR_TERMS:
         return _closed(np.concatenate([tensor_index(top), interval_index]))
-    while len(index := _simplex(top)) > MOST_SPARSE and max(top) > 2:
+    while len(index := _simplex(top)) > MAX_SIMPLEX_TERMS and max(top) > 2:
         top[top.index(max(top))] -= 1
     return _closed(np.concatenate([index, interval_index]))
 
@@ -138,7 +142,7 @@ def _simplex(top: list[int]) -> np.ndarray:
 
 
 def _closed(index: np.ndarray) -> np.ndarray:
-    """Return the index with all lower orders."""
+    """Return the index together with all lower orders."""
     known = {tuple(row) for row in index.tolist()}
     left = list(known)
     while left:
@@ -152,21 +156,21 @@ def _closed(index: np.ndarray) -> np.ndarray:
 
 
 def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return η for a scan, and which of these points are next to each, (points, count).
+    """Return η for a scan, and the numbers of the points next to each, (points, count).
 
-    Chebyshev–Lobatto points, about five a wave of phases that move by `reach`. Where these are too
-    many, quasi-random ones, at the ends in variables that move no phase, and no neighbours.
+    Chebyshev–Lobatto points, about five per wave of phases that change by `reach`. If these are too
+    many, quasi-random points without neighbours, at the ends in variables that change no phase.
     """
     counts = [
-        1 if q == 0 else math.ceil(q + 2 + (a > 0.3) * (3 * a + 2 * np.cbrt(a)))
+        1 if q == 0 else math.ceil(q + 2 + (a > SCANNED_REACH) * (3 * a + 2 * np.cbrt(a)))
         for q, a in zip(orders, reach, strict=True)
     ]
-    if math.prod(counts) <= MOST_SCANNED:
+    if math.prod(counts) <= MAX_SCAN_POINTS:
         where = tensor_index([count - 1 for count in counts])
         step = np.concatenate([np.eye(len(counts), dtype=int), -np.eye(len(counts), dtype=int)])
         beside = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
         strides = np.cumprod([1, *counts[:0:-1]])[::-1][: len(counts)]
         return tensor_points([lobatto(count) for count in counts]), beside @ strides
-    u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(MOST_SCANNED // 2)
-    eta = np.where(reach > 0.3, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))
+    u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(MAX_SCAN_POINTS // 2)
+    eta = np.where(reach > SCANNED_REACH, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))
     return eta * (orders > 0), np.zeros((len(eta), 0), dtype=int)

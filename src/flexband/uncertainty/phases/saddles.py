@@ -15,7 +15,7 @@ from numba import njit
 from flexband.uncertainty.phases.moments import fill, section
 
 SATURATED = 6.0
-"""Slope [rad a standard deviation] at which e^{iφ} averages to nothing: e^{−18}."""
+"""Slope [rad per standard deviation] at which the average of e^{iφ} vanishes: e^{−18}."""
 
 SLOPE_RANGE = 3.0
 """Standard deviations over which the slope must be large."""
@@ -44,7 +44,7 @@ def by_saddles(  # noqa: PLR0912
     Parameters
     ----------
     orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
-    rule, weights : points ζ, whose first axis is turned to the slope of the phase, and weights.
+    rule, weights : points ζ, the first axis along the slope of the phase, and weights.
     samples : equally weighted points ξ for phases that have no saddle nearby.
     """
     outputs, carriers = parts.outputs, parts.carriers
@@ -109,7 +109,7 @@ def by_saddles(  # noqa: PLR0912
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _squares(rows, norms, parts, base, square):
-    """Fill Var b and E|Z_c|², which have closed forms."""
+    """Fill Var b and E|Z_c|² by their closed forms."""
     base[:], square[:] = 0.0, 0.0
     for j in range(len(norms)):
         for o in range(parts.outputs):
@@ -122,7 +122,7 @@ def _squares(rows, norms, parts, base, square):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def saturated(phase, orders):
-    """Return whether the phase's slope is large wherever ξ is likely to be."""
+    """Return whether the slope of the phase is large within `SLOPE_RANGE` standard deviations."""
     slope, bend = 0.0, 0.0
     for j in range(len(phase)):
         if orders[j].sum() == 1:
@@ -153,7 +153,7 @@ def _hermite(xi, orders, powers, terms):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
-    """Fill s and L, and return whether there is a saddle nearby, and det L."""
+    """Fill s and L, and return whether there is a saddle nearby and det L."""
     n = len(saddle)
     step, curve = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     first = np.zeros(n)

@@ -79,7 +79,7 @@ def search(  # noqa: PLR0912
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _lowest(aim, neighbours, best, which):
-    """Fill the lowest values that are not above their neighbours', in order, and where they are."""
+    """Fill the lowest values that are not above their neighbours, in order, and their points."""
     starts = len(best)
     for k in range(starts):
         best[k], which[k] = np.inf, 0
@@ -138,7 +138,7 @@ def _workspace(m, index, width):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _descend(chosen, index, columns, turning, c, sign, eta, work):  # noqa: PLR0912
-    """Move η to where sign (μ + c σ) is least nearby, by quasi-Newton steps; return it."""
+    """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
     m = len(eta)
     gradient, step, trial, new_gradient, along, image, hessian = work[3:]
     best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
@@ -182,7 +182,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta, work):  # noqa: PLR0
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _update(hessian, step, along, curve, image):
-    """Update an estimate of the Hessian by the change of the gradient, after BFGS."""
+    """Update an estimate of the Hessian by the change of the gradient (BFGS)."""
     m = len(step)
     inner = 0.0
     for a in range(m):

@@ -65,10 +65,10 @@ def test_even_terms_are_not_hidden_by_odd_ones():
     assert [4, 0] in more
 
 
-@given(st.integers(0, 3), st.integers(0, 2), st.integers(0, 10_000))
-def test_a_sparse_expansion_interpolates_its_runs(m, n, seed):
-    if m + n == 0:
-        return
+@given(st.integers(1, 5), st.integers(0, 3), st.integers(0, 10_000))
+def test_a_sparse_expansion_interpolates_its_runs(variables, n, seed):
+    n = min(n, variables)
+    m = variables - n
     rng = np.random.default_rng(seed)
     index = first_terms(m, n, 1 + m + n)
     known = TermSizes(index, rng.random((2, len(index))))
@@ -124,9 +124,10 @@ def test_no_convergence_is_claimed_that_is_not_there(f):
     size = np.abs(bands["error_bar"]).mean()
     true = max(float(abs(bands[v] - truth[v]).mean() / size) for v in ("mean", "error_bar"))
     assert bands.attrs["expected_error"] > true / 5
-    if true > 0.05:
-        assert not bool(bands["trusted"])
-        assert bands.attrs["runs"] == 32
+    wrong = f in (chirp, bifurcation, pulse)
+    assert (true > 0.05) == wrong
+    assert bool(bands["trusted"]) == (not wrong)
+    assert (bands.attrs["runs"] == 32) == (f is not fades)
 
 
 def test_what_one_batch_missed_is_not_forgotten_by_the_next():
@@ -205,16 +206,16 @@ def test_a_random_field_of_many_terms():
 def test_the_batch_and_the_order_of_inputs_do_not_change_bands():
     case = formula(damped)
     one = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
-    told = []
+    reported = []
     two = fb.propagate(
         case.response,
         dict(reversed(case.inputs.items())),
         fb.AdaptivePCCI(),
         batch=3,
-        progress=lambda *done: told.append(done),
+        progress=lambda *done: reported.append(done),
     )
     xr.testing.assert_equal(one.drop_attrs(), two.drop_attrs())
-    assert told[-1] == (one.attrs["runs"],) * 2
+    assert reported[-1] == (one.attrs["runs"],) * 2
 
 
 @pytest.mark.parametrize(

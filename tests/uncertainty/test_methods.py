@@ -206,12 +206,12 @@ def test_samples_are_reproducible_and_stratified():
 def test_bands_do_not_depend_on_the_batch():
     inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
     whole = fb.propagate(decay, inputs, fb.PCCI(3, 3))
-    told = []
+    reported = []
     parts = fb.propagate(
-        decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: told.append(done)
+        decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: reported.append(done)
     )
     np.testing.assert_array_equal(whole["mean"], parts["mean"])
-    assert told == [(5, 16), (10, 16), (15, 16), (16, 16)]
+    assert reported == [(5, 16), (10, 16), (15, 16), (16, 16)]
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,9 @@ from flexband.uncertainty.phases.layout import PartColumns
 from ..mechanics.models import slider_crank
 
 TRAPS = [chirp, bifurcation, beating, interior, kink, slow_kink, pulse, onset]
+UNTRUSTED = [chirp, bifurcation, beating, interior, pulse]
+"""Responses that the method gets wrong by about a fifth or more."""
+
 TOO_SMALL = pytest.mark.xfail(
     strict=True, reason="an eighth of the mean's error, seen by five runs"
 )
@@ -88,8 +91,8 @@ def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
         size = float(np.abs(reference[name]).mean())
         expected = float(bands[f"{name}_expected_error"].mean()) / size
         assert expected > true[k] / 5 - 1e-5
-    if max(true) > 0.2:
-        assert not bool(bands["trusted"])
+    assert max(true) < 0.2 or f in UNTRUSTED
+    assert not (f in UNTRUSTED and bool(bands["trusted"]))
 
 
 def test_sixteen_runs_of_the_slider_crank_beat_ten_thousand():

@@ -26,15 +26,18 @@ def polish(index, coefficients, series, c, sign, places, values):
     places, values : η, shape (rows, m), and μ + c σ there, which never gets worse.
     """
     m = places.shape[1]
-    terms = np.empty((1 + m + m * (m + 1) // 2, coefficients.shape[2]))
-    powers = np.empty((3, m, index.max() + 1))
-    basis = np.empty((terms.shape[0], coefficients.shape[1]))
+    rows = 1 + m + m * (m + 1) // 2
+    work = (
+        np.empty((3, m, index.max() + 1)),
+        np.empty((rows, coefficients.shape[1])),
+        np.empty((rows, coefficients.shape[2])),
+    )
     gradient, hessian, step = np.empty(m), np.empty((m, m)), np.empty(m)
     new_gradient, new_hessian = np.empty(m), np.empty((m, m))
     trial = np.empty(m)
     for row in range(len(series)):
         own, eta = coefficients[series[row]], places[row]
-        best = _value(own, index, eta, c[row], sign[row], powers, basis, terms, gradient, hessian)
+        best = _value(own, index, eta, c[row], sign[row], work, gradient, hessian)
         reach = 1.0
         for _ in range(MAX_STEPS):
             newton_step(eta, gradient, hessian, step)
@@ -44,18 +47,7 @@ def polish(index, coefficients, series, c, sign, places, values):
                 gain -= gradient[a] * (trial[a] - eta[a])
             if not gain > MIN_RELATIVE_GAIN * abs(best):
                 break
-            value = _value(
-                own,
-                index,
-                trial,
-                c[row],
-                sign[row],
-                powers,
-                basis,
-                terms,
-                new_gradient,
-                new_hessian,
-            )
+            value = _value(own, index, trial, c[row], sign[row], work, new_gradient, new_hessian)
             if value < best:
                 best, reach = value, 1.0
                 for a in range(m):
@@ -97,9 +89,9 @@ def sweep(index, coefficients, series, c, sign, places, values):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _value(coefficients, index, eta, c, sign, powers, basis, terms, gradient, hessian):
+def _value(coefficients, index, eta, c, sign, work, gradient, hessian):
     """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
-    m = len(eta)
+    m, (powers, basis, terms) = len(eta), work
     chebyshev_powers(eta, powers)
     _products(powers, index, basis)
     np.dot(basis, coefficients, terms)

@@ -45,7 +45,6 @@ def search(  # noqa: PLR0912
     turns = np.empty((len(points), columns.turns), np.complex128)
     best, which = np.empty(starts), np.empty(starts, np.int64)
     eta = np.empty(m)
-    work = _workspace(m, index, block + carriers)
     for t in range(times):
         for k in range(0, len(points), SCAN_BLOCK):
             np.dot(basis[k : k + SCAN_BLOCK], smooth[t], scanned[k : k + SCAN_BLOCK])
@@ -70,7 +69,7 @@ def search(  # noqa: PLR0912
                 for k in range(starts if m else 0):
                     if best[k] < np.inf:
                         eta[:] = points[which[k]]
-                        found = _descend(chosen, index, columns, turning, c, sign, eta, work)
+                        found = _descend(chosen, index, columns, turning, c, sign, eta)
                         if found < values[a, o, t]:
                             values[a, o, t] = found
                             places[a, o, t] = eta
@@ -119,28 +118,17 @@ def _moments(v, turns, columns):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _workspace(m, index, width):
-    """Return arrays for `_descend`."""
-    highest = index.max() if index.size else 0
-    return (
+def _descend(chosen, index, columns, turning, c, sign, eta):  # noqa: PLR0912
+    """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
+    m, highest = len(eta), index.max() if index.size else 0
+    work = (
         np.empty((3, m, highest + 1)),
         np.empty((1 + m, len(index))),
-        np.empty((1 + m, width)),
-        np.empty(m),
-        np.empty(m),
-        np.empty(m),
-        np.empty(m),
-        np.empty(m),
-        np.empty(m),
-        np.empty((m, m)),
+        np.empty((1 + m, chosen.shape[1])),
     )
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _descend(chosen, index, columns, turning, c, sign, eta, work):  # noqa: PLR0912
-    """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
-    m = len(eta)
-    gradient, step, trial, new_gradient, along, image, hessian = work[3:]
+    gradient, new_gradient, step = np.empty(m), np.empty(m), np.empty(m)
+    trial, along = np.empty(m), np.empty(m)
+    hessian = np.empty((m, m))
     best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
     size = 0.0
     for a in range(m):
@@ -170,7 +158,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta, work):  # noqa: PLR0
                 for a in range(m):
                     hessian[a, a] = bend / curve
                 fresh = False
-            _update(hessian, step, along, curve, image)
+            _update(hessian, step, along, curve)
         if value < best:
             best, reach = value, 1.0
             for a in range(m):
@@ -181,12 +169,11 @@ def _descend(chosen, index, columns, turning, c, sign, eta, work):  # noqa: PLR0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _update(hessian, step, along, curve, image):
+def _update(hessian, step, along, curve):
     """Update an estimate of the Hessian by the change of the gradient (BFGS)."""
     m = len(step)
-    inner = 0.0
+    image, inner = np.zeros(m), 0.0
     for a in range(m):
-        image[a] = 0.0
         for b in range(m):
             image[a] += hessian[a, b] * step[b]
         inner += step[a] * image[a]
@@ -198,7 +185,7 @@ def _update(hessian, step, along, curve, image):
 @njit(nogil=True, cache=True, error_model="numpy")
 def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
-    powers, basis, rows = work[0], work[1], work[2]
+    powers, basis, rows = work
     m = len(eta)
     chebyshev_powers(eta, powers)
     basis[:] = 1.0

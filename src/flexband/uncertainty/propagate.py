@@ -118,7 +118,7 @@ class _Runs:
         self.progress(self.done, self.total)
 
     def attributes(self) -> dict[str, object]:
-        """Return the number of runs and the method, and report the last run as the last."""
+        """Return the number of runs and the method, and report that all runs are done."""
         if self.done < self.total:
             self.progress(self.done, self.done)
         return {"runs": self.done + self.explored, "method": repr(self.method)}

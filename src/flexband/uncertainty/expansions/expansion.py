@@ -1,4 +1,4 @@
-"""What every expansion of a response can do, and expansions of some outputs each taken together."""
+"""The protocol of expansions of a response, and the values of several expansions together."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Expansion(Protocol):
 
 
 def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: int) -> np.ndarray:
-    """Return values of several expansions as one array, in the order of the response's outputs.
+    """Return the values of several expansions as one array, in the order of the outputs.
 
     Parameters
     ----------

@@ -138,7 +138,7 @@ class HybridExpansion:
         return HybridExpansion(random[:, :-1], interval[:, :-1], beta)
 
     def of_rows(self, rows: int, which: np.ndarray, times: slice) -> HybridExpansion:
-        """Return the expansion of some rows of series, of so many rows (rows, times), and times."""
+        """Return the expansion of some rows and times of its series, taken as (rows, times)."""
         numbers = np.arange(self.coefficients.shape[2]).reshape(rows, -1)[which][:, times]
         return replace(self, coefficients=self.coefficients[:, :, numbers.ravel()])
 

@@ -5,7 +5,7 @@ Li and Der Kiureghian (1993); Eqs. (29)–(31), with the correlation matrix of u
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
@@ -108,7 +108,7 @@ class RandomField(Input):
     Attributes
     ----------
     correlations : correlation functions by name. A surrogate can be saved if those of its fields
-        are among them; add your own under a name of its own before saving and before loading.
+        are among them; add yours under a new name before saving and before loading.
 
     Raises
     ------
@@ -142,10 +142,6 @@ class RandomField(Input):
             start, end = numbers("RandomField domain [m]", self.domain, 2)
             if start >= end:
                 raise InputError(f"RandomField domain must run upwards; got {self.domain}")
-
-    def on(self, domain: tuple[float, float]) -> RandomField:
-        """Return the same field on a domain [m]."""
-        return replace(self, domain=domain)
 
     @cached_property
     def expansion(self) -> Eole:

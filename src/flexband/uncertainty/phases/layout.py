@@ -1,6 +1,6 @@
-"""Where the parts of a response, and the smooth moments made of them, are in their arrays.
+"""Columns of the parts of a response, and of the smooth moments that follow from them.
 
-Both descriptions are tuples of numbers, which compiled functions take as they are.
+Both descriptions are tuples of numbers, which compiled functions accept.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class PartColumns(NamedTuple):
 
     @staticmethod
     def of(outputs: int, carriers: int) -> PartColumns:
-        """Return the columns for so many outputs and carriers."""
+        """Return the columns for these numbers of outputs and carriers."""
         return PartColumns(
             outputs, carriers, outputs, outputs + 1, 2 * outputs + 1, 2 * outputs + 1
         )
@@ -132,7 +132,7 @@ class MomentColumns(NamedTuple):
 
     @staticmethod
     def of(outputs: int, carriers: int) -> MomentColumns:
-        """Return the columns for so many outputs and carriers."""
+        """Return the columns for these numbers of outputs and carriers."""
         turns = len(turning_parts(carriers))
         factors = 2, 2 + carriers, 2 + 2 * carriers, 2 + 2 * carriers + turns
         block = 2 + 2 * carriers + 2 * turns

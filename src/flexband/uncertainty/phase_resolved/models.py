@@ -92,10 +92,10 @@ class PartModels:
             added[:, series] = gain @ miss[:, series]
         index = self.full.index().T
         terms = self.full.coefficients.reshape(len(index), -1)
-        for (v, orders, factors), own in zip(self._next_terms(), added, strict=True):
+        for v, orders, own in self._next_terms(added):
             alone = np.zeros((len(orders), index.shape[1]), dtype=int)
             alone[:, v] = orders
-            index, terms = np.concatenate([index, alone]), np.concatenate([terms, factors * own])
+            index, terms = np.concatenate([index, alone]), np.concatenate([terms, own])
         index, which = np.unique(index, axis=0, return_inverse=True)
         summed = np.zeros((len(index), terms.shape[1]))
         np.add.at(summed, which.ravel(), terms)
@@ -117,15 +117,19 @@ class PartModels:
                 values.append(term[:, None])
         return np.concatenate(values, axis=1)
 
-    def _next_terms(self) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-        """Yield each B_v in polynomials: the variable, their orders and factors (orders, 1)."""
+    def _next_terms(self, added: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+        """Yield c_v B_v of every variable that is expanded, in polynomials.
+
+        The variable, the orders of the polynomials, and their coefficients (orders, series).
+        """
+        own = iter(added)
         for v, nodes in enumerate(self.nodes):
             if len(nodes) > 1:
                 factors = chebyshev.chebfromroots(nodes) / _largest(nodes)
-                yield v, np.arange(len(factors)), factors[:, None]
+                yield v, np.arange(len(factors)), factors[:, None] * next(own)
         for v, k in enumerate(self.full.random_orders, start=len(self.nodes)):
             if k:
-                yield v, np.array([k + 1]), np.array([[1 / sqrt(factorial(k + 1))]])
+                yield v, np.array([k + 1]), next(own)[None] / sqrt(factorial(k + 1))
 
 
 def _largest(nodes: np.ndarray) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.study.comparison import Comparison
-from flexband.uncertainty.inputs.inputs import RandomField
+from flexband.uncertainty.inputs.fields import RandomField
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""

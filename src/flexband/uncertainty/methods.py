@@ -180,7 +180,9 @@ class ImprovedPCCI(PCCI):
 
 
 @dataclass(frozen=True)
-class _Scanning:
+class Scanning:
+    """Samples of ξ at every point of a scan of η; a subclass chooses the samples in `normals`."""
+
     samples: int = 100
     points: int = 10
     seed: int = 0
@@ -198,6 +200,7 @@ class _Scanning:
         whole("seed", self.seed, 0)
 
     def normals(self, dimension: int) -> np.ndarray:
+        """Return samples of ξ, shape (samples, dimension)."""
         raise NotImplementedError
 
     def runs(self, space: Space) -> int:
@@ -222,7 +225,7 @@ class _Scanning:
 
 
 @dataclass(frozen=True)
-class LHSScanning(_Scanning):
+class LHSScanning(Scanning):
     """The reference: Latin hypercube samples of ξ at every point of a scan of η, Eqs. (6)–(10).
 
     Parameters
@@ -245,7 +248,7 @@ class LHSScanning(_Scanning):
 
 
 @dataclass(frozen=True)
-class MonteCarlo(_Scanning):
+class MonteCarlo(Scanning):
     """Independent random samples of ξ at every point of a scan of η.
 
     Parameters are those of `LHSScanning`, which is more accurate at the same cost: the error of the

@@ -60,6 +60,8 @@ class Input(ABC):
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return the standard variables of values of shape (n,) or (): the inverse of `value`.
 
+        Their shape is that of the values or (n, dimension).
+
         Raises
         ------
         InputError

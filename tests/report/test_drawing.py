@@ -11,8 +11,8 @@ from matplotlib.patches import Polygon
 
 import flexband as fb
 from flexband.mechanics.forms import subtract
-from flexband.mechanics.joints.joints import PairJoint
-from flexband.mechanics.loads.loads import Entries
+from flexband.mechanics.joints.joint import PairJoint
+from flexband.mechanics.loads.load import Entries
 from flexband.report.drawing.scene import hull
 from tests.mechanics.models import slider_crank
 

@@ -13,7 +13,7 @@ from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.batch import begin, compiling
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.forms import Form, Vector
-from flexband.mechanics.loads.loads import InTime
+from flexband.mechanics.loads.load import InTime
 from flexband.mechanics.mechanism import Mechanism
 
 

@@ -11,9 +11,9 @@ from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, compiling
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
-from flexband.mechanics.joints.joints import Joint
+from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.kernels.lanes import WIDTH
-from flexband.mechanics.loads.loads import Load
+from flexband.mechanics.loads.load import Load
 from flexband.mechanics.mechanism import Mechanism
 
 

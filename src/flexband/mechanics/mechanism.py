@@ -18,9 +18,9 @@ from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
-from flexband.mechanics.joints.joints import Joint, PointName
+from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.loads import Entries, LawEntry, Load, SpringEntry
+from flexband.mechanics.loads.load import Entries, LawEntry, Load, SpringEntry
 from flexband.mechanics.sensors.motion import Sensor
 
 KINDS = {

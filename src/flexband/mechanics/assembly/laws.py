@@ -11,7 +11,7 @@ from flexband.mechanics.assembly.structure import Laws
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.kernels.laws import AXES
-from flexband.mechanics.loads.loads import LawEntry
+from flexband.mechanics.loads.load import LawEntry
 
 
 class LawTable:

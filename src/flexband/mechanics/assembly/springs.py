@@ -8,7 +8,7 @@ from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Springs, SpringValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.springs import RELAXED
-from flexband.mechanics.loads.loads import SpringEntry
+from flexband.mechanics.loads.load import SpringEntry
 
 
 class SpringTable:

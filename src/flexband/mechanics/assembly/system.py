@@ -25,7 +25,7 @@ from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.kernels.indices import as_indices
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.loads import LawEntry
+from flexband.mechanics.loads.load import LawEntry
 from flexband.mechanics.mechanism import Mechanism
 
 CONSTANT = (0, 0, None)

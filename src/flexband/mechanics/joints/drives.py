@@ -9,14 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, scale, subtract
-from flexband.mechanics.joints.joints import (
-    Joint,
-    PairJoint,
-    PointName,
-    Resolve,
-    along,
-    check_axis,
-)
+from flexband.mechanics.joints.joint import Joint, PairJoint, PointName, Resolve, along, check_axis
 
 
 def _check_function(name: str, function: object) -> None:

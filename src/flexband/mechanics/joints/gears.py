@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
 from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
-from flexband.mechanics.joints.joints import PairJoint, PointName, Resolve, along, check_axis
+from flexband.mechanics.joints.joint import PairJoint, PointName, Resolve, along, check_axis
 
 
 @dataclass(frozen=True)

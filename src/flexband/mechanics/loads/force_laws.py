@@ -18,10 +18,10 @@ from numba.np.numpy_support import carray
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, non_negative
-from flexband.mechanics.joints.joints import PointName
+from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.kernels.laws import AXES
-from flexband.mechanics.loads.loads import Entries, InTime, LawEntry, Model, in_time
+from flexband.mechanics.loads.load import Entries, InTime, LawEntry, Model, in_time
 
 Law = Callable[..., None]
 """``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.

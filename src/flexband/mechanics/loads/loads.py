@@ -1,114 +1,17 @@
-"""Loads: gravity, forces, moments and distributed loads, and what any load enters."""
+"""Loads: gravity, forces, moments and distributed loads."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.forms import (
-    Form,
-    Frame,
-    GeneralizedForce,
-    TimeFunction,
-    Vector,
-    about,
-    add,
-    at_point,
-    scale,
-)
-from flexband.mechanics.joints.joints import PointName
-
-InTime = ArrayLike | TimeFunction
-"""A number, an array of shape (n,), or a function of the time [s] that returns one of these."""
-
-
-class Model(Protocol):
-    """The methods of `Mechanism` that loads use; they are documented there."""
-
-    def frame(self, point: PointName) -> Frame: ...
-    def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce: ...
-    def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce: ...
-
-
-class SpringEntry(NamedTuple):
-    """A spring, damper and actuator along an elongation s, see `kernels.springs`.
-
-    Attributes
-    ----------
-    vectors : of a translational spring one vector, whose length is s [m]; of a torsion spring two
-        directions, the angle of the first less that of the second being s [rad].
-    stiffness, cubic, damping : k, k₃ and d.
-    rest : s₀, or None if the spring is relaxed at the start.
-    pull : f(t), an additional tension: one term c f(t), or none.
-    """
-
-    vectors: Sequence[Vector]
-    stiffness: ArrayLike
-    rest: ArrayLike | None
-    cubic: ArrayLike
-    damping: ArrayLike
-    pull: Form
-
-    @property
-    def torsion(self) -> bool:
-        """Whether it is a torsion spring."""
-        return len(self.vectors) > 1
-
-
-class LawEntry(NamedTuple):
-    """A compiled force law, see `kernels.laws`.
-
-    Attributes
-    ----------
-    points : the frames that the law reads and acts on.
-    function : the compiled function, which the engine calls by its `address`.
-    parameters : numbers, arrays of shape (n,), or functions of the time [s].
-    """
-
-    points: Sequence[Frame]
-    function: Any
-    parameters: Sequence[InTime]
-
-
-@dataclass(frozen=True)
-class Entries:
-    """What a load enters in the equations of motion.
-
-    Attributes
-    ----------
-    forces : generalized forces that are forms of the state.
-    potential : the potential energy [J] that `forces` derive from, zero if they derive from none.
-    springs, laws : entries of the engine's springs and force laws.
-    """
-
-    forces: GeneralizedForce = field(default_factory=dict)
-    potential: Form = field(default_factory=lambda: Form({}))
-    springs: Sequence[SpringEntry] = ()
-    laws: Sequence[LawEntry] = ()
-
-
-@runtime_checkable
-class Load(Protocol):
-    """A load on a mechanism: which points it names, and what it enters."""
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        """The points that the load names."""
-        ...
-
-    def enters(self, model: Model) -> Entries:
-        """Return what the load enters in the equations of motion."""
-        ...
-
-
-def in_time(name: str, value: InTime) -> Form:
-    """Return a form; raise `InputError` for a value that is neither finite nor a function."""
-    return Form.function(value) if callable(value) else Form.constant(finite(name, value))
+from flexband.mechanics.forms import Form, TimeFunction, about, add, at_point, scale
+from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.loads.load import Entries, InTime, Model, in_time
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import finite, non_negative
 from flexband.mechanics.forms import subtract
-from flexband.mechanics.joints.joints import PointName
-from flexband.mechanics.loads.loads import Entries, InTime, Model, SpringEntry, in_time
+from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.loads.load import Entries, InTime, Model, SpringEntry, in_time
 
 
 @dataclass(frozen=True)

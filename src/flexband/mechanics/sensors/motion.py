@@ -16,7 +16,7 @@ import numpy as np
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.forms import Form, Frame
-from flexband.mechanics.joints.joints import Joint, PointName
+from flexband.mechanics.joints.joint import Joint, PointName
 
 
 class Model(Protocol):

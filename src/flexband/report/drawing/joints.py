@@ -7,16 +7,8 @@ import numpy as np
 from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.joints.gears import Gear, Rack
-from flexband.mechanics.joints.joints import (
-    Distance,
-    Joint,
-    PointName,
-    Prismatic,
-    Revolute,
-    Slot,
-    Weld,
-    along,
-)
+from flexband.mechanics.joints.joint import Joint, PointName, along
+from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
 from flexband.report.drawing import round_symbols, symbols
 from flexband.report.drawing.canvas import Canvas
 from flexband.report.drawing.scene import Scene, body_of

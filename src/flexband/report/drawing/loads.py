@@ -7,7 +7,8 @@ from itertools import product
 import numpy as np
 
 from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
-from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, InTime, Moment
+from flexband.mechanics.loads.load import InTime
+from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
 from flexband.report.drawing import round_symbols, symbols
 from flexband.report.drawing.canvas import Canvas

@@ -11,7 +11,7 @@ from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.gears import Gear, Rack
-from flexband.mechanics.joints.joints import PointName, along
+from flexband.mechanics.joints.joint import PointName, along
 from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.round_symbols import circle
 

@@ -1,0 +1,80 @@
+"""The interface of joints, and the points that they name.
+
+A point is written "body.point" ("body" alone is its "center"), or as coordinates (X, Y) [m] if it
+belongs to the ground.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from flexband.errors import InputError, numbers
+from flexband.mechanics.bodies.body import Point
+from flexband.mechanics.forms import Form, Frame, Vector
+
+PointName = str | Point
+"""A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""
+
+Resolve = Callable[[PointName], Frame]
+"""Returns the frame of a point."""
+
+
+class Joint(ABC):
+    """A constraint between points. The first point is on the body that reactions act on.
+
+    A new kind of joint is a subclass with `constraints` and, so that sensors can report reactions,
+    `force` or `moment`.
+    """
+
+    first: PointName
+
+    holds_start: ClassVar[bool] = False
+    """Whether the rows of Φ keep the values that they have in the guess, instead of 0."""
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """The points that the joint names."""
+        return [self.first]
+
+    @abstractmethod
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return the rows of Φ."""
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return forms that must stay positive: they select a branch if Φ = 0 has two."""
+        return []
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
+        """Return the force [N] on the first body at its point, from −Φ_qᵀλ, or None."""
+        return None
+
+    def moment(self, multipliers: Sequence[Form]) -> Form | None:
+        """Return the moment [N m] on the first body, from −Φ_qᵀλ, or None."""
+        return None
+
+
+class PairJoint(Joint):
+    """A joint between two points."""
+
+    second: PointName
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """Both points."""
+        return [self.first, self.second]
+
+
+def along(line: Frame, axis: tuple[float, float]) -> Vector:
+    """Return the unit vector of a direction given in the axes of a frame."""
+    x, y = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    return line.direction(x, y)
+
+
+def check_axis(name: str, axis: tuple[float, float]) -> None:
+    """Raise `InputError` if an axis has no length."""
+    if np.linalg.norm(numbers(name, axis, 2)) == 0:
+        raise InputError(f"{name} must have a length; got {axis}")

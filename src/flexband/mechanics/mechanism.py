@@ -207,7 +207,7 @@ class Mechanism:
             pairs.append((-tension, elongation))
         return pairs
 
-    # --- inertia and energy -----------------------------------------------------------------
+    # --- inertia ----------------------------------------------------------------------------
 
     def mass_entries(self) -> dict[tuple[int, int], np.ndarray]:
         """Return the entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
@@ -234,24 +234,6 @@ class Mechanism:
         """Return the generalized force of a load [N/m] along a beam or cable."""
         member, first = self.member(body)
         return {first + j: Form.constant(force) for j, force in member.line_load(x, y).items()}
-
-    def kinetic_energy(self) -> Form:
-        """Return ½ vᵀ M v."""
-        row = self.state.velocity
-        return Form(
-            {
-                (row + i, row + j, None): value * (0.5 if i == j else 1.0)
-                for (i, j), value in self.mass_entries().items()
-            }
-        )
-
-    def elastic_energy(self) -> Form:
-        """Return the energy of beams, cables and springs."""
-        return Form.variable(self.state.energy)
-
-    def potential_energy(self) -> Form:
-        """Return the potential energy of all loads that have one."""
-        return sum((entries.potential for entries in self.entries.values()), Form({}))
 
 
 def _within(kind: str, name: str, parts: Mapping[str, object]) -> None:

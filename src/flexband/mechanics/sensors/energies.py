@@ -24,7 +24,11 @@ class KineticEnergy(_Energy):
 
     def rows(self, model: Model) -> Sequence[Form]:
         """Return ½ vᵀ M v."""
-        return [model.kinetic_energy()]
+        row, mass = model.state.velocity, model.mass_entries()
+        return [
+            Form({(row + i, row + j, None): (0.5 if i == j else 1.0) * m
+                  for (i, j), m in mass.items()})
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -33,16 +37,16 @@ class ElasticEnergy(_Energy):
 
     def rows(self, model: Model) -> Sequence[Form]:
         """Return U."""
-        return [model.elastic_energy()]
+        return [Form.variable(model.state.energy)]
 
 
 @dataclass(frozen=True)
 class PotentialEnergy(_Energy):
-    """The potential energy of all bodies in the fields of gravity [J], zero at the origin."""
+    """The potential energy of all loads that have one [J]; for gravity it is 0 at the origin."""
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return −∫ρ g · r dV."""
-        return [model.potential_energy()]
+        """Return the sum of the potentials of all loads."""
+        return [sum((entries.potential for entries in model.entries.values()), Form({}))]
 
 
 @dataclass(frozen=True)

@@ -29,9 +29,11 @@ class SpringTable:
     ):
         self.springs, self.numbers = springs, numbers
         self.groups = [[i for a in own for i in groups[a]] for own in numbers]
-        pulls = [next(iter(s.pull.terms.items()), ((0, 0, None), 0.0)) for s in springs]
-        self.pulls = [c for _, c in pulls]
-        self.functions = [f for (_, _, f), _ in pulls]
+        self.pulls, self.functions = [], []
+        for spring in springs:
+            (((_, _, f), c),) = spring.pull.terms.items() or [((0, 0, None), 0.0)]
+            self.pulls.append(c)
+            self.functions.append(f)
 
     def couples(self) -> Couples:
         return pairs_of(self.groups)

@@ -3,33 +3,25 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
+import rich.progress as rp
 import typer
+from rich.console import Console
+from rich.table import Column
+from rich.table import Table as RichTable
 
 import flexband as fb
-from flexband.report.console import (
-    add_task,
-    print_lines,
-    print_message,
-    print_table,
-    progress_bars,
-)
-from flexband.report.results import write_comparison, write_run
-from flexband.report.tables import (
-    comparison_remarks,
-    error_table,
-    remarks,
-    summary_table,
-    verification_table,
-)
+from flexband.errors import known, whole
+from flexband.report import tables
+from flexband.report.results import write_comparison, write_netcdf, write_run
 from flexband.study.comparison import compare
-from flexband.study.files import load_study
-from flexband.study.netcdf import write_netcdf
-from flexband.study.options import Option, method_classes, method_options, with_options
+from flexband.study.options import method_classes, method_options, with_options
+from flexband.study.study import load_study
 
 app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)
 METHODS = method_classes(getattr(fb, name) for name in fb.__all__)
@@ -44,37 +36,58 @@ def reported_errors() -> Iterator[None]:
     try:
         yield
     except (fb.InputError, fb.AssemblyError, fb.SimulationError, OSError) as error:
-        print_message(f"flexband: {error}", style="red")
+        typer.secho(f"flexband: {error}", fg="red", err=True)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
-        print_message("flexband: stopped", style="red")
+        typer.secho("flexband: stopped", fg="red", err=True)
         raise typer.Exit(130) from None
 
 
-def with_method_options(options: Mapping[str, Option]) -> Callable:
-    """Return a decorator that puts options in place of the ``**values`` of a command."""
-
-    def parameter(name: str, option: Option) -> inspect.Parameter:
-        takers = ", ".join(f"{method} ({value})" for method, value in option.defaults.items())
+def with_method_options(command: Any) -> Callable:
+    """Put the options of all methods in place of the ``**values`` of a command."""
+    signature = inspect.signature(command, eval_str=True)
+    parameters = list(signature.parameters.values())[:-1]
+    for name, (kind, defaults) in method_options(METHODS).items():
+        takers = ", ".join(f"{method} ({value})" for method, value in defaults.items())
         info = typer.Option(help=takers, rich_help_panel="Options of methods (default)")
-        annotation = Annotated[option.kind | None, info]  # type: ignore[valid-type]
-        return inspect.Parameter(
-            name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation
+        parameters.append(
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=None,
+                annotation=Annotated[kind | None, info],  # type: ignore[valid-type]
+            )
         )
+    command.__signature__ = signature.replace(parameters=parameters)
+    return command
 
-    def decorated(command: Any) -> Callable:
-        signature = inspect.signature(command, eval_str=True)
-        own = list(signature.parameters.values())[:-1]
-        added = [parameter(name, option) for name, option in options.items()]
-        command.__signature__ = signature.replace(parameters=[*own, *added])
-        return command
 
-    return decorated
+def print_table(title: str, content: tables.Table) -> None:
+    """Print a table; its first column is left-aligned and never wrapped."""
+    (first, *others), rows = content
+    columns = [Column(first, no_wrap=True), *(Column(cell, justify="right") for cell in others)]
+    table = RichTable(*columns, title=title)
+    for row in rows:
+        table.add_row(*row)
+    Console(markup=False).print(table)
+
+
+def progress_bars() -> rp.Progress:
+    """Return a context in which tasks show their progress on standard error."""
+    columns = (rp.BarColumn(), rp.MofNCompleteColumn(), rp.TimeElapsedColumn())
+    name, left = "{task.description}", rp.TimeRemainingColumn()
+    return rp.Progress(name, *columns, left, console=Console(stderr=True))
+
+
+def add_task(bars: rp.Progress, name: str) -> Callable[[int, int], object]:
+    """Add a bar; return the function that is called as ``(done, total)`` to advance it."""
+    task = bars.add_task(name, total=None)
+    return lambda done, total: bars.update(task, completed=done, total=total)
 
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        print_lines([fb.__version__])
+        typer.echo(fb.__version__)
         raise typer.Exit
 
 
@@ -90,7 +103,7 @@ def main(
 
 @app.command()
 @reported_errors()
-@with_method_options(method_options(METHODS))
+@with_method_options
 def run(
     file: File,
     output: Output = Path("output"),
@@ -99,7 +112,7 @@ def run(
         typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}."),
     ] = None,
     verify: Annotated[
-        int, typer.Option(help="New runs at each extreme of the surrogate's error bar.", min=0)
+        int, typer.Option(help="New runs at each extreme of the surrogate's error bar, 2 or more.")
     ] = 0,
     **values: Any,
 ) -> None:
@@ -108,12 +121,14 @@ def run(
     Options of methods change the study's method, or the one given by --method.
     """
     study = load_study(file)
-    if method and method not in METHODS:
-        raise fb.InputError(f"--method must be one of {', '.join(METHODS)}; got {method!r}")
+    if method:
+        known("--method", method, METHODS)
     study = study.using(with_options(METHODS[method]() if method else study.method, values))
     label = study.method.label
-    if verify and not study.expands:
-        raise fb.InputError(f"--verify requires a method with a surrogate; got {label}")
+    if verify:
+        whole("--verify", verify, 2)
+        if not study.expands:
+            raise fb.InputError(f"--verify requires a method with a surrogate; got {label}")
     output.mkdir(parents=True, exist_ok=True)
     with progress_bars() as bars:
         progress = add_task(bars, label)
@@ -121,15 +136,14 @@ def run(
         bands = surrogate.bands() if surrogate else study.run(progress=progress)
     title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
     page = write_run(output, title, label, bands, surrogate)
-    print_table(title, summary_table(bands))
-    print_lines([*remarks(bands), f"Report: {page}", f"Data:   {output / 'bands.nc'}"])
-    if surrogate:
-        print_lines([f"Model:  {output / 'surrogate.npz'}"])
+    print_table(title, tables.summary_table(bands))
+    lines = [*tables.remarks(bands), f"Report: {page}", f"Data:   {output / 'bands.nc'}"]
+    typer.echo("\n".join([*lines, f"Model:  {output / 'surrogate.npz'}"] if surrogate else lines))
     if surrogate and verify:
         checked = fb.verify(surrogate, study.response, samples=verify)
         write_netcdf(checked, output / "verification.nc")
         title = f"New runs at the extremes of the error bar: {checked.attrs['runs']}"
-        print_table(title, verification_table(checked))
+        print_table(title, tables.verification_table(checked))
 
 
 @app.command("compare")
@@ -149,26 +163,17 @@ def compare_methods(
     The phase-resolved method uses the first of the orders; the adaptive method finds its own.
     """
     study = load_study(file).located()
-    pairs = _orders(orders)
+    if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip()):
+        raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
+    pairs = [(int(k), int(q)) for k, q in re.findall(r"(\d+),(\d+)", orders)]
     reference = fb.LHSScanning(samples, points, seed)
     methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
     methods += [fb.PhaseResolvedPCCI(*pairs[0]), fb.AdaptivePCCI()]
     output.mkdir(parents=True, exist_ok=True)
-    print_message("Everything is compiled before the methods are timed.")
+    typer.echo("Everything is compiled before the methods are timed.", err=True)
     with progress_bars() as bars:
         results = compare(study, reference, methods, progress=lambda m: add_task(bars, m.label))
     title = f"{file.stem}: relative errors against {reference.label}"
     page = write_comparison(output, title, study, results, (pairs[0], pairs[-1]))
-    print_table(title, error_table(results))
-    print_lines([*comparison_remarks(study.fields()), f"Report: {page}"])
-
-
-def _orders(text: str) -> list[tuple[int, int]]:
-    try:
-        pairs = [tuple(int(order) for order in pair.split(",")) for pair in text.split()]
-        found = [(k, q) for k, q in pairs]
-    except ValueError:
-        found = []
-    if not found:
-        raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {text!r}")
-    return found
+    print_table(title, tables.error_table(results))
+    typer.echo("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))

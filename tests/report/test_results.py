@@ -1,9 +1,10 @@
 """Results written into a folder from Python."""
 
 import numpy as np
+import pytest
 
 import flexband as fb
-from flexband.report.figures import DEFINITIONS, bands_figure
+from flexband.report.figures import DEFINITIONS, bands_figure, errors_figure
 from flexband.report.results import write_comparison, write_run
 from flexband.study.comparison import compare
 
@@ -43,3 +44,15 @@ def test_a_comparison_states_what_times_include(tmp_path):
         "report.html", "deterministic.png", "bands_response_1_2.png", "errors_response.png",
         "lhs_scanning.nc", "pcci_1_2.nc", "improved_pcci_1_2.nc",
     }  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("others", [[], [fb.PCCI(1, 1)]])
+def test_errors_of_zero_are_left_out_of_their_figure(others):
+    results = compare(STUDY, fb.PCCI(1, 2), [fb.PCCI(1, 2), *others])
+    figure = errors_figure(results, "")
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        errors = np.asarray(axes.lines[0].get_ydata())
+        assert np.isnan(errors[0])
+        assert np.all(errors[1:] > 0)

@@ -107,6 +107,11 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     none = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--verify", 4)
     assert none.exit_code == 1
     assert "--verify requires a method with a surrogate; got LHS–Scanning" in none.output
+    for samples in (1, -1):
+        few = call("run", study_file, "--output", out / "few", "--verify", samples)
+        assert few.exit_code == 1
+        assert f"--verify must be 2 or more; got {samples}" in few.output
+    assert not (out / "few").exists()  # refused before the runs
 
 
 def test_options_change_the_method_of_the_study(study_file, tmp_path):
@@ -126,7 +131,7 @@ def test_methods_are_those_of_the_package(study_file):
         assert name in output
     wrong = call("run", study_file, "--method", "magic")
     assert wrong.exit_code == 1
-    assert "--method must be one of adaptive-pcci" in wrong.output
+    assert "--method must be 'adaptive-pcci', " in wrong.output
 
 
 def test_output_is_checked_before_the_runs(study_file):

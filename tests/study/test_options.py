@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 import flexband as fb
-from flexband.study.options import Option, method_classes, method_options, with_options
+from flexband.study.options import method_classes, method_options, with_options
 
 
 @dataclass(frozen=True)
@@ -26,18 +26,18 @@ def test_a_new_method_needs_only_its_class():
     methods = method_classes([fb.Mechanism, TwoStageLHS, fb.PCCI, fb.propagate])
     assert methods == {"two-stage-lhs": TwoStageLHS, "pcci": fb.PCCI}
     assert method_options(methods) == {
-        "runs": Option(int, {"two-stage-lhs": 10}),
-        "share": Option(float, {"two-stage-lhs": None}),
-        "mirrored": Option(bool, {"two-stage-lhs": False}),
-        "random_order": Option(int, {"pcci": 3}),
-        "interval_order": Option(int, {"pcci": 3}),
+        "runs": (int, {"two-stage-lhs": 10}),
+        "share": (float, {"two-stage-lhs": None}),
+        "mirrored": (bool, {"two-stage-lhs": False}),
+        "random_order": (int, {"pcci": 3}),
+        "interval_order": (int, {"pcci": 3}),
     }
 
 
 def test_an_option_of_several_methods():
     methods = method_classes([fb.LHSScanning, fb.MonteCarlo, fb.PhaseResolvedPCCI])
     assert list(methods) == ["lhs-scanning", "monte-carlo", "phase-resolved-pcci"]
-    assert method_options(methods)["seed"] == Option(int, {"lhs-scanning": 0, "monte-carlo": 0})
+    assert method_options(methods)["seed"] == (int, {"lhs-scanning": 0, "monte-carlo": 0})
 
 
 def test_public_methods_have_defaults():

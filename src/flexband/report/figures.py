@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
@@ -14,12 +16,12 @@ from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
-RANGES = {
-    "mean": "the range of the mean μ over all values of the interval inputs",
-    "error_bar": "the range from the lowest μ − σ to the highest μ + σ over all values of the "
-    "interval inputs",
+BOUNDS = {
+    "mean": "Interval mean: the range of the mean μ over all values of the interval inputs",
+    "error_bar": "Interval error bar: the range from the lowest μ − σ to the highest μ + σ over "
+    "all values of the interval inputs",
 }
-DEFINITIONS = ". ".join(f"{TITLES[variable]}: {RANGES[variable]}" for variable in TITLES) + "."
+DEFINITIONS = ". ".join(BOUNDS.values()) + "."
 STYLES = [
     {"color": "0.1", "linewidth": 0.9},
     {"color": "#d95f02", "linewidth": 0.9, "linestyle": "--"},
@@ -34,8 +36,8 @@ def drawable_outputs(data: xr.DataArray) -> list[str]:
     return outputs_of(data) if len(free) <= 1 else []
 
 
-def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str, str]:
-    """Return x, values of shape (..., x) and both axis labels of one output.
+def labelled_series(axes: Axes, data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and the values of shape (..., x) of one output; label the axes with them.
 
     Raises
     ------
@@ -43,20 +45,17 @@ def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray, str
         If the output depends on more than one variable.
     """
     one = select(data, output)
-    last = str(one.dims[-1]) if one.dims and one.dims[-1] != "bound" else ""
     if one.ndim > 2:
         raise ValueError(f"an output must depend on one variable at most; got dims {one.dims}")
-    if not last:
-        return np.zeros(1), one.values[..., None], "", output
-    x = one[last]
-    unit = x.attrs.get("units", "")
-    y_unit = str(one["unit"].values) if "unit" in one.coords else ""
-    return (
-        x.values,
-        one.values,
-        f"{last} [{unit}]" if unit else last,
-        f"{output} [{y_unit}]" if y_unit else output,
-    )
+    last = str(one.dims[-1]) if one.dims else "bound"
+    if last == "bound":
+        axes.set(ylabel=output)
+        return np.zeros(1), one.values[..., None]
+    units = one[last].attrs.get("units"), one["unit"].values if "unit" in one.coords else ""
+    x, y = (f"{n} [{u}]" if u else n for n, u in zip((last, output), units, strict=True))
+    axes.set(xlabel=x, ylabel=y)
+    axes.margins(x=0)
+    return one[last].values, one.values
 
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
@@ -67,18 +66,14 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
     results : label -> bands.
     """
     figure = Figure(figsize=(10, 7.5), layout="constrained")
-    for axes, variable in zip(figure.subplots(2, 1), TITLES, strict=True):
-        for k, (label, bands) in enumerate(results.items()):
-            x, values, x_label, y_label = series(bands[variable], output)
-            title = f"{TITLES[variable]}: {RANGES[variable]}"
-            axes.set_title(title, fontsize=10)
-            axes.set(xlabel=x_label, ylabel=y_label)
-            style = STYLES[k % len(STYLES)]
+    for axes, (variable, title) in zip(figure.subplots(2, 1), BOUNDS.items(), strict=True):
+        for (label, bands), style in zip(results.items(), cycle(STYLES), strict=False):
+            x, (lower, upper) = labelled_series(axes, bands[variable], output)
             if len(results) == 1:
-                axes.fill_between(x, values[0], values[1], color="#1f78b4", alpha=0.3, linewidth=0)
-            axes.plot(x, values[0], label=f"{label}, lower and upper bound", **style)
-            axes.plot(x, values[1], **style)
-        axes.margins(x=0)
+                axes.fill_between(x, lower, upper, color="#1f78b4", alpha=0.3, linewidth=0)
+            axes.plot(x, lower, label=f"{label}, lower and upper bound", **style)
+            axes.plot(x, upper, **style)
+        axes.set_title(title, fontsize=10)
         axes.legend(fontsize=8, loc="best")
     return figure
 
@@ -88,10 +83,7 @@ def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
     figure = Figure(figsize=(8, 2.6 * len(outputs)), layout="constrained")
     grid = figure.subplots(len(outputs), 1, squeeze=False, sharex=True)
     for axes, output in zip(grid[:, 0], outputs, strict=True):
-        x, values, x_label, y_label = series(response, output)
-        axes.plot(x, values, **STYLES[0])
-        axes.set(xlabel=x_label, ylabel=y_label)
-        axes.margins(x=0)
+        axes.plot(*labelled_series(axes, response, output), **STYLES[0])
         axes.label_outer()
     grid[0, 0].set(title="Deterministic response")
     return figure
@@ -101,12 +93,12 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
     """Draw the variance error of random fields against position, Eq. (31)."""
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()
-    for k, (name, field) in enumerate(fields.items()):
+    for (name, field), style in zip(fields.items(), cycle(STYLES), strict=False):
         start, end = field.expansion.nodes[[0, -1]]
         x = np.linspace(start, end, 501)
         largest = field.largest_variance_error()
         label = f"{name}, terms: {field.dimension}, largest: {largest:.4f}"
-        axes.plot(x, field.variance_error(x), label=label, **STYLES[k % len(STYLES)])
+        axes.plot(x, field.variance_error(x), label=label, **style)
     axes.set(title="Variance error of the random fields", xlabel="position [m]")
     axes.set(ylabel="variance error / variance")
     axes.margins(x=0)
@@ -115,21 +107,23 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
 
 
 def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
-    """Draw relative errors of one output against runs, one line per class of methods."""
+    """Draw relative errors of one output against runs, one line per class of methods.
+
+    Errors that are exactly zero are left out, since the axes are logarithmic.
+    """
     figure = Figure(figsize=(11, 4.2), layout="constrained")
     compared = [r for r in results if r.errors]
     runs: list[int] = []
     for count in sorted({r.runs for r in compared}):
         if not runs or count > 1.15 * runs[-1]:  # labels must not overlap
             runs.append(count)
+    names = dict.fromkeys(r.method.name for r in compared)
     for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
-        for k, name in enumerate(dict.fromkeys(r.method.name for r in compared)):
-            points = [
-                (r.runs, r.errors[variable]) for r in compared if r.errors and r.method.name == name
-            ]
-            values = [100 * float(select(e, output)) for _, e in points]
-            style = STYLES[(k + 1) % len(STYLES)]
-            axes.loglog([x for x, _ in points], values, marker="o", label=name, **style)
+        for name, style in zip(names, cycle(STYLES[1:] + STYLES[:1]), strict=False):
+            group = [r for r in compared if r.method.name == name]
+            errors = np.array([float(select(r.errors[variable], output)) for r in group])
+            errors[errors == 0.0] = np.nan
+            axes.loglog([r.runs for r in group], 100 * errors, marker="o", label=name, **style)
         axes.set(title=f"{TITLES[variable]} of {output}", xlabel="runs")
         axes.set(ylabel="relative error [%]")
         axes.set_xticks(runs, [str(r) for r in runs])

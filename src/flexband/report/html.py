@@ -34,27 +34,23 @@ def write_report(
     remarks : paragraphs below the table.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    parts = [f"<h1>{escape(title)}</h1>", _table(*table)]
-    parts += [f"<p>{escape(line)}</p>" for line in remarks]
+    (header, rows), heading = table, escape(title)
+    parts = [
+        '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">',
+        f"<title>{heading}</title>\n<style>{STYLE}</style>\n<h1>{heading}</h1>\n<table>",
+        *(_row("th", header), *(_row("td", row) for row in rows)),
+        "</table>",
+        *(f"<p>{escape(line)}</p>" for line in remarks),
+    ]
     for name, (caption, figure) in figures.items():
         figure.savefig(folder / f"{name}.png", dpi=120)
         text = escape(caption)
         parts.append(f'<figure><img src="{name}.png" alt="{text}"><figcaption>{text}</figcaption>')
         parts.append("</figure>")
     page = folder / "report.html"
-    page.write_text(
-        '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">\n'
-        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n"
-        + "\n".join(parts)
-        + "\n</html>\n",
-        encoding="utf-8",
-    )
+    page.write_text("\n".join([*parts, "</html>\n"]), encoding="utf-8")
     return page
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in header)
-    body = "\n".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
-    )
-    return f"<table>\n<tr>{head}</tr>\n{body}\n</table>"
+def _row(tag: str, cells: Sequence[str]) -> str:
+    return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"

@@ -7,23 +7,16 @@ from pathlib import Path
 
 import xarray as xr
 
-from flexband.report.figures import (
-    DEFINITIONS,
-    bands_figure,
-    drawable_outputs,
-    errors_figure,
-    response_figure,
-    variance_error_figure,
-)
+from flexband.report import figures, tables
 from flexband.report.html import write_report
-from flexband.report.tables import comparison_remarks, error_table, remarks, summary_table
 from flexband.study.comparison import Comparison
-from flexband.study.netcdf import write_netcdf
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI
 from flexband.uncertainty.surrogates.files import save_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+BANDS = "Interval mean and interval error bar"
 
 
 def write_run(
@@ -39,16 +32,12 @@ def write_run(
     write_netcdf(bands, folder / "bands.nc")
     if surrogate:
         save_surrogate(surrogate, folder / "surrogate.npz")
-    figures = {
-        f"bands_{_slug(name)}": (
-            f"Interval mean and interval error bar of {name}",
-            bands_figure({label: bands}, name),
-        )
-        for name in drawable_outputs(bands["mean"])
+    drawn = {
+        f"bands_{_slug(name)}": (f"{BANDS} of {name}", figures.bands_figure({label: bands}, name))
+        for name in figures.drawable_outputs(bands["mean"])
     }
-    return write_report(
-        folder, title, summary_table(bands), figures, [*remarks(bands), DEFINITIONS]
-    )
+    text = [*tables.remarks(bands), figures.DEFINITIONS]
+    return write_report(folder, title, tables.summary_table(bands), drawn, text)
 
 
 def write_comparison(
@@ -68,29 +57,31 @@ def write_comparison(
     """
     for result in results:
         write_netcdf(result.bands, folder / f"{_slug(result.method.label.lower())}.nc")
-    nominal, fields, figures = study.nominal(), study.fields(), {}
+    fields, response, drawn = study.fields(), study.nominal(), {}
     if fields:
-        figures["variance_error"] = (
-            "Variance error of the random fields after discretization",
-            variance_error_figure(fields),
-        )
-    drawn = drawable_outputs(nominal)
-    if drawn:
-        figures["deterministic"] = "Response without uncertainty", response_figure(nominal, drawn)
-    for name in drawn:
+        caption = "Variance error of the random fields after discretization"
+        drawn["variance_error"] = caption, figures.variance_error_figure(fields)
+    if outputs := figures.drawable_outputs(response):
+        figure = figures.response_figure(response, outputs)
+        drawn["deterministic"] = "Response without uncertainty", figure
+    for name in outputs:
         for k, q in dict.fromkeys(orders):
             compared = (results[0].method, PCCI(k, q), ImprovedPCCI(k, q), AdaptivePCCI())
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
-            figures[f"bands_{_slug(name)}_{k}_{q}"] = (
-                f"Interval mean and interval error bar of {name}, k = {k}, q = {q}",
-                bands_figure(chosen, name),
-            )
-        figures[f"errors_{_slug(name)}"] = (
-            f"Relative errors of {name} against runs",
-            errors_figure(results, name),
-        )
-    text = [*comparison_remarks(fields), DEFINITIONS]
-    return write_report(folder, title, error_table(results), figures, text)
+            caption = f"{BANDS} of {name}, k = {k}, q = {q}"
+            drawn[f"bands_{_slug(name)}_{k}_{q}"] = caption, figures.bands_figure(chosen, name)
+        caption = f"Relative errors of {name} against runs"
+        drawn[f"errors_{_slug(name)}"] = caption, figures.errors_figure(results, name)
+    text = [*tables.comparison_remarks(fields), figures.DEFINITIONS]
+    return write_report(folder, title, tables.error_table(results), drawn, text)
+
+
+def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
+    """Write a dataset as a NetCDF file, which appears only once it is complete."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_suffix(".partial")
+    dataset.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
+    partial.replace(file)
 
 
 def _slug(name: str) -> str:

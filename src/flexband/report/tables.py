@@ -39,15 +39,14 @@ def summary_table(bands: xr.Dataset) -> Table:
         unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
         bar = one["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
-        at = ""
+        widest, at, error = float(width.max()), "", ""
         if width.dims == ("time",):
-            at = f"{float(width['time'].values[int(width.values.argmax())]):.4g} s"
-        error = ""
+            at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
         for indicator in ("truncation", "error_bar_expected_error"):
-            if indicator in one and float(width.max()) > 0:
-                error = f"{100 * float(one[indicator].max()) / float(width.max()):.2g} %"
+            if indicator in one and widest > 0:
+                error = f"{100 * float(one[indicator].max()) / widest:.2g} %"
         spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
-        rows.append([f"{name or 'response'}{unit}", *spans, f"{float(width.max()):.4g}", at, error])
+        rows.append([f"{name or 'response'}{unit}", *spans, f"{widest:.4g}", at, error])
     return header, rows
 
 
@@ -68,13 +67,9 @@ def remarks(bands: xr.Dataset) -> list[str]:
                 "or leave out the outputs that converge too slowly"
             )
     if "trusted" in bands:
-        doubtful = [
-            name or "response"
-            for name in outputs_of(bands)
-            if not select(bands["trusted"], name).all()
-        ]
+        doubtful = [name for name in outputs_of(bands) if not select(bands["trusted"], name).all()]
         if doubtful:
-            names = ", ".join(doubtful)
+            names = ", ".join(name or "response" for name in doubtful)
             lines.append(f"Not reliable: the surrogate mispredicted new runs of {names}")
     return lines
 
@@ -98,7 +93,7 @@ def error_table(results: Sequence[Comparison]) -> Table:
     rows = []
     for result in results:
         head = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
-        if result.errors is None:
+        if not result.errors:
             rows.append([f"{head[0]} (reference)", *head[1:], "", "", ""])
             continue
         for name in outputs_of(result.bands):
@@ -110,11 +105,9 @@ def error_table(results: Sequence[Comparison]) -> Table:
 
 def comparison_remarks(fields: Mapping[str, RandomField]) -> list[str]:
     """Return the errors of discretized random fields and what wall times include, as sentences."""
-    return [
-        *(
-            f"{name}: random field, {field.dimension} term{'s' * (field.dimension != 1)}, "
-            f"largest variance error {field.largest_variance_error():.4f}"
-            for name, field in fields.items()
-        ),
-        "Times do not include compilation.",
+    lines = [
+        f"{name}: random field, {field.dimension} term{'s' * (field.dimension != 1)}, "
+        f"largest variance error {field.largest_variance_error():.4f}"
+        for name, field in fields.items()
     ]
+    return [*lines, "Times do not include compilation."]

@@ -26,14 +26,14 @@ class Comparison:
     method : the method.
     bands : its bands.
     seconds : wall time of the study, without compilation.
-    errors : relative error of each output, by variable, "mean" and "error_bar"; None for the
+    errors : relative error of each output, by variable, "mean" and "error_bar"; empty for the
         reference.
     """
 
     method: Method
     bands: xr.Dataset
     seconds: float
-    errors: dict[str, xr.DataArray] | None
+    errors: dict[str, xr.DataArray]
 
     @property
     def runs(self) -> int:
@@ -76,10 +76,8 @@ def compare(
         begin = time.perf_counter()
         bands = study.using(method).run(progress=report)
         seconds = time.perf_counter() - begin
-        errors = None
-        if results:
-            truth = results[0].bands
-            errors = {v: relative_error(bands[v], truth[v]) for v in ("mean", "error_bar")}
+        variables = ("mean", "error_bar") if results else ()
+        errors = {v: relative_error(bands[v], results[0].bands[v]) for v in variables}
         results.append(Comparison(method, bands, seconds, errors))
     return results
 

@@ -4,25 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, get_args, get_type_hints
 
 from flexband.errors import InputError
 from flexband.uncertainty.methods import Method
-
-
-@dataclass
-class Option:
-    """A number that one or more methods take.
-
-    Attributes
-    ----------
-    kind : bool, int or float.
-    defaults : name of a method -> the default value of this method.
-    """
-
-    kind: type
-    defaults: dict[str, Any] = field(default_factory=dict)
 
 
 def method_classes(public: Iterable[object]) -> dict[str, Any]:
@@ -40,21 +26,24 @@ def method_classes(public: Iterable[object]) -> dict[str, Any]:
     }
 
 
-def method_options(methods: Mapping[str, type]) -> dict[str, Option]:
+def method_options(methods: Mapping[str, type]) -> dict[str, tuple[type, dict[str, Any]]]:
     """Return every field of the methods that is, or can be, a number.
 
     Parameters
     ----------
     methods : name -> dataclass.
+
+    Returns
+    -------
+    Name of the field -> (bool, int or float; the default value of each method that has it).
     """
-    options: dict[str, Option] = {}
+    options: dict[str, tuple[type, dict[str, Any]]] = {}
     for name, method in methods.items():
         hints = get_type_hints(method)
         for one in fields(method):
             allowed = get_args(hints[one.name]) or (hints[one.name],)
-            kind = next((kind for kind in allowed if kind in (bool, int, float)), None)
-            if kind:
-                options.setdefault(one.name, Option(kind)).defaults[name] = one.default
+            for kind in [kind for kind in allowed if kind in (bool, int, float)][:1]:
+                options.setdefault(one.name, (kind, {}))[1][name] = one.default
     return options
 
 
@@ -70,11 +59,10 @@ def with_options(method: Method, values: Mapping[str, object]) -> Method:
     known = [one.name for one in fields(method)] if is_dataclass(method) else []
     for name in given:
         if name not in known:
-            allowed = ", ".join(map(flag, known)) or "none"
-            raise InputError(f"options of {method.name} are {allowed}; got {flag(name)}")
+            allowed, got = (
+                f"--{', --'.join(names)}".replace("_", "-") for names in (known, [name])
+            )
+            raise InputError(
+                f"options of {method.name} are {allowed if known else 'none'}; got {got}"
+            )
     return replace(method, **given) if given else method  # type: ignore[type-var]
-
-
-def flag(name: str) -> str:
-    """Return the name of a field as on the command line: --random-order."""
-    return f"--{name.replace('_', '-')}"

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import runpy
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import cast
 
 import numpy as np
 import xarray as xr
 
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, evaluate, locate_fields
@@ -64,3 +68,20 @@ class Study:
     def fields(self) -> dict[str, RandomField]:
         """Return the random fields among the inputs, with their domains set."""
         return {k: i for k, i in self.located().inputs.items() if isinstance(i, RandomField)}
+
+
+def load_study(file: Path) -> Study:
+    """Run a Python file and return its `study`.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist or does not define a `Study` of that name.
+    """
+    if not file.is_file():
+        raise InputError(f"file must be a Python file that exists; got {str(file)!r}")
+    sys.path.insert(0, str(file.resolve().parent))
+    study = runpy.run_path(str(file)).get("study")
+    if not isinstance(study, Study):
+        raise InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
+    return study

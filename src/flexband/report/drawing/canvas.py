@@ -129,9 +129,8 @@ class Canvas:
     def dense(self, points: np.ndarray) -> np.ndarray:
         """Return points `INK_SPACING` apart along a line, without its gaps."""
         steps = np.hypot(*np.diff(points, axis=0).T) / self.unit / INK_SPACING
-        parts = [
-            np.linspace(a, b, max(int(n), 1), endpoint=False)
-            for a, b, n in zip(points, points[1:], np.nan_to_num(steps), strict=False)
-        ]
+        counts = np.maximum(np.nan_to_num(steps).astype(int), 1)
+        pieces = zip(points, points[1:], counts, strict=False)
+        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in pieces]
         dense = np.concatenate([*parts, points[-1:]])
         return dense[np.isfinite(dense).all(axis=1)]

@@ -14,8 +14,8 @@ from flexband.report.drawing.bodies import draw_body
 from flexband.report.drawing.canvas import GREY, Canvas
 from flexband.report.drawing.joints import draw_joint
 from flexband.report.drawing.loads import draw_load
-from flexband.report.drawing.round_symbols import circle
 from flexband.report.drawing.scene import Scene
+from flexband.report.drawing.symbols import circle
 from flexband.report.drawing.words import write
 
 MAX_FIGURE, MIN_AXES = np.array([8.0, 6.0]), np.array([2.5, 1.8])

@@ -9,7 +9,7 @@ from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation,
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import Joint, PointName, along
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
-from flexband.report.drawing import round_symbols, symbols
+from flexband.report.drawing import symbols
 from flexband.report.drawing.canvas import Canvas
 from flexband.report.drawing.scene import Scene, body_of
 
@@ -28,11 +28,9 @@ def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
         case PrescribedRotation() | PrescribedTravel() | PrescribedPath():
             canvas.label(_draw_drive(scene, canvas, joint, gid), name, color=DRIVES)
             return
-        case Revolute():
-            canvas.mark(places[0], gid=gid, **symbols.PIN)
-            _draw_ground(scene, canvas, joint)
-        case Weld():
-            canvas.mark(places[0], gid=gid, **symbols.WELD)
+        case Revolute() | Weld():
+            style = symbols.PIN if isinstance(joint, Revolute) else symbols.WELD
+            canvas.mark(places[0], gid=gid, **style)
             _draw_ground(scene, canvas, joint)
         case Distance():
             canvas.line(places, linewidth=1.2, zorder=4.0, gid=gid)
@@ -48,11 +46,11 @@ def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
             symbols.rails(canvas, places[0], axis, ground=ground, block=block, gid=gid)
         case Gear():
             (first, radius), (second, other) = circles = scene.pitch_circles(joint)
-            round_symbols.gears(canvas, circles, gid)
+            symbols.gears(canvas, circles, gid)
             named = first + radius / (radius + other) * (second - first)  # where they touch
         case Rack():
             (pinion,), (start, named) = scene.pitch_circles(joint), scene.rack_line(joint)
-            round_symbols.rack(canvas, pinion, start, named, gid)
+            symbols.rack(canvas, pinion, start, named, gid)
         case _:
             symbols.unknown(canvas, places, gid)
     canvas.label(named, name)

@@ -10,7 +10,7 @@ from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
 from flexband.mechanics.loads.load import InTime
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
-from flexband.report.drawing import round_symbols, symbols
+from flexband.report.drawing import symbols
 from flexband.report.drawing.canvas import Canvas
 from flexband.report.drawing.scene import Scene, body_of
 
@@ -46,7 +46,7 @@ def draw_load(scene: Scene, canvas: Canvas, name: str) -> None:
         case DistributedLoad():
             named = _draw_distributed(scene, canvas, load, gid)
         case ForceLaw():
-            named = round_symbols.law(canvas, places, gid, LOADS)
+            named = symbols.law(canvas, places, gid, LOADS)
         case _:
             symbols.unknown(canvas, places, gid, LOADS)
     canvas.label(named, name, color=LOADS)
@@ -83,7 +83,7 @@ def _draw_torsion(scene: Scene, canvas: Canvas, load: TorsionSpring, gid: str) -
     place, elements = scene.at(load.first), _elements(scene, load)
     motor = not any(elements.values())
     if not motor:
-        round_symbols.torsion(canvas, place, gid=gid, **elements)
+        symbols.torsion(canvas, place, gid=gid, **elements)
     if motor or callable(load.torque) or scene.start.number(load.torque):
         sense = _sense(scene, load.torque)
         start, sweep = np.pi * (0.5 - 0.75 * sense), 1.5 * np.pi * sense
@@ -93,10 +93,9 @@ def _draw_torsion(scene: Scene, canvas: Canvas, load: TorsionSpring, gid: str) -
 
 def _elements(scene: Scene, load: Spring | ViscousFriction | TorsionSpring) -> dict[str, bool]:
     """Return whether a load is elastic and whether it is damped."""
-    number, elastic = scene.start.number, False
-    if not isinstance(load, ViscousFriction):
-        elastic = bool(number(load.stiffness) or number(load.cubic))
-    return {"elastic": elastic, "damped": bool(number(load.damping))}
+    laws = () if isinstance(load, ViscousFriction) else (load.stiffness, load.cubic)
+    elastic = any(scene.start.number(law) for law in laws)
+    return {"elastic": elastic, "damped": bool(scene.start.number(load.damping))}
 
 
 def _draw_force(scene: Scene, canvas: Canvas, load: Force, gid: str) -> np.ndarray:
@@ -107,10 +106,8 @@ def _draw_force(scene: Scene, canvas: Canvas, load: Force, gid: str) -> np.ndarr
         force = force @ [scene.start.vector(frame.normal), scene.start.vector(frame.y)]
     if not np.any(force):
         force = np.array([1.0, 0.0])
-    shafts = [
-        canvas.local(place, force, [(start, 0.0), (start + ARROW, 0.0)])
-        for start in (-ARROW - 5.0, 5.0)
-    ]
+    spans = (-ARROW - 5.0, -5.0), (5.0, ARROW + 5.0)
+    shafts = [canvas.local(place, force, [(a, 0.0), (b, 0.0)]) for a, b in spans]
     shaft = min(shafts, key=lambda ends: canvas.covered(ends.mean(axis=0), ARROW / 3))
     canvas.arrow(shaft, gid=gid, **ARROW_STYLE)
     return shaft.mean(axis=0)

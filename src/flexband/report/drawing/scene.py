@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
@@ -13,7 +14,7 @@ from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import PointName, along
 from flexband.mechanics.mechanism import Mechanism
-from flexband.report.drawing.round_symbols import circle
+from flexband.report.drawing.symbols import circle
 
 AXIS_GAPS = 48
 """Least number of gaps between the points that the axis of a beam is drawn through."""
@@ -101,7 +102,7 @@ class Scene:
         body = self.mechanism.bodies[name]
         if not isinstance(body, Beam):
             return np.zeros((1, 1))
-        x = np.linspace(0.0, self.start.number(body.length), _gaps(body, count) + 1)
+        x = np.linspace(0.0, self.start.number(body.length), (count or _gaps(body)) + 1)
         height = body.profile.across(lambda _, value, check: self.start.along(value, x))
         return height[:, None] / 2
 
@@ -112,35 +113,24 @@ class Scene:
         """
         body = self.mechanism.bodies[name]
         assert isinstance(body, CentreLine)
-        count = _gaps(body, count)
+        count = count or _gaps(body)
         frames = [self.mechanism.frame(f"{name}.{k / count!r}") for k in range(count + 1)]
         points = np.array([self.start.vector(f.position) for f in frames])
         return points, np.array([self.start.vector(f.y) for f in frames])
 
 
-def _gaps(body: CentreLine, count: int) -> int:
-    """Return the count, or else a multiple of the number of elements."""
-    return count or body.elements * max(2, -(-AXIS_GAPS // body.elements))
+def _gaps(body: CentreLine) -> int:
+    """Return a multiple of the number of elements."""
+    return body.elements * max(2, -(-AXIS_GAPS // body.elements))
 
 
 def hull(points: np.ndarray) -> np.ndarray:
     """Return the corners of the convex hull in order; two corners if all points are on a line."""
-    places = sorted({(float(x), float(y)) for x, y in points})
+    places = np.unique(points, axis=0)
     if len(places) < 3:
-        return np.reshape(places, (-1, 2))
+        return places
     size = np.ptp(places, axis=0).max()
-
-    def side(way: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        corners: list[tuple[float, float]] = []
-        for place in way:
-            while len(corners) > 1 and _turn(corners[-2], corners[-1], place) <= 1e-9 * size**2:
-                corners.pop()
-            corners.append(place)
-        return corners[:-1]
-
-    return np.array(side(places) + side(places[::-1]))
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    """Return twice the area of the triangle a, b, c; positive for a left turn."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    if np.linalg.matrix_rank(places - places[0], tol=1e-9 * size) < 2:
+        return places[[0, -1]]
+    corners = ConvexHull((places - places[0]) / size).vertices
+    return places[np.roll(corners, -corners.argmin())]

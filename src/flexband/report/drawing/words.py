@@ -54,10 +54,8 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     slopes = np.gradient(points, axis=0)
     slopes /= np.linalg.norm(slopes, axis=1)[:, None]
     normals = np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)
-    offsets = [
-        side * (beside + away * canvas.unit) for away in DIMENSION_DISTANCES for side in (1, -1)
-    ]
-    lines = [points + offset * normals for offset in offsets]
+    offsets = [beside + away * canvas.unit for away in DIMENSION_DISTANCES]
+    lines = [points + side * offset * normals for offset in offsets for side in (1, -1)]
     ink = canvas.all_ink()[::3]
     best = lines[int(np.argmin([_near(canvas, ink, line) + k for k, line in enumerate(lines)]))]
     thin = {"color": LENGTH_COLOR, "linewidth": 0.6, "zorder": 1.5}

@@ -31,7 +31,7 @@ def test_slider_crank():
     assert reference.runs == 10_000
     assert [r.runs for r in found] == [16, 81, 256, 16]
     for result in found:
-        assert result.errors is not None
+        assert result.errors
         percent = [100 * float(result.errors[v].sel(output=o))
                    for v in ("mean", "error_bar") for o in ("F_X", "F_Y")]  # fmt: skip
         assert percent == pytest.approx(expected[result.method], abs=0.3)

@@ -123,7 +123,8 @@ class Beam(CentreLine):
         return along(*modulus), along(*ratio)
 
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        return strains.py_func(*self.vectors(q, xi, length))
+        section = self.vectors(q, xi, length)
+        return strains.py_func(section, section)
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray

@@ -23,7 +23,14 @@ from numba.core.cgutils import get_or_insert_function, unpack_tuple
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
-from flexband.mechanics.kernels.lane_type import VECTOR, WIDTH, LaneType, filled_vector, lane
+from flexband.mechanics.kernels.lane_type import (
+    FLAGS,
+    VECTOR,
+    WIDTH,
+    LaneType,
+    filled_vector,
+    lane,
+)
 
 # No interpreter lock, IEEE division, and no memory management: all arrays come from outside. That
 # makes calls free and cuts the compile time by a third.
@@ -124,6 +131,31 @@ def store_rows(typingctx, array, row, values):
 def add_to(array, row, value):
     """Add a lane to row `row` of an array of shape (rows, WIDTH)."""
     store(array, row, load(array, row) + value)
+
+
+@compiled
+def add_block(matrix, slot, i, j, factor, block):
+    """Add `factor` times a block (xx, xy, yx, yy) to the entries i, i + 1 by j, j + 1 of a matrix.
+
+    `slot` maps two coordinates of an element to a row of `matrix`, which holds (i, j), i ≤ j, once.
+    """
+    add_to(matrix, slot[i, j], factor * block[0])
+    add_to(matrix, slot[i, j + 1], factor * block[1])
+    if i != j:
+        add_to(matrix, slot[i + 1, j], factor * block[2])
+    add_to(matrix, slot[i + 1, j + 1], factor * block[3])
+
+
+@instruction
+def plus(typingctx, a, factor, b):
+    """Return a + factor × b for tuples of lanes a and b of one length."""
+
+    def code(context, builder, sig, args):
+        pairs = zip(unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2]), strict=True)
+        sums = [builder.fadd(x, builder.fmul(args[1], y, FLAGS), FLAGS) for x, y in pairs]
+        return context.make_tuple(builder, a, sums)
+
+    return a(a, lane, b), code
 
 
 # --- masks and functions --------------------------------------------------------------------

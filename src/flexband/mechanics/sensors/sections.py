@@ -116,7 +116,7 @@ class SectionForces(_Local):
                 [EA * strain[0], -EI * member.curvature_slope(q, xi, length), EI * strain[1]]
             )
         p, w, d = member.vectors(q, xi, length)
-        force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), p, w, d)
+        force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), (p, w, d))
         size = np.hypot(*d)
         normal = (force[0] * d[1] - force[1] * d[0]) / size
         across = (force[0] * d[0] + force[1] * d[1]) / size

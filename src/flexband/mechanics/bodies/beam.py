@@ -123,8 +123,7 @@ class Beam(CentreLine):
         return along(*modulus), along(*ratio)
 
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        section = self.vectors(q, xi, length)
-        return strains.py_func(section, section)
+        return strains.py_func(self.vectors(q, xi, length))
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray

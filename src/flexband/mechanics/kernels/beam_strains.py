@@ -17,21 +17,31 @@ from flexband.mechanics.kernels.lanes import compiled
 
 
 @compiled
-def strains(section, delayed):
-    """Return a₀, a₁, a₂, b, g₀, g₁: Green–Lagrange strains as polynomials across the section.
-
-    `section` is (p, w, d). The strains E are quadratic in it, so the strains E + τ Ė that the
-    stresses of a Kelvin–Voigt solid follow are bilinear in `section` and `delayed`, which is
-    (p, w, d) + 2τ (ṗ, ẇ, ḋ), and (p, w, d) without damping.
-    """
-    ((px, py), (wx, wy), (dx, dy)), ((pu, pv), (wu, wv), (du, dv)) = section, delayed
+def strains(section):
+    """Return a₀, a₁, a₂, b, g₀, g₁ of (p, w, d): Green–Lagrange strains across the section."""
+    (px, py), (wx, wy), (dx, dy) = section
     return (
-        0.5 * (px * pu + py * pv - 1.0),
-        0.5 * (px * wu + py * wv + pu * wx + pv * wy),
-        0.5 * (wx * wu + wy * wv),
-        0.5 * (dx * du + dy * dv - 1.0),
-        0.5 * (px * du + py * dv + pu * dx + pv * dy),
-        0.5 * (wx * du + wy * dv + wu * dx + wv * dy),
+        0.5 * (px * px + py * py - 1.0),
+        px * wx + py * wy,
+        0.5 * (wx * wx + wy * wy),
+        0.5 * (dx * dx + dy * dy - 1.0),
+        px * dx + py * dy,
+        wx * dx + wy * dy,
+    )
+
+
+@compiled
+def strain_rates(section, rates):
+    """Return the time derivatives of the six strains; `rates` are those of p, w and d."""
+    (px, py), (wx, wy), (dx, dy) = section
+    (pu, pv), (wu, wv), (du, dv) = rates
+    return (
+        px * pu + py * pv,
+        pu * wx + pv * wy + px * wu + py * wv,
+        wx * wu + wy * wv,
+        dx * du + dy * dv,
+        pu * dx + pv * dy + px * du + py * dv,
+        wu * dx + wv * dy + wx * du + wy * dv,
     )
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.kernels.beam_strains import energy, gradient, hessian, resultants, strains
+from flexband.mechanics.kernels.beam_strains import (
+    energy,
+    gradient,
+    hessian,
+    resultants,
+    strain_rates,
+    strains,
+)
 from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.kernels.lanes import (
     add_block,
@@ -28,20 +35,9 @@ PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
 
 
 @compiled
-def _element(beams, values, z, velocity, e):
-    """Return the vectors of element e as for `_section`, and with 2τ times their rates added."""
-    il, q = load(values.inverse_length, e), load_rows(z, beams.first[e], 12)
-    delayed = q
-    if beams.damped[e]:
-        time = load(values.retardation, e)
-        delayed = plus(q, 2.0 * time, load_rows(z, velocity + beams.first[e], 12))
-    return il, _vectors(q, il), _vectors(delayed, il)
-
-
-@compiled
-def _vectors(q, il):
-    """Return u, r_xi, r_xj, d_i, d_j and w of the element with the coordinates q."""
-    xi, yi, gxi, gyi, dxi, dyi, xj, yj, gxj, gyj, dxj, dyj = q
+def _vectors(z, first, il):
+    """Return u, r_xi, r_xj, d_i, d_j and w of the element whose coordinates start at z_first."""
+    xi, yi, gxi, gyi, dxi, dyi, xj, yj, gxj, gyj, dxj, dyj = load_rows(z, first, 12)
     u, w = ((xj - xi) * il, (yj - yi) * il), ((dxj - dxi) * il, (dyj - dyi) * il)
     return u, (gxi, gyi), (gxj, gyj), (dxi, dyi), (dxj, dyj), w
 
@@ -56,29 +52,36 @@ def _section(vectors, g):
 
 
 @compiled
-def _stiffness_and_strains(beams, values, e, g, section, delayed):
-    """Return the stiffness coefficients and the strains of a section at Gauss point g."""
-    strain = strains(section, delayed)
+def _strains_and_stiffness(beams, values, e, g, section):
+    """Return the strains and the stiffness coefficients of a section at Gauss point g."""
+    strain, c = strains(section), load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9)
     if beams.initial[e] >= 0:
         strain = plus(strain, -1.0, load_rows(values.initial, beams.initial[e] + 6 * g, 6))
-    return load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9), strain
+    return strain, c
 
 
 @compiled
 def add_elastic_forces(beams, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(beams.first)):
-        il, vectors, delayed = _element(beams, values, z, velocity, e)
+        il, time, first = (
+            load(values.inverse_length, e),
+            load(values.retardation, e),
+            beams.first[e],
+        )
+        vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
         fu = fgi = fgj = fdi = fdj = fw = (0.0 * il, 0.0 * il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            c, strain = _stiffness_and_strains(beams, values, e, g, section, _section(delayed, g))
+            strain, c = _strains_and_stiffness(beams, values, e, g, section)
+            if beams.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
+                strain = plus(strain, time, strain_rates(section, _section(rates, g)))
             fp, fwg, fd = gradient(resultants(c, strain), section)
             fu, fw = plus(fu, SHAPES[0, g], fp), plus(fw, 1.0, fwg)
             fgi, fgj = plus(fgi, SHAPES[1, g], fp), plus(fgj, SHAPES[2, g], fp)
             fdi, fdj = plus(fdi, SHAPES[3, g], fd), plus(fdj, SHAPES[4, g], fd)
         for axis in range(2):
-            row = beams.first[e] + axis
+            row = first + axis
             add_to(r, row, -il * fu[axis])
             add_to(r, row + 2, fgi[axis])
             add_to(r, row + 4, fdi[axis] - il * fw[axis])
@@ -92,10 +95,10 @@ def beam_energy(beams, values, z):
     """Return the elastic energy of all beams [J]."""
     total = 0.0 * load(z, 0)
     for e in range(len(beams.first)):
-        vectors = _vectors(load_rows(z, beams.first[e], 12), load(values.inverse_length, e))
+        vectors = _vectors(z, beams.first[e], load(values.inverse_length, e))
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            c, strain = _stiffness_and_strains(beams, values, e, g, section, section)
+            strain, c = _strains_and_stiffness(beams, values, e, g, section)
             total += energy(resultants(c, strain), strain)
     return total
 
@@ -126,13 +129,20 @@ def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks
     The derivative of the damping forces by q is neglected.
     """
     for e in range(len(beams.first)):
-        il, vectors, delayed = _element(beams, values, z, velocity, e)
+        il, time, first = (
+            load(values.inverse_length, e),
+            load(values.retardation, e),
+            beams.first[e],
+        )
+        vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            c, strain = _stiffness_and_strains(beams, values, e, g, section, _section(delayed, g))
+            strain, c = _strains_and_stiffness(beams, values, e, g, section)
+            if beams.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
+                strain = plus(strain, time, strain_rates(section, _section(rates, g)))
             forces = resultants(c, strain)
             if beams.damped[e]:
-                c = plus(c, rate * load(values.retardation, e), c)
+                c = plus(c, rate * time, c)
             store_rows(blocks, g * HESSIAN_ROWS, hessian(c, forces, section))
         _scatter_tangent(beams.slot[e], il, weight, matrix, blocks)
 

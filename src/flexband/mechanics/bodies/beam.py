@@ -20,6 +20,7 @@ from flexband.mechanics.bodies.body import MassEntries, add_pairs
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
+    Elasticity,
     SectionIntegration,
     SectionStiffness,
     SelectiveIntegration,
@@ -27,7 +28,7 @@ from flexband.mechanics.bodies.section_stiffness import (
 from flexband.mechanics.bodies.sections import Rectangle, Section
 from flexband.mechanics.forms import Frame, Vector, add, scale
 from flexband.mechanics.kernels.beam_strains import strains
-from flexband.mechanics.kernels.hermite import POSITIONS, WEIGHTS, hermite_slope
+from flexband.mechanics.kernels.hermite import POSITIONS, hermite_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,17 +114,15 @@ class Beam(CentreLine):
         return add(scale(1 - xi, a.y), scale(xi, b.y))
 
     def section_stiffness(self, along: Along) -> SectionStiffness:
-        E, nu = self.elasticity(along)
-        moments, k = self.profile.moments(along), self.profile.shear_factor(nu, along)
-        return self.integration.section_stiffness(E, nu, moments, k)
+        return self.integration.stiffness(self.elasticity(along), self.profile.moments(along))
 
-    def elasticity(self, along: Along) -> tuple[np.ndarray, np.ndarray]:
-        """Return E [Pa] and ν at the positions of `along`."""
-        _, modulus, ratio = self.properties()
-        return along(*modulus), along(*ratio)
+    def elasticity(self, along: Along) -> Elasticity:
+        """Return E [Pa], ν and k at the positions of `along`."""
+        E, nu = (along(*given) for given in self.properties()[1:])
+        return Elasticity(E, nu, self.profile.shear_factor(nu, along))
 
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        return strains.py_func(*self.vectors(q, xi, length))
+        return strains.py_func(self.vectors(q, xi, length))
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray
@@ -138,9 +137,8 @@ class Beam(CentreLine):
         area, second, _ = self.profile.moments(self.at_gauss_points)
         density = self.at_gauss_points(*self.properties()[0])
         entries = self.axis_mass(density * area)
-        weights = density * second * self.element_length[..., None, None] * WEIGHTS
         across = np.stack([1 - POSITIONS, POSITIONS])
-        blocks = np.einsum("neg,ig,jg->nije", weights, across, across)
+        blocks = np.einsum("neg,ig,jg->nije", density * second * self.weights, across, across)
         for e in range(self.elements):
             add_pairs(entries, [6 * e + 4, 6 * e + 10], blocks[..., e])
         return entries

@@ -213,10 +213,11 @@ class CentreLine(Body):
         return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
 
     @property
-    def _factors(self) -> np.ndarray:
-        """Factors of r and r_x of both ends in the Hermite cubics, shape (n or 1, 4)."""
+    def _shapes(self) -> np.ndarray:
+        """Factors of r and r_x of both ends in r₀ at the Gauss points, (n or 1, 4, points)."""
         length = np.atleast_1d(self.element_length)
-        return np.stack([np.ones_like(length), length, np.ones_like(length), length], axis=1)
+        factors = np.stack([np.ones_like(length), length] * 2, axis=1)
+        return factors[:, :, None] * hermite(POSITIONS)
 
     def _axis_places(self, element: int) -> list[int]:
         """Return the indices of the X components of r and r_x of both ends of an element."""
@@ -231,18 +232,16 @@ class CentreLine(Body):
         force: dict[int, np.ndarray] = {}
         for axis, value in enumerate((x, y)):
             at_points = self.at_gauss_points(f"load {'xy'[axis]} [N/m]", value, finite)
-            products = np.einsum("neg,ig->nei", at_points * self.weights, hermite(POSITIONS))
+            parts = np.einsum("neg,nig->nei", at_points * self.weights, self._shapes)
             for e in range(self.elements):
                 for k, place in enumerate(self._axis_places(e)):
-                    part = products[:, e, k] * self._factors[:, k]
-                    force[place + axis] = force.get(place + axis, 0.0) + part
+                    force[place + axis] = force.get(place + axis, 0.0) + parts[:, e, k]
         return force
 
     def axis_mass(self, mass: np.ndarray) -> MassEntries:
         """Return ∫ μ S₀ᵀS₀ ds with r₀ = S₀ q; μ [kg/m] has the shape of `at_gauss_points`."""
-        weights = mass * self.element_length[..., None, None] * WEIGHTS
-        along = self._factors[:, :, None] * hermite(POSITIONS)
-        blocks = np.einsum("neg,nig,njg->nije", weights, along, along)
+        shapes = self._shapes
+        blocks = np.einsum("neg,nig,njg->nije", mass * self.weights, shapes, shapes)
         entries: MassEntries = {}
         for e in range(self.elements):
             add_pairs(entries, self._axis_places(e), blocks[..., e])

@@ -65,25 +65,15 @@ def measured(path: Path) -> Curve:
         raise InputError(f"path must have a tangent everywhere; got a zero derivative at {where}")
     s = cumulative_simpson(speed, x=u, initial=0)
     angle = np.unwrap(np.arctan2(y1, x1))
-    return Curve(
-        length=float(s[-1]),
-        start=(float(points[0, 0]), float(points[0, 1])),
-        angle=float(angle[0]),
-        curvature=CubicSpline(s, angle).derivative(),
-    )
+    start = (float(points[0, 0]), float(points[0, 1]))
+    return Curve(float(s[-1]), start, float(angle[0]), CubicSpline(s, angle).derivative())
 
 
 def drawn(curvature: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integrate a curvature to x [m], y [m] and θ [rad], all zero at the start.
+    """Integrate a curvature to x [m], y [m] and θ [rad] of the nodes, all zero at the start.
 
-    Parameters
-    ----------
-    curvature : κ at equidistant s [1/m], shape (n, PANELS × elements + 1).
-    step : distance of these s [m], shape (n, 1).
-
-    Returns
-    -------
-    x, y, θ at the nodes, each of shape (n, elements + 1).
+    The curvature [1/m], shape (n, PANELS × elements + 1), is given at places whose distance is
+    `step` [m], shape (n, 1). The results have shape (n, elements + 1).
     """
     angle = step * cumulative_simpson(curvature, axis=-1, initial=0)
     x, y = (step * cumulative_simpson(f(angle), axis=-1, initial=0) for f in (np.cos, np.sin))
@@ -93,19 +83,12 @@ def drawn(curvature: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def arc(
     curvature: np.ndarray, step: np.ndarray, steps: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return x [m], y [m] and θ [rad] of a circular arc, all zero at the start.
+    """Return x [m], y [m] and θ [rad] along a circular arc, all zero at the start.
 
-    Parameters
-    ----------
-    curvature : κ [1/m], shape (n or 1, 1).
-    step : distance of the points along the arc [m], shape (n or 1, 1).
-    steps : number of steps.
-
-    Returns
-    -------
-    x, y, θ at the points, each of shape (n or 1, steps + 1).
+    The curvature [1/m] and the `step` along the arc [m] have shape (n or 1, 1), the results
+    (n or 1, steps + 1).
     """
-    points = np.arange(steps + 1)
-    half = curvature * step * points / 2
-    chord = step * points * np.sinc(half / np.pi)
+    s = step * np.arange(steps + 1)
+    half = curvature * s / 2
+    chord = s * np.sinc(half / np.pi)
     return chord * np.cos(half), chord * np.sin(half), 2 * half

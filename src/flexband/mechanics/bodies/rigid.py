@@ -139,15 +139,14 @@ class RigidBody(Body):
         doubled = x * y2 - x2 * y
         area = doubled.sum(axis=0) / 2
         turn = np.sign(area)
-        thickness = positive("polygon width [m]", width) * positive(
-            "polygon density [kg/m³]", density
-        )
+        thickness = positive("polygon width [m]", width)
+        per_area = thickness * positive("polygon density [kg/m³]", density)
         positive("area enclosed by the polygon vertices [m²]", area * turn)
         cx = ((x + x2) * doubled).sum(axis=0) / (6 * area)
         cy = ((y + y2) * doubled).sum(axis=0) / (6 * area)
         squares = x * x + x * x2 + x2 * x2 + y * y + y * y2 + y2 * y2
-        mass = area * turn * thickness
-        about_origin = turn * thickness * (squares * doubled).sum(axis=0) / 12
+        mass = area * turn * per_area
+        about_origin = turn * per_area * (squares * doubled).sum(axis=0) / 12
         inertia = about_origin - mass * (cx**2 + cy**2)
         return RigidBody(mass=mass, inertia=inertia, center=(cx, cy), **motion)
 
@@ -214,8 +213,7 @@ class RigidBody(Body):
         points = {"center": self.center, **self.points}
         known("point", name, points)
         (x, y), (cx, cy) = points[name], self.center
-        offset = np.subtract(x, cx), np.subtract(y, cy)
-        return Frame.of_rigid_node(first).moved(*offset)
+        return Frame.of_rigid_node(first).moved(np.subtract(x, cx), np.subtract(y, cy))
 
     def constraints(self, first: int) -> list[Form]:  # Eq. (24): r_x has length one
         x = Frame.of_rigid_node(first).x

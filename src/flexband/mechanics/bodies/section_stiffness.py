@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flexband.errors import positive
 
@@ -45,25 +46,22 @@ Strains = Sequence[np.ndarray]
 """The generalized strains a₀, a₁ [1/m], a₂ [1/m²], b, g₀, g₁ [1/m], arrays of one shape."""
 
 
+class Elasticity(NamedTuple):
+    """E [Pa], ν and the shear correction factor k of a section, each of shape (n or 1, …)."""
+
+    E: np.ndarray
+    nu: np.ndarray
+    k: np.ndarray
+
+
 class SectionIntegration(Protocol):
     """A rule for the integrals over the section, and the material law that it stands for."""
 
-    def section_stiffness(
-        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
-    ) -> SectionStiffness:
-        """Return the stiffness of a section, arrays of shape (n or 1, …) throughout.
-
-        Parameters
-        ----------
-        E, nu : Young's modulus [Pa] and Poisson's ratio.
-        moments : ∫dA [m²], ∫y²dA [m⁴] and ∫y⁴dA [m⁶].
-        k : shear correction factor.
-        """
+    def stiffness(self, material: Elasticity, moments: Sequence[np.ndarray]) -> SectionStiffness:
+        """Return the stiffness for the moments ∫dA [m²], ∫y²dA [m⁴] and ∫y⁴dA [m⁶]."""
         ...
 
-    def stress(
-        self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def stress(self, material: Elasticity, strain: Strains, y: np.ndarray) -> Sequence[np.ndarray]:
         """Return the second Piola–Kirchhoff stresses S_xx, S_yy and S_xy [Pa] at y [m]."""
         ...
 
@@ -76,12 +74,9 @@ class FullIntegration:
     1/(1−ν²), however fine the mesh. The shear correction factor does not enter.
     """
 
-    def section_stiffness(
-        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
-    ) -> SectionStiffness:
-        m0, m2, m4 = moments
-        D = E / (1 - nu**2)
-        G = E / (2 * (1 + nu))
+    def stiffness(self, material: Elasticity, moments: Sequence[np.ndarray]) -> SectionStiffness:
+        (E, nu, _), (m0, m2, m4) = material, moments
+        D, G = E / (1 - nu**2), E / (2 * (1 + nu))
         return SectionStiffness(
             c00=D * m0,
             c02=D * m2,
@@ -94,10 +89,8 @@ class FullIntegration:
             s1=G * m2,
         )
 
-    def stress(
-        self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        a0, a1, a2, b, g0, g1 = strain
+    def stress(self, material: Elasticity, strain: Strains, y: np.ndarray) -> Sequence[np.ndarray]:
+        (E, nu, _), (a0, a1, a2, b, g0, g1) = material, strain
         xx, D = a0 + y * a1 + y**2 * a2, E / (1 - nu**2)
         return D * (xx + nu * b), D * (b + nu * xx), E / (2 * (1 + nu)) * (g0 + y * g1)
 
@@ -125,29 +118,17 @@ class SelectiveIntegration:
         if self.shear_factor is not None:
             positive("shear_factor", self.shear_factor)
 
-    def section_stiffness(
-        self, E: np.ndarray, nu: np.ndarray, moments: Sequence[np.ndarray], k: np.ndarray
-    ) -> SectionStiffness:
-        m0, m2, m4 = moments
-        D = E / (1 - nu**2)  # = E + ν² E/(1−ν²), the diagonal of D + Dν
-        kG = (k if self.shear_factor is None else self.shear_factor) * E / (2 * (1 + nu))
-        return SectionStiffness(
-            c00=D * m0,
-            c02=E * m2,
-            c22=E * m4,
-            c11=E * m2,
-            c0b=nu * D * m0,
-            c2b=np.zeros_like(D * m0),
-            cbb=D * m0,
-            s0=kG * m0,
-            s1=kG * m2,
-        )
+    def stiffness(self, material: Elasticity, moments: Sequence[np.ndarray]) -> SectionStiffness:
+        E, k, (_, m2, m4) = material.E, self._factor(material), moments
+        full = FullIntegration().stiffness(material, moments)  # as E + ν² E/(1−ν²) = E/(1−ν²)
+        bending = full._replace(c02=E * m2, c22=E * m4, c11=E * m2, c2b=0.0 * full.c2b)
+        return bending._replace(s0=k * full.s0, s1=k * full.s1)
 
-    def stress(
-        self, E: np.ndarray, nu: np.ndarray, k: np.ndarray, strain: Strains, y: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        a0, a1, a2, b, g0, g1 = strain
-        coupled = nu * E / (1 - nu**2)
-        kG = (k if self.shear_factor is None else self.shear_factor) * E / (2 * (1 + nu))
+    def stress(self, material: Elasticity, strain: Strains, y: np.ndarray) -> Sequence[np.ndarray]:
+        (E, nu, _), (a0, a1, a2, b, g0, g1) = material, strain
+        coupled, kG = nu * E / (1 - nu**2), self._factor(material) * E / (2 * (1 + nu))
         xx = E * (a0 + y * a1 + y**2 * a2) + coupled * (nu * a0 + b)
         return xx, E * b + coupled * (nu * b + a0), kG * (g0 + y * g1)
+
+    def _factor(self, material: Elasticity) -> ArrayLike:
+        return material.k if self.shear_factor is None else self.shear_factor

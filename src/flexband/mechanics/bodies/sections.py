@@ -5,7 +5,7 @@ A section is symmetric about the beam's axis, so that ∫y dA = ∫y³ dA = 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
@@ -34,14 +34,19 @@ class Section(Protocol):
         ...
 
 
-def _check(section: object, *names: str) -> None:
-    for name in names:
-        if not callable(getattr(section, name)):
-            positive(f"{type(section).__name__} {name}", getattr(section, name))
+@dataclass(frozen=True)
+class _Given:
+    """A section whose fields are positive; those with the default None are optional."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (callable(value) or value is field.default is None):
+                positive(f"{type(self).__name__} {field.name}", value)
 
 
 @dataclass(frozen=True)
-class Rectangle:
+class Rectangle(_Given):
     """A rectangle; its shear factor is 10(1+ν)/(12+11ν) (Cowper 1966).
 
     Parameters
@@ -58,9 +63,6 @@ class Rectangle:
     height: Property
     width: Property
 
-    def __post_init__(self) -> None:
-        _check(self, "height", "width")
-
     def moments(self, along: Along) -> list[np.ndarray]:
         h, w = self.across(along), along("width [m]", self.width, positive)
         return [w * h, w * h**3 / 12, w * h**5 / 80]
@@ -73,7 +75,7 @@ class Rectangle:
 
 
 @dataclass(frozen=True)
-class Circle:
+class Circle(_Given):
     """A circle, or a tube if it has an inner diameter.
 
     The shear factor is 6(1+ν)(1+m²)²/((7+6ν)(1+m²)² + (20+12ν)m²), where m is the inner diameter
@@ -93,16 +95,13 @@ class Circle:
     diameter: Property
     inner_diameter: Property | None = None
 
-    def __post_init__(self) -> None:
-        _check(self, "diameter", *(() if self.inner_diameter is None else ("inner_diameter",)))
-
     def moments(self, along: Along) -> list[np.ndarray]:
-        full, hole = self.across(along), self._hole(along)
+        full, hole = np.broadcast_arrays(self.across(along), self._hole(along))
         if np.any(hole >= full):
             worst = np.argmax(hole - full)
-            inner, outer = (np.ravel(np.broadcast_arrays(hole, full)[k])[worst] for k in (0, 1))
+            allowed = f"less than diameter, {full.flat[worst]:g}"
             raise InputError(
-                f"Circle inner_diameter [m] must be less than diameter, {outer:g}; got {inner:g}"
+                f"Circle inner_diameter [m] must be {allowed}; got {hole.flat[worst]:g}"
             )
         return [np.pi / c * (full**k - hole**k) for c, k in ((4.0, 2), (64.0, 4), (512.0, 6))]
 
@@ -120,7 +119,7 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class GeneralSection:
+class GeneralSection(_Given):
     """A symmetric section of any shape, given by its moments.
 
     Area and moments are numbers, arrays of shape (n,), one value per sample, or functions of the
@@ -145,10 +144,6 @@ class GeneralSection:
     second_moment: Property
     fourth_moment: Property | None = None
     shear: float = 5 / 6
-
-    def __post_init__(self) -> None:
-        given = ("area", "second_moment", "shear")
-        _check(self, *given, *(() if self.fourth_moment is None else ("fourth_moment",)))
 
     def moments(self, along: Along) -> list[np.ndarray]:
         area = along("area [m²]", self.area, positive)

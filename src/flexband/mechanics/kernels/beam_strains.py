@@ -17,23 +17,24 @@ from flexband.mechanics.kernels.lanes import compiled
 
 
 @compiled
-def strains(p, w, d):
-    """Return a₀, a₁, a₂, b, g₀, g₁: Green–Lagrange strains as polynomials across the section."""
-    (px, py), (wx, wy), (dx, dy) = p, w, d
-    a0 = 0.5 * (px * px + py * py - 1.0)
-    a1 = px * wx + py * wy
-    a2 = 0.5 * (wx * wx + wy * wy)
-    b = 0.5 * (dx * dx + dy * dy - 1.0)
-    g0 = px * dx + py * dy
-    g1 = wx * dx + wy * dy
-    return a0, a1, a2, b, g0, g1
+def strains(section):
+    """Return a₀, a₁, a₂, b, g₀, g₁ of (p, w, d): Green–Lagrange strains across the section."""
+    (px, py), (wx, wy), (dx, dy) = section
+    return (
+        0.5 * (px * px + py * py - 1.0),
+        px * wx + py * wy,
+        0.5 * (wx * wx + wy * wy),
+        0.5 * (dx * dx + dy * dy - 1.0),
+        px * dx + py * dy,
+        wx * dx + wy * dy,
+    )
 
 
 @compiled
-def strain_rates(p, w, d, p_rate, w_rate, d_rate):
-    """Return the time derivatives of the six strains."""
-    (px, py), (wx, wy), (dx, dy) = p, w, d
-    (pu, pv), (wu, wv), (du, dv) = p_rate, w_rate, d_rate
+def strain_rates(section, rates):
+    """Return the time derivatives of the six strains; `rates` are those of p, w and d."""
+    (px, py), (wx, wy), (dx, dy) = section
+    (pu, pv), (wu, wv), (du, dv) = rates
     return (
         px * pu + py * pv,
         pu * wx + pv * wy + px * wu + py * wv,
@@ -41,21 +42,6 @@ def strain_rates(p, w, d, p_rate, w_rate, d_rate):
         dx * du + dy * dv,
         pu * dx + pv * dy + px * du + py * dv,
         wu * dx + wv * dy + wx * du + wy * dv,
-    )
-
-
-@compiled
-def retarded(strain, rate, time):
-    """Return strain + time × rate, the strains that the stresses of a Kelvin–Voigt solid follow."""
-    a0, a1, a2, b, g0, g1 = strain
-    ra0, ra1, ra2, rb, rg0, rg1 = rate
-    return (
-        a0 + time * ra0,
-        a1 + time * ra1,
-        a2 + time * ra2,
-        b + time * rb,
-        g0 + time * rg0,
-        g1 + time * rg1,
     )
 
 
@@ -75,14 +61,6 @@ def resultants(c, strain):
 
 
 @compiled
-def without(strain, initial):
-    """Return strain − initial."""
-    a0, a1, a2, b, g0, g1 = strain
-    i0, i1, i2, ib, j0, j1 = initial
-    return a0 - i0, a1 - i1, a2 - i2, b - ib, g0 - j0, g1 - j1
-
-
-@compiled
 def energy(forces, strain):
     """Return the energy, half the product of resultants and strains."""
     N0, N1, N2, Nb, Q0, Q1 = forces
@@ -91,12 +69,12 @@ def energy(forces, strain):
 
 
 @compiled
-def gradient(forces, p, w, d):
+def gradient(forces, section):
     """Return the generalized forces on p, w and d of the resultants N₀, …, Q₁.
 
     Without damping they are the derivatives of the energy by p, w and d.
     """
-    (px, py), (wx, wy), (dx, dy) = p, w, d
+    (px, py), (wx, wy), (dx, dy) = section
     N0, N1, N2, Nb, Q0, Q1 = forces
     return (
         (N0 * px + N1 * wx + Q0 * dx, N0 * py + N1 * wy + Q0 * dy),
@@ -106,46 +84,37 @@ def gradient(forces, p, w, d):
 
 
 @compiled
-def hessian(c, forces, p, w, d):
-    """Return the second derivatives pp, pw, pd, ww, wd, dd of the energy; `forces` are N₀, …, Q₁.
+def hessian(c, forces, section):
+    """Return the second derivatives pp, pw, pd, ww, wd, dd of the energy, side by side.
 
-    The symmetric blocks pp, ww, dd are (xx, xy, yy), the others (xx, xy, yx, yy), row by row.
+    `forces` are N₀, …, Q₁. The symmetric blocks pp, ww, dd are xx, xy, yy, the others xx, xy, yx,
+    yy.
     """
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
-    (px, py), (wx, wy), (dx, dy) = p, w, d
+    p, w, d = section
     N0, N1, N2, Nb, Q0, Q1 = forces
+    pp, pw = _symmetric(N0, c00, p, c11, w, s0, d), _mixed(N1, c02, c11, p, w)
+    pd, ww = _mixed(Q0, c0b, s0, p, d), _symmetric(N2, c22, w, c11, p, s1, d)
+    wd, dd = _mixed(Q1, c2b, s1, w, d), _symmetric(Nb, cbb, d, s0, p, s1, w)
+    return pp + pw + pd + ww + wd + dd
+
+
+@compiled
+def _symmetric(force, ca, a, cb, b, cc, c):
+    """Return force I + ca a aᵀ + cb b bᵀ + cc c cᵀ as xx, xy, yy."""
     return (
-        (
-            N0 + c00 * px * px + c11 * wx * wx + s0 * dx * dx,
-            c00 * px * py + c11 * wx * wy + s0 * dx * dy,
-            N0 + c00 * py * py + c11 * wy * wy + s0 * dy * dy,
-        ),
-        (
-            N1 + (c02 + c11) * px * wx,
-            c02 * px * wy + c11 * wx * py,
-            c02 * py * wx + c11 * wy * px,
-            N1 + (c02 + c11) * py * wy,
-        ),
-        (
-            Q0 + (c0b + s0) * px * dx,
-            c0b * px * dy + s0 * dx * py,
-            c0b * py * dx + s0 * dy * px,
-            Q0 + (c0b + s0) * py * dy,
-        ),
-        (
-            N2 + c22 * wx * wx + c11 * px * px + s1 * dx * dx,
-            c22 * wx * wy + c11 * px * py + s1 * dx * dy,
-            N2 + c22 * wy * wy + c11 * py * py + s1 * dy * dy,
-        ),
-        (
-            Q1 + (c2b + s1) * wx * dx,
-            c2b * wx * dy + s1 * dx * wy,
-            c2b * wy * dx + s1 * dy * wx,
-            Q1 + (c2b + s1) * wy * dy,
-        ),
-        (
-            Nb + cbb * dx * dx + s0 * px * px + s1 * wx * wx,
-            cbb * dx * dy + s0 * px * py + s1 * wx * wy,
-            Nb + cbb * dy * dy + s0 * py * py + s1 * wy * wy,
-        ),
+        force + ca * a[0] * a[0] + cb * b[0] * b[0] + cc * c[0] * c[0],
+        ca * a[0] * a[1] + cb * b[0] * b[1] + cc * c[0] * c[1],
+        force + ca * a[1] * a[1] + cb * b[1] * b[1] + cc * c[1] * c[1],
+    )
+
+
+@compiled
+def _mixed(force, ab, ba, a, b):
+    """Return force I + ab a bᵀ + ba b aᵀ as xx, xy, yx, yy."""
+    return (
+        force + (ab + ba) * a[0] * b[0],
+        ab * a[0] * b[1] + ba * b[0] * a[1],
+        ab * a[1] * b[0] + ba * b[1] * a[0],
+        force + (ab + ba) * a[1] * b[1],
     )

@@ -8,12 +8,20 @@ from flexband.mechanics.kernels.hermite import (
     hermite_curvature,
     hermite_slope,
 )
-from flexband.mechanics.kernels.lanes import add_to, compiled, load, load_rows, sqrt, store_rows
+from flexband.mechanics.kernels.lanes import (
+    add_block,
+    add_to,
+    compiled,
+    load,
+    load_rows,
+    plus,
+    sqrt,
+    store_rows,
+)
 
 SLOPE, CURVE = hermite_slope(POSITIONS), hermite_curvature(POSITIONS)
 PLACES = (0, 2, 4, 6)  # index of r and r_x of both nodes in the element
-# Rows of the second derivatives of a Gauss point in the work space.
-PP, PW, WW, HESSIAN_ROWS = 0, 3, 7, 10
+HESSIAN_ROWS = 10  # of a Gauss point in the work space
 
 
 @compiled
@@ -28,23 +36,24 @@ def retarded(c, p, w, p_rate, w_rate, time):
     half = px * pu + py * pv  # half the time derivative of nn
     turning = pu * wy + px * wv - pv * wx - py * wu
     kappa = (px * wy - py * wx) / nn
-    return (
-        EA,
-        EI,
-        strain - time * half / sqrt(nn),
-        curvature - time * (turning - 2.0 * kappa * half) / nn,
-    )
+    strain -= time * half / sqrt(nn)
+    return EA, EI, strain, curvature - time * (turning - 2.0 * kappa * half) / nn
+
+
+@compiled
+def _section(c, p, w):
+    """Return p·p, |p|, κ, the axial force N and the bending moment M."""
+    (px, py), (wx, wy) = p, w
+    nn = px * px + py * py
+    n, kappa = sqrt(nn), (px * wy - py * wx) / nn
+    return nn, n, kappa, c[0] * (n - 1.0 - c[2]), c[1] * (kappa - c[3])
 
 
 @compiled
 def gradient(c, p, w):
     """Return the derivatives of ½ EA (|p| − 1 − ε₀)² + ½ EI (κ − κ₀)² by p and by w."""
-    EA, EI, strain, curvature = c
     (px, py), (wx, wy) = p, w
-    nn = px * px + py * py
-    n = sqrt(nn)
-    kappa = (px * wy - py * wx) / nn
-    N, M = EA * (n - 1.0 - strain), EI * (kappa - curvature)
+    nn, n, kappa, N, M = _section(c, p, w)
     b = M / nn
     a = N / n - 2.0 * b * kappa
     return (a * px + b * wy, a * py - b * wx), (-b * py, b * px)
@@ -52,17 +61,13 @@ def gradient(c, p, w):
 
 @compiled
 def hessian(c, p, w, stiffening):
-    """Return the second derivatives pp and ww as (xx, xy, yy), and pw as (xx, xy, yx, yy).
+    """Return the second derivatives pp (xx, xy, yy), pw (xx, xy, yx, yy) and ww side by side.
 
     Damping multiplies EA and EI by `stiffening`, except in the section forces.
     """
-    EA, EI, strain, curvature = c
+    EA, EI = stiffening * c[0], stiffening * c[1]
     (px, py), (wx, wy) = p, w
-    nn = px * px + py * py
-    n = sqrt(nn)
-    kappa = (px * wy - py * wx) / nn
-    N, M = EA * (n - 1.0 - strain), EI * (kappa - curvature)
-    EA, EI = stiffening * EA, stiffening * EI
+    nn, n, kappa, N, M = _section(c, p, w)
     kx, ky = (wy - 2.0 * kappa * px) / nn, (-wx - 2.0 * kappa * py) / nn  # κ by p
     qx, qy = -py / nn, px / nn  # κ by w
     b = M / nn
@@ -80,7 +85,7 @@ def hessian(c, p, w, stiffening):
         EI * ky * qx - b - bend * py * py,
         EI * ky * qy + bend * px * py,
     )
-    return pp, pw, (EI * qx * qx, EI * qx * qy, EI * qy * qy)
+    return pp + pw + (EI * qx * qx, EI * qx * qy, EI * qy * qy)
 
 
 @compiled
@@ -146,19 +151,13 @@ def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks)
         first, il, slot = cables.first[e], load(values.inverse_length, e), cables.slot[e]
         for g in range(GAUSS_POINTS):
             p, w = _at_gauss_point(z, first, il, g)
-            c, stiffening = (
-                load_rows(values.stiffness, 4 * (GAUSS_POINTS * e + g), 4),
-                1.0 + 0.0 * il,
-            )
+            c = load_rows(values.stiffness, 4 * (GAUSS_POINTS * e + g), 4)
+            stiffening = 1.0 + 0.0 * il
             if cables.damped[e]:
                 time = load(values.retardation, e)
                 p1, w1 = _at_gauss_point(z, velocity + first, il, g)
                 c, stiffening = retarded(c, p, w, p1, w1, time), 1.0 + rate * time
-            pp, pw, ww = hessian(c, p, w, stiffening)
-            row = g * HESSIAN_ROWS
-            store_rows(blocks, row + PP, pp)
-            store_rows(blocks, row + PW, pw)
-            store_rows(blocks, row + WW, ww)
+            store_rows(blocks, g * HESSIAN_ROWS, hessian(c, p, w, stiffening))
         for a in range(4):
             for b in range(a, 4):
                 _add_block(a, b, il, weight, blocks, slot, matrix)
@@ -167,21 +166,14 @@ def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks)
 @compiled
 def _add_block(a, b, il, weight, blocks, slot, matrix):
     """Add the sum over the Gauss points of the block of shapes a and b."""
-    xx, xy, yx, yy = 0.0 * il, 0.0 * il, 0.0 * il, 0.0 * il
+    total = (0.0 * il, 0.0 * il, 0.0 * il, 0.0 * il)
     for g in range(GAUSS_POINTS):
-        row = g * HESSIAN_ROWS
         (pa, wa), (pb, wb) = _shapes(a, g, il), _shapes(b, g, il)
-        pp, ww, pw, wp = pa * pb, wa * wb, pa * wb, wa * pb
-        xx += pp * load(blocks, row + PP) + ww * load(blocks, row + WW)
-        xx += (pw + wp) * load(blocks, row + PW)
-        mixed = pp * load(blocks, row + PP + 1) + ww * load(blocks, row + WW + 1)
-        xy += mixed + pw * load(blocks, row + PW + 1) + wp * load(blocks, row + PW + 2)
-        yx += mixed + pw * load(blocks, row + PW + 2) + wp * load(blocks, row + PW + 1)
-        yy += pp * load(blocks, row + PP + 2) + ww * load(blocks, row + WW + 2)
-        yy += (pw + wp) * load(blocks, row + PW + 3)
-    i, j = PLACES[a], PLACES[b]
-    add_to(matrix, slot[i, j], weight * xx)
-    add_to(matrix, slot[i, j + 1], weight * xy)
-    if a != b:
-        add_to(matrix, slot[i + 1, j], weight * yx)
-    add_to(matrix, slot[i + 1, j + 1], weight * yy)
+        xx, xy, yy, pw_xx, pw_xy, pw_yx, pw_yy, ww_xx, ww_xy, ww_yy = load_rows(
+            blocks, g * HESSIAN_ROWS, HESSIAN_ROWS
+        )
+        total = plus(total, pa * pb, (xx, xy, xy, yy))
+        total = plus(total, pa * wb, (pw_xx, pw_xy, pw_yx, pw_yy))
+        total = plus(total, wa * pb, (pw_xx, pw_yx, pw_xy, pw_yy))
+        total = plus(total, wa * wb, (ww_xx, ww_xy, ww_xy, ww_yy))
+    add_block(matrix, slot, PLACES[a], PLACES[b], weight, total)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import partial, wraps
 from typing import Any
 
 from llvmlite import ir
@@ -23,7 +23,13 @@ from numba.core.cgutils import get_or_insert_function, unpack_tuple
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
-from flexband.mechanics.kernels.lane_type import VECTOR, WIDTH, LaneType, filled_vector, lane
+from flexband.mechanics.kernels.lane_type import (
+    FLAGS,
+    VECTOR,
+    WIDTH,
+    LaneType,
+    lane,
+)
 
 # No interpreter lock, IEEE division, and no memory management: all arrays come from outside. That
 # makes calls free and cuts the compile time by a third.
@@ -126,28 +132,70 @@ def add_to(array, row, value):
     store(array, row, load(array, row) + value)
 
 
+@compiled
+def add_block(matrix, slot, i, j, factor, block):
+    """Add `factor` times a block (xx, xy, yx, yy) to the entries i, i + 1 by j, j + 1 of a matrix.
+
+    `slot` maps two coordinates of an element to a row of `matrix`, which holds (i, j), i ≤ j, once.
+    """
+    add_to(matrix, slot[i, j], factor * block[0])
+    add_to(matrix, slot[i, j + 1], factor * block[1])
+    if i != j:
+        add_to(matrix, slot[i + 1, j], factor * block[2])
+    add_to(matrix, slot[i + 1, j + 1], factor * block[3])
+
+
+@instruction
+def plus(typingctx, a, factor, b):
+    """Return a + factor × b for tuples of lanes a and b of one length."""
+
+    def code(context, builder, sig, args):
+        pairs = zip(unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2]), strict=True)
+        sums = [builder.fadd(x, builder.fmul(args[1], y, FLAGS), FLAGS) for x, y in pairs]
+        return context.make_tuple(builder, a, sums)
+
+    return a(a, lane, b), code
+
+
 # --- masks and functions --------------------------------------------------------------------
 
 
-@instruction
-def less(typingctx, a, b):
+def operation(function: Callable) -> Any:
+    """Make a function that returns LLVM's code of a lane from those of lanes an `instruction`."""
+
+    @wraps(function)
+    def typed(typingctx, *lanes):
+        def code(context, builder, sig, args):
+            return function(builder, *args)
+
+        return lane(*[lane] * len(lanes)), code
+
+    return instruction(typed)
+
+
+@operation
+def filled(builder, value):
+    """Return a lane that holds one float for every sample."""
+    return value  # a float as an argument becomes a lane
+
+
+@operation
+def less(builder, a, b):
     """Return the mask of ``a < b``, which is false if either is NaN."""
-
-    def code(context, builder, sig, args):
-        return builder.uitofp(builder.fcmp_ordered("<", *args), VECTOR)
-
-    return lane(lane, lane), code
+    return builder.uitofp(builder.fcmp_ordered("<", a, b), VECTOR)
 
 
-@instruction
-def where(typingctx, mask, a, b):
+@operation
+def where(builder, mask, a, b):
     """Return `a` where the mask is true and `b` elsewhere, even if the other one is NaN."""
+    return builder.select(builder.fcmp_unordered("!=", mask, ir.Constant(VECTOR, None)), a, b)
 
-    def code(context, builder, sig, args):
-        true = builder.fcmp_unordered("!=", args[0], ir.Constant(VECTOR, None))
-        return builder.select(true, args[1], args[2])
 
-    return lane(lane, lane, lane), code
+@operation
+def maximum(builder, a, b):
+    """Return the larger of two lanes, or NaN if either is NaN."""
+    larger = builder.select(builder.fcmp_unordered(">", a, b), a, b)  # a where either is NaN
+    return builder.select(builder.fcmp_unordered("uno", b, b), b, larger)
 
 
 @instruction
@@ -162,28 +210,16 @@ def any_true(typingctx, mask):
     return types.boolean(lane), code
 
 
-@instruction
-def filled(typingctx, value):
-    """Return a lane that holds one float for every sample."""
-
-    def code(context, builder, sig, args):
-        return filled_vector(builder, args[0])
-
-    return lane(types.float64), code
-
-
 def _elementwise(name: str) -> Any:
     """Return LLVM's elementwise function `name` for lanes."""
 
-    def function(typingctx, a):
-        def code(context, builder, sig, args):
-            kind = ir.FunctionType(VECTOR, [VECTOR])
-            llvm = get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
-            return builder.call(llvm, args)
+    @operation
+    def function(builder, a):
+        kind = ir.FunctionType(VECTOR, [VECTOR])
+        llvm = get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+        return builder.call(llvm, [a])
 
-        return lane(lane), code
-
-    return instruction(function)
+    return function
 
 
 _sqrt = _elementwise("sqrt")
@@ -235,16 +271,3 @@ def call_at(typingctx, address, array, row):
         return context.get_dummy_value()
 
     return types.void(types.int64, array, types.intp), code
-
-
-@instruction
-def maximum(typingctx, a, b):
-    """Return the larger of two lanes, or NaN if either is NaN."""
-
-    def code(context, builder, sig, args):
-        first = builder.fcmp_unordered(">", *args)  # true where a is NaN or b is NaN
-        larger = builder.select(first, *args)
-        b_is_nan = builder.fcmp_unordered("uno", args[1], args[1])
-        return builder.select(b_is_nan, args[1], larger)
-
-    return lane(lane, lane), code

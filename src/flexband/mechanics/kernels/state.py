@@ -11,6 +11,7 @@ a torsion spring. Everything that reads the state (forms, sensors, kernels) find
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import NamedTuple
 
 
@@ -35,15 +36,6 @@ class State(NamedTuple):
     @staticmethod
     def of(coordinates: int, multipliers: int, angles: int, springs: int) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … ."""
-        multiplier = 1 + coordinates
-        angle = multiplier + multipliers
-        velocity = angle + angles
-        acceleration = velocity + 1 + coordinates
-        energy = acceleration + 1 + coordinates
-        moment = energy + 1
-        tension = moment + angles
-        elongation = tension + springs
-        return State(
-            coordinates, multiplier, angle, velocity, acceleration,
-            energy, moment, tension, elongation, elongation + springs,
-        )  # fmt: skip
+        each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
+        parts = (each, multipliers, angles, each, each, 1, angles, springs, springs)
+        return State(coordinates, *accumulate(parts))

@@ -14,16 +14,14 @@ from flexband.mechanics.sensors.motion import Model, Sensor
 class _Energy(Sensor):
     """A sensor with one output in joules."""
 
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("", "J")]
+    units = (("", "J"),)
 
 
 @dataclass(frozen=True)
 class KineticEnergy(_Energy):
-    """The kinetic energy of all bodies [J]."""
+    """The kinetic energy ½ vᵀ M v of all bodies [J]."""
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return ½ vᵀ M v."""
         row, mass = model.state.velocity, model.mass_entries()
         return [
             Form({(row + i, row + j, None): (0.5 if i == j else 1.0) * m
@@ -36,7 +34,6 @@ class ElasticEnergy(_Energy):
     """The elastic energy of all beams, cables, springs and torsion springs [J]."""
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return U."""
         return [Form.variable(model.state.energy)]
 
 
@@ -45,13 +42,12 @@ class PotentialEnergy(_Energy):
     """The potential energy of all loads that have one [J]; for gravity it is 0 at the origin."""
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the sum of the potentials of all loads."""
         return [sum((entries.potential for entries in model.entries.values()), Form({}))]
 
 
 @dataclass(frozen=True)
 class Work(_Energy):
-    """The work that a load, joint or drive has done on the mechanism since the start [J].
+    """The work ∫ Q dq that a load, joint or drive has done on the mechanism since the start [J].
 
     It is integrated by the trapezoidal rule over the steps. If a joint and a load have the same
     name, the joint is meant.
@@ -60,18 +56,10 @@ class Work(_Energy):
     part: str
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return generalized forces Q, then the variables q that they do work on.
-
-        Raises
-        ------
-        InputError
-            If there is no such part, or it is a force law.
-        """
         forces, variables = zip(*model.generalized_force(self.part), strict=True)
         return [*forces, *variables]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return Σ ∫ Q dq."""
         force, moved = np.split(rows, 2)
         steps = 0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(moved, axis=1)
         work = np.zeros((1, *rows.shape[1:]))

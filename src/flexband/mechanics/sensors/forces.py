@@ -25,7 +25,7 @@ class Reaction(Sensor):
     Raises
     ------
     InputError
-        If `axes` is neither of these.
+        If `axes` is neither of these, or the joint exerts no force.
     """
 
     joint: str
@@ -38,13 +38,6 @@ class Reaction(Sensor):
         return [("_X", "N"), ("_Y", "N")] if self.axes == "global" else [("_x", "N"), ("_y", "N")]
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the joint's force, followed by the normal at its first point for `axes` "body".
-
-        Raises
-        ------
-        InputError
-            If the joint exerts no force.
-        """
         joint, multipliers = model.joint(self.joint)
         force = joint.force(model.frame, multipliers)
         if force is None:
@@ -52,7 +45,6 @@ class Reaction(Sensor):
         return force if self.axes == "global" else [*force, *model.frame(joint.first).normal]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return the components of the force in the chosen axes."""
         if self.axes == "global":
             return rows
         fx, fy, nx, ny = rows
@@ -62,21 +54,18 @@ class Reaction(Sensor):
 
 @dataclass(frozen=True)
 class ReactionMoment(Sensor):
-    """The moment that a joint or drive exerts on its first body [N m]."""
+    """The moment that a joint or drive exerts on its first body [N m].
+
+    Raises
+    ------
+    InputError
+        If the joint exerts no moment.
+    """
 
     joint: str
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("", "N m")]
+    units = (("", "N m"),)
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the joint's moment.
-
-        Raises
-        ------
-        InputError
-            If the joint exerts no moment.
-        """
         joint, multipliers = model.joint(self.joint)
         moment = joint.moment(multipliers)
         if moment is None:
@@ -86,40 +75,25 @@ class ReactionMoment(Sensor):
 
 @dataclass(frozen=True)
 class SpringForce(Sensor):
-    """The tension of a `Spring` [N] and its length [m]: outputs "_F" and "_l"."""
+    """The tension k x + k₃ x³ + d ℓ̇ + f of a `Spring` [N], and its length ℓ [m]: "_F" and "_l"."""
 
     spring: str
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_F", "N"), ("_l", "m")]
+    units = (("_F", "N"), ("_l", "m"))
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return T = k x + k₃ x³ + d ℓ̇ + f, and ℓ.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such spring.
-        """
         return model.spring(self.spring, torsion=False)
 
 
 @dataclass(frozen=True)
 class SpringMoment(Sensor):
-    """The moment of a `TorsionSpring` on its first body [N m], and φ [rad]: "_M" and "_angle"."""
+    """The moment of a `TorsionSpring` on its first body [N m], and φ [rad]: "_M" and "_angle".
+
+    The moment is −(k (φ − φ₀) + k₃ (φ − φ₀)³ + d φ̇) + T.
+    """
 
     spring: str
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_M", "N m"), ("_angle", "rad")]
+    units = (("_M", "N m"), ("_angle", "rad"))
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return −(k (φ − φ₀) + k₃ (φ − φ₀)³ + d φ̇) + T, and φ.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such torsion spring.
-        """
         tension, angle = model.spring(self.spring, torsion=True)
         return [-tension, angle]

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -42,13 +42,16 @@ class Model(Protocol):
 class Sensor(ABC):
     """Named outputs that are computed from the state.
 
-    A new kind of sensor is a subclass with `outputs`, `rows` and, if its rows are not its outputs,
-    `derive`.
+    A new kind of sensor is a subclass with `units` or `outputs`, with `rows` and, if its rows are
+    not its outputs, `derive`.
     """
 
-    @abstractmethod
+    units: ClassVar[Sequence[tuple[str, str]]]
+    """What follows the sensor's name in the name of each output, and the unit of the output."""
+
     def outputs(self) -> list[tuple[str, str]]:
-        """Return, for each output, what follows the sensor's name, and the unit."""
+        """Return `units`, which may depend on the sensor's parameters in subclasses."""
+        return list(self.units)
 
     @abstractmethod
     def rows(self, model: Model) -> Sequence[Form]:
@@ -64,12 +67,9 @@ class Position(Sensor):
     """The position of a point in global axes [m]: outputs "_X" and "_Y"."""
 
     point: PointName
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_X", "m"), ("_Y", "m")]
+    units = (("_X", "m"), ("_Y", "m"))
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return r of the point."""
         return model.frame(self.point).position
 
 
@@ -78,12 +78,9 @@ class Velocity(Sensor):
     """The velocity of a point in global axes [m/s]: outputs "_X" and "_Y"."""
 
     point: PointName
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_X", "m/s"), ("_Y", "m/s")]
+    units = (("_X", "m/s"), ("_Y", "m/s"))
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return ṙ of the point."""
         return model.velocity(self.point).position
 
 
@@ -92,12 +89,9 @@ class Acceleration(Sensor):
     """The acceleration of a point in global axes [m/s²]: outputs "_X" and "_Y"."""
 
     point: PointName
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_X", "m/s²"), ("_Y", "m/s²")]
+    units = (("_X", "m/s²"), ("_Y", "m/s²"))
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return r̈ of the point."""
         return model.acceleration(self.point).position
 
 
@@ -109,16 +103,12 @@ class Angle(Sensor):
     """
 
     point: PointName
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("", "rad")]
+    units = (("", "rad"),)
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the normal."""
         return model.frame(self.point).normal
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return its angle, continuous in time."""
         return np.unwrap(np.arctan2(rows[1], rows[0]), axis=0)[None]
 
 
@@ -127,16 +117,12 @@ class AngularVelocity(Sensor):
     """The angular velocity of the section at a point [rad/s]."""
 
     point: PointName
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("", "rad/s")]
+    units = (("", "rad/s"),)
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the normal and its rate."""
         return [*model.frame(self.point).normal, *model.velocity(self.point).normal]
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return n × ṅ / n · n."""
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:  # n × ṅ / n · n
         x, y, vx, vy = rows
         with np.errstate(invalid="ignore"):  # zeros after a failure
             return ((x * vy - y * vx) / (x * x + y * y))[None]
@@ -156,17 +142,13 @@ class Deflection(Sensor):
 
     body: str
     place: str = "middle"
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("", "m")]
+    units = (("", "m"),)
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the positions of start, point and end."""
         names = ("start", self.place, "end")
         return [form for name in names for form in model.frame(f"{self.body}.{name}").position]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return the distance from the chord."""
         ax, ay, x, y, bx, by = rows
         chord_x, chord_y = bx - ax, by - ay
         return ((chord_x * (y - ay) - chord_y * (x - ax)) / np.hypot(chord_x, chord_y))[None]

@@ -18,7 +18,7 @@ from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.bodies.section_stiffness import SectionStiffness
+from flexband.mechanics.bodies.section_stiffness import Elasticity, SectionStiffness
 from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form
 from flexband.mechanics.kernels.beam_strains import gradient, resultants
@@ -100,15 +100,12 @@ class SectionForces(_Local):
 
     body: str
     place: str = "middle"
-
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_N", "N"), ("_Q", "N"), ("_M", "N m")]
+    units = (("_N", "N"), ("_Q", "N"), ("_M", "N m"))
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
         return member.section_stiffness(along)
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return N, Q and M."""
         member, q, xi, length, strain, numbers = self._read(rows, model)
         if isinstance(member, Cable):
             EA, EI = numbers
@@ -116,7 +113,7 @@ class SectionForces(_Local):
                 [EA * strain[0], -EI * member.curvature_slope(q, xi, length), EI * strain[1]]
             )
         p, w, d = member.vectors(q, xi, length)
-        force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), p, w, d)
+        force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), (p, w, d))
         size = np.hypot(*d)
         normal = (force[0] * d[1] - force[1] * d[0]) / size
         across = (force[0] * d[0] + force[1] * d[1]) / size
@@ -148,8 +145,7 @@ class Strain(_Local):
     def __post_init__(self) -> None:
         finite(f"{type(self).__name__} y [m]", self.y)
 
-    def outputs(self) -> list[tuple[str, str]]:
-        return [(axes, "1") for axes in ("_xx", "_yy", "_xy")]
+    units = (("_xx", "1"), ("_yy", "1"), ("_xy", "1"))
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
         if isinstance(member, Cable):
@@ -161,7 +157,6 @@ class Strain(_Local):
         return [*member.section_stiffness(along), self.y]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return E_xx, E_yy and 2E_xy."""
         member, *_, strain, numbers = self._read(rows, model)
         if isinstance(member, Cable):
             axial = strain[0] - numbers[0] * strain[1]
@@ -180,18 +175,14 @@ class Stress(Strain):
     has no section, is refused.
     """
 
-    def outputs(self) -> list[tuple[str, str]]:
-        return [(axes, "Pa") for axes in ("_xx", "_yy", "_xy")]
+    units = (("_xx", "Pa"), ("_yy", "Pa"), ("_xy", "Pa"))
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
         if not isinstance(member, Beam):
             raise InputError(f"stresses need a Beam; {self.body!r} is a {type(member).__name__}")
-        E, nu = member.elasticity(along)
-        k = member.profile.shear_factor(nu, along)
-        return [*super()._numbers(member, along), E, nu, k]
+        return [*super()._numbers(member, along), *member.elasticity(along)]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        """Return S_xx, S_yy and S_xy."""
         member, *_, strain, numbers = self._read(rows, model)
-        y, E, nu, k = numbers[9:]
-        return np.stack(cast("Beam", member).integration.stress(E, nu, k, strain, y))
+        y, material = numbers[9], Elasticity(*numbers[10:])
+        return np.stack(cast("Beam", member).integration.stress(material, strain, y))

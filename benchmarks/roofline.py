@@ -20,16 +20,22 @@ from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.start import start
 from flexband.mechanics.kernels import (
+    angles,
     beam_strains,
     beams,
+    cables,
     equations,
     factorization,
     lanes,
+    laws,
     springs,
 )
 from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
 
 CHAINS = 12
+MODULES = (
+    lanes, beam_strains, beams, cables, angles, springs, laws, equations, factorization,
+)  # fmt: skip
 
 
 @entry
@@ -71,7 +77,14 @@ def counting():
     """Run the engine as plain Python on counting numbers, for one sample in lane 0."""
     plain = {
         "load": lambda array, row: Counted(array[row, 0]),
+        "load_rows": lambda array, row, count: tuple(
+            Counted(number) for number in array[row : row + count, 0]
+        ),
         "store": lambda array, row, value: array.__setitem__((row, 0), value),
+        "store_rows": lambda array, row, values: array.__setitem__(
+            (slice(row, row + len(values)), 0), values
+        ),
+        "plus": lambda a, factor, b: tuple(x + factor * y for x, y in zip(a, b, strict=True)),
         "add_to": lambda array, row, value: array.__setitem__(
             (row, 0), Counted(array[row, 0]) + value
         ),
@@ -82,7 +95,7 @@ def counting():
         "maximum": lambda a, b: Counted(max(float(a), float(b))),
     }
     kept: list[tuple[ModuleType, str, object]] = []
-    for module in (lanes, beam_strains, beams, equations, factorization, springs):
+    for module in MODULES:
         for name, value in list(vars(module).items()):
             new = plain.get(name, getattr(value, "py_func", None))
             if new is not None and callable(value):

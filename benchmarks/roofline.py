@@ -30,6 +30,7 @@ from flexband.mechanics.kernels import (
     laws,
     springs,
 )
+from flexband.mechanics.kernels.lane_type import zeros
 from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
 
 CHAINS = 12
@@ -139,7 +140,7 @@ def main() -> None:
         "solution": operations(lambda: factorization.solve(pattern, matrix, pivots, work.r)),
     }
     start(structure, values, work, np.zeros((4, WIDTH)))
-    array = lanes.zeros(3) + 0.5
+    array = zeros(3) + 0.5
     repeats = np.int64(chosen.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
     cases |= kernel_cases(chosen.samples, structure, values, work)

@@ -34,6 +34,7 @@ ROOMS = [
     "uncertainty.phases",
     "uncertainty.surrogates",
     "uncertainty.methods",
+    "uncertainty.scanning",
     "uncertainty.adaptive",
     "uncertainty.phase_resolved",
     "uncertainty.propagate",

@@ -65,9 +65,10 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs.fields import RandomField
     from flexband.uncertainty.inputs.inputs import Input, Interval, Normal, Uniform
-    from flexband.uncertainty.methods import PCCI, ImprovedPCCI, LHSScanning, MonteCarlo
+    from flexband.uncertainty.methods import PCCI, ImprovedPCCI
     from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import expand, propagate
+    from flexband.uncertainty.scanning import LHSScanning, MonteCarlo
     from flexband.uncertainty.surrogates.files import load_surrogate, save_surrogate
     from flexband.uncertainty.surrogates.surrogate import Surrogate
     from flexband.uncertainty.surrogates.verification import verify

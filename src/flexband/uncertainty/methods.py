@@ -12,12 +12,9 @@ import xarray as xr
 
 from flexband.errors import InputError, whole
 from flexband.uncertainty.expansions.direct import DirectExpansion
-from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, random_normals, scan
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.bands import bands
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
@@ -177,86 +174,3 @@ class ImprovedPCCI(PCCI):
     def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (19)."""
         return scaled_chebyshev_zeros(order)
-
-
-@dataclass(frozen=True)
-class Scanning:
-    """Samples of ξ at every point of a scan of η; a subclass chooses the samples in `normals`."""
-
-    samples: int = 100
-    points: int = 10
-    seed: int = 0
-
-    name = ""
-
-    @property
-    def label(self) -> str:
-        """The name alone."""
-        return self.name
-
-    def __post_init__(self) -> None:
-        whole("samples", self.samples, 2)
-        whole("points", self.points, 2)
-        whole("seed", self.seed, 0)
-
-    def normals(self, dimension: int) -> np.ndarray:
-        """Return samples of ξ, shape (samples, dimension)."""
-        raise NotImplementedError
-
-    def runs(self, space: Space) -> int:
-        """Return N pᵐ, with N = 1 if no input is random."""
-        samples = self.samples if space.random_dimension else 1
-        return samples * self.points**space.interval_dimension
-
-    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
-        """Return the bands of Eqs. (8)–(10)."""
-        xi = self.normals(space.random_dimension)
-        eta = scan(self.points, space.interval_dimension)
-        values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
-        flat = values.values.reshape(len(eta), len(xi), -1)
-        mean = flat.mean(axis=1)
-        std = np.stack([v.std(axis=0, ddof=1) for v in flat]) if len(xi) > 1 else np.zeros(1)
-        found = []
-        for c in SIGMAS:
-            scanned = mean + c * std
-            best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
-            found.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
-        return bands(space, values, found)
-
-
-@dataclass(frozen=True)
-class LHSScanning(Scanning):
-    """The reference: Latin hypercube samples of ξ at every point of a scan of η, Eqs. (6)–(10).
-
-    Parameters
-    ----------
-    samples : number N of Latin hypercube samples.
-    points : number p of points of the scan along each interval variable, ends included.
-    seed : seed of the random numbers.
-
-    Raises
-    ------
-    InputError
-        If samples or points are below 2 or the seed is negative.
-    """
-
-    name = "LHS–Scanning"
-
-    def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples of ξ, shape (samples, dimension)."""
-        return latin_hypercube_normals(self.samples, dimension, self.seed)
-
-
-@dataclass(frozen=True)
-class MonteCarlo(Scanning):
-    """Independent random samples of ξ at every point of a scan of η.
-
-    Parameters are those of `LHSScanning`, which is more accurate at the same cost: the error of the
-    mean decreases like 1/√samples here.
-    """
-
-    name = "Monte Carlo"
-
-    def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples of ξ, shape (samples, dimension)."""
-        return random_normals(self.samples, dimension, self.seed)

@@ -1,4 +1,4 @@
-"""Points for the reference methods: samples of ξ and a scan of η."""
+"""Samples of ξ, and a fixed sequence of ξ and η."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import math
 import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
-
-from flexband.uncertainty.expansions.hybrid import tensor_points
 
 END_SHARE = 0.3
 """Fraction of the values of η in a sequence of points that are −1 or 1."""
@@ -19,18 +17,6 @@ def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarr
     if dimension == 0:
         return np.zeros((1, 0))
     return ndtri(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(samples))
-
-
-def random_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
-    """Return independent standard normal variables, shape (samples, dimension)."""
-    if dimension == 0:
-        return np.zeros((1, 0))
-    return np.random.default_rng(seed).standard_normal((samples, dimension))
-
-
-def scan(points: int, dimension: int) -> np.ndarray:
-    """Return the uniform grid of Eq. (7), ends included, shape (points**dimension, dimension)."""
-    return tensor_points([np.linspace(-1, 1, points)] * dimension)
 
 
 def nested_points(runs: int, m: int, n: int) -> tuple[np.ndarray, np.ndarray]:

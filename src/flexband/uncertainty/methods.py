@@ -42,16 +42,15 @@ def _shown(order: Order) -> str:
 
 def _of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:
     """Return the order of every variable of a kind: that of its input."""
-    inputs = {k: one for k, one in space.inputs.items() if one.random == random}
-    if isinstance(order, Mapping):
-        if order.keys() != inputs.keys():
-            kind = "random" if random else "interval"
-            raise InputError(
-                f"{name} must name all {kind} inputs, {', '.join(inputs) or 'none'}; "
-                f"got {', '.join(order) or 'none'}"
-            )
-        return [order[k] for k, one in inputs.items() for _ in range(one.dimension)]
-    return [order for one in inputs.values() for _ in range(one.dimension)]
+    inputs = space.of_kind(random=random)
+    orders = order if isinstance(order, Mapping) else dict.fromkeys(inputs, order)
+    if orders.keys() != inputs.keys():
+        kind = "random" if random else "interval"
+        raise InputError(
+            f"{name} must name all {kind} inputs, {', '.join(inputs) or 'none'}; "
+            f"got {', '.join(orders) or 'none'}"
+        )
+    return [orders[k] for k, one in inputs.items() for _ in range(one.dimension)]
 
 
 class Method(Protocol):
@@ -127,13 +126,7 @@ class PCCI:
         return chebyshev_zeros(order)
 
     def orders(self, space: Space) -> tuple[list[int], list[int]]:
-        """Return k of every random and q of every interval variable.
-
-        Raises
-        ------
-        InputError
-            If a mapping does not name exactly the inputs of the space.
-        """
+        """Return k of every random and q of every interval variable."""
         return (
             _of_variables("random_order", self.random_order, space, random=True),
             _of_variables("interval_order", self.interval_order, space, random=False),
@@ -150,10 +143,9 @@ class PCCI:
         values = evaluate(*HybridExpansion.design(random_orders, nodes))
         flat = values.values.reshape(len(values), -1)
         expansion = HybridExpansion.fit(flat, random_orders, nodes)
-        outputs = np.arange(math.prod(values.shape[1:-1]))
+        direct = DirectExpansion(np.arange(math.prod(values.shape[1:-1])), expansion)
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
-        direct = DirectExpansion(outputs, expansion)
         return Surrogate(space, values[:0], (direct,), diagnostics)
 
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:

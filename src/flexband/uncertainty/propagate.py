@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -53,7 +53,7 @@ def propagate(
         If inputs and the response's arguments do not match, the method takes too many runs, or the
         response returns NaN or the wrong shape.
     """
-    runs = _Runs.of(response, inputs, method, batch, most_runs, progress)
+    runs = _Runs(response, inputs, method, batch, most_runs, progress)
     return method.solve(runs.space, runs).assign_attrs(runs.attributes())
 
 
@@ -72,43 +72,32 @@ def expand(
     `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands()`` equals the
     result of `propagate`.
     """
-    runs = _Runs.of(response, inputs, method, batch, most_runs, progress)
+    runs = _Runs(response, inputs, method, batch, most_runs, progress)
     if not callable(getattr(method, "expand", None)):
         raise InputError(f"method must be one that expands the response; got {method!r}")
     surrogate = method.expand(runs.space, runs)
     return replace(surrogate, diagnostics=surrogate.diagnostics.assign_attrs(runs.attributes()))
 
 
-@dataclass
 class _Runs:
     """The response as a function of ξ and η that counts its evaluations."""
 
-    response: Response
-    space: Space
-    method: Method
-    batch: int
-    total: int
-    progress: Callable[[int, int], object]
-    explored: int
-    done: int = 0
-
-    @staticmethod
-    def of(response, inputs, method, batch, most_runs, progress) -> _Runs:
+    def __init__(self, response, inputs, method, batch, most_runs, progress):
         """Check the arguments of `propagate`, and find the domains of fields."""
         whole("batch", batch, 1)
         if isinstance(method, type) or not callable(getattr(method, "solve", None)):
             raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
         check_names(response, inputs)
-        located, explored = locate_fields(response, inputs)
-        space = Space(located)
-        total = method.runs(space)
-        if total > most_runs:
+        located, self.explored = locate_fields(response, inputs)
+        self.space = space = Space(located)
+        self.done, self.total = 0, method.runs(space)
+        if self.total > most_runs:
             raise InputError(
-                f"{method!r} would take {total} runs, with {space.random_dimension} random and "
-                f"{space.interval_dimension} interval variables; most_runs is {most_runs}"
+                f"{method!r} would take {self.total} runs, with {space.random_dimension} random "
+                f"and {space.interval_dimension} interval variables; most_runs is {most_runs}"
             )
-        report = progress or (lambda done, total: None)
-        return _Runs(response, space, method, batch, total, report, explored)
+        self.response, self.method, self.batch = response, method, batch
+        self.progress = progress or (lambda done, total: None)
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         return evaluate(self.response, self.space, xi, eta, self.batch, self._advance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,20 +26,19 @@ class Space:
 
     inputs: Mapping[str, Input]
 
+    def of_kind(self, *, random: bool) -> dict[str, Input]:
+        """Return the random or the interval inputs."""
+        return {name: one for name, one in self.inputs.items() if one.random == random}
+
     @property
     def random_dimension(self) -> int:
         """Number n of variables ξ."""
-        return sum(i.dimension for i in self.inputs.values() if i.random)
+        return sum(one.dimension for one in self.of_kind(random=True).values())
 
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
-        return sum(i.dimension for i in self.inputs.values() if not i.random)
-
-    @property
-    def intervals(self) -> dict[str, Input]:
-        """The interval inputs."""
-        return {k: i for k, i in self.inputs.items() if not i.random}
+        return sum(one.dimension for one in self.of_kind(random=False).values())
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
@@ -53,15 +52,8 @@ class Space:
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
-        Parameters
-        ----------
-        values : every input by name, shape (runs,) or one number; a random field by its standard
-            variables, shape (runs, terms).
-
-        Raises
-        ------
-        InputError
-            If names are not those of the inputs, shapes do not fit or a value is impossible.
+        Values have shape (runs,) or (); a random field is given by its standard variables, shape
+        (runs, terms). Names, shapes and values that do not fit raise `InputError`.
         """
         if values.keys() != self.inputs.keys():
             raise InputError(
@@ -75,7 +67,7 @@ class Space:
         runs = counts.pop() if counts else 1
 
         def joined(*, random: bool) -> np.ndarray:
-            own = [c for name, c in columns.items() if self.inputs[name].random == random]
+            own = [columns[name] for name in self.of_kind(random=random)]
             repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in own)
             return np.concatenate([np.zeros((runs, 0)), *repeated], axis=1)
 
@@ -125,12 +117,8 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
 
     The response is run with random inputs at their means and intervals at all their ends (at the
     ends of one at a time if there are more than four). Returns the inputs and the number of these
-    runs, 0 if every field has a domain.
-
-    Raises
-    ------
-    InputError
-        If the response does not evaluate a field at two different positions.
+    runs, 0 if every field has a domain. Raises `InputError` if the response does not evaluate a
+    field at two different positions.
     """
     located = dict(inputs)
     loose = {k: i for k, i in inputs.items() if isinstance(i, RandomField) and i.domain is None}
@@ -172,10 +160,7 @@ def evaluate(
 ) -> xr.DataArray:
     """Return the response at all points, dims (sample, ...), in batches of runs.
 
-    Raises
-    ------
-    InputError
-        If the response does not return finite real numbers of shape (n, ...).
+    Raise `InputError` if the response does not return finite real numbers of shape (n, ...).
     """
     collected = None
     for first in range(0, len(xi), batch):
@@ -184,12 +169,16 @@ def evaluate(
         part = _labelled(response(**values), here.stop - first, values)
         if collected is None:
             empty = np.empty((len(xi), *part.shape[1:]))
-            coords = {k: c for k, c in part.coords.items() if "sample" not in c.dims}
-            collected = xr.DataArray(empty, dims=part.dims, coords=coords)
+            collected = xr.DataArray(empty, dims=part.dims, coords=coordinates(part))
         collected[here] = part.values
         progress(here.stop - first)
     assert collected is not None  # a design has at least one point
     return collected
+
+
+def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
+    """Return the coordinates of a response that do not belong to its runs."""
+    return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
 
 
 def _labelled(result: Any, runs: int, values: dict) -> xr.DataArray:

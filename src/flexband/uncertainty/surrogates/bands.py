@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, coordinates
 
 BOUNDS = ["lower", "upper"]
 
@@ -45,9 +45,9 @@ def bands(space: Space, labels: xr.DataArray, found: Sequence[Extremes]) -> xr.D
         "error_bar_lower": variable(lower.values),
         "error_bar_upper": variable(upper.values),
     }
-    coords = {k: c.variable for k, c in labels.coords.items() if "sample" not in c.dims}
+    coords = {k: c.variable for k, c in coordinates(labels).items()}
     coords["bound"] = xr.Variable("bound", BOUNDS)
-    intervals = Space(space.intervals)
+    intervals = Space(space.of_kind(random=False))
     if intervals.inputs:
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])

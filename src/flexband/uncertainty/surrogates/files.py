@@ -15,7 +15,7 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.records import recorded, restored
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, coordinates
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 EXPANSIONS = {
@@ -35,9 +35,9 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         `RandomField.correlations`, or if the file is a folder.
     """
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
-    named = {f"coords/{k}": c for k, c in labels.coords.items() if "sample" not in c.dims}
+    named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     named |= {f"diagnostics/{k}": v for k, v in diagnostics.variables.items()}
-    arrays = {
+    arrays: dict[str, Any] = {
         name: values.values.astype(str) if values.dtype == object else values.values
         for name, values in named.items()
     }

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, coordinates
 from flexband.uncertainty.surrogates.bands import bands
 
 
@@ -66,7 +66,7 @@ class Surrogate:
 
         Parameters and errors are those of `evaluate`, for the interval inputs alone.
         """
-        _, eta = Space(self.space.intervals).standardized(intervals)
+        _, eta = Space(self.space.of_kind(random=False)).standardized(intervals)
         mean, std = map(self._labelled, self.standard_moments(eta))
         return xr.Dataset({"mean": mean, "std": std})
 
@@ -85,5 +85,4 @@ class Surrogate:
         return joint.reshape(len(joint), *self.labels.shape[1:])
 
     def _labelled(self, values: np.ndarray) -> xr.DataArray:
-        coords = {k: c for k, c in self.labels.coords.items() if "sample" not in c.dims}
-        return xr.DataArray(values, dims=self.labels.dims, coords=coords)
+        return xr.DataArray(values, dims=self.labels.dims, coords=coordinates(self.labels))

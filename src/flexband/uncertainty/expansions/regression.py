@@ -19,7 +19,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gammaln
 
 from flexband.uncertainty.expansions.hybrid import term_values
 from flexband.uncertainty.expansions.polynomials import (
@@ -177,7 +176,7 @@ def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float,
         lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
         T = runs / (runs - P) * (1 + np.sum(inverse**2))
         error = T * np.sum((rest / (1 - lever)[:, None]) ** 2)
-        error *= math.exp(CHOICE_WEIGHT / runs * _log_choices(choices - 1, P - 1))
+        error *= math.exp(CHOICE_WEIGHT / runs * math.log(math.comb(choices - 1, P - 1)))
         if error < best[0]:
             best = error, math.sqrt(T), P
         if np.sum(rest**2) <= ROUND_OFF * np.sum(y**2):
@@ -198,8 +197,3 @@ def _with_column(
     inverse = np.pad(inverse, ((0, 1), (0, 1)))
     inverse[:, -1] = column
     return np.column_stack([Q, q / length]), inverse
-
-
-def _log_choices(many: int, few: int) -> float:
-    """Return log C(many, few)."""
-    return float(gammaln(many + 1) - gammaln(few + 1) - gammaln(many - few + 1))

@@ -36,7 +36,7 @@ def interval_sequence(count: int) -> np.ndarray:
     """
     points = [1.0, -1.0]
     while len(points) < count:
-        points = _extended(points, rate=0.0, margin=0.0, pairs=False)
+        points.append(_next(tuple(points), rate=0.0, margin=0.0))
     return np.array(points[:count])
 
 
@@ -49,20 +49,17 @@ def random_sequence(count: int) -> np.ndarray:
     for point in GENZ_KEISTER:
         points += [point, -point]
     while len(points) < count:
-        points = _extended(points, rate=0.25, margin=4.0, pairs=True)
+        point = _next(tuple(points), rate=0.25, margin=4.0)
+        points += [point, -point]
     return np.array(points[:count])
 
 
-def _extended(points: list[float], rate: float, margin: float, pairs: bool) -> list[float]:
-    """Return the points and the next one or two, the maxima of Σ log|x − x_j| − rate x²."""
-    return [*points, *_next(tuple(points), rate, margin, pairs)]
-
-
 @cache
-def _next(points: tuple[float, ...], rate: float, margin: float, pairs: bool) -> tuple[float, ...]:
-    """Return the next points; the search extends up to a margin beyond the outermost.
+def _next(points: tuple[float, ...], rate: float, margin: float) -> float:
+    """Return the next point, where Σ log|x − x_j| − rate x² is largest.
 
-    Between two points the sum is concave, so its only maximum is where its slope is zero.
+    The search extends up to a margin beyond the outermost points. Between two points the sum is
+    concave, so its only maximum is where its slope is zero.
     """
     taken = np.sort(points)
     ends = np.array([taken[0] - margin, *taken, taken[-1] + margin]) if margin else taken
@@ -73,5 +70,4 @@ def _next(points: tuple[float, ...], rate: float, margin: float, pairs: bool) ->
         low, high = np.where(rising, middle, low), np.where(rising, high, middle)
     places = np.round((low + high) / 2, DECIMALS) + 0.0  # no −0
     sizes = np.log(np.abs(places[:, None] - taken)).sum(axis=1) - rate * places**2
-    best = float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two equal maxima
-    return (best, -best) if pairs else (best,)
+    return float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two equal maxima

@@ -12,11 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexband.errors import InputError, numbers, positive, whole
-from flexband.uncertainty.inputs.correlation import (
-    Correlation,
-    exponential,
-    squared_exponential,
-)
+from flexband.uncertainty.inputs.correlation import Correlation, exponential, squared_exponential
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
 
@@ -38,54 +34,35 @@ class Eole:
     eigenvectors: np.ndarray
 
     @staticmethod
-    def on(
-        nodes: np.ndarray,
-        correlation: Correlation,
-        length: float,
-        terms: int | None,
-        tolerance: float,
-    ) -> Eole:
-        """Return the expansion with `terms` terms, or as many as `tolerance` requires.
+    def of(field: RandomField, nodes: np.ndarray) -> Eole:
+        """Return the expansion with the terms of a field, or as many as its tolerance requires.
 
         The tolerance is on the largest variance error at the nodes and halfway between them.
-
-        Raises
-        ------
-        InputError
-            If it is not possible on these nodes.
         """
-        matrix = correlation((nodes[:, None] - nodes) / length)
-        values, vectors = np.linalg.eigh(matrix)
+        rho, length, terms = field.correlation, field.correlation_length, field.terms
+        values, vectors = np.linalg.eigh(rho((nodes[:, None] - nodes) / length))
         values, vectors = values[::-1], vectors[:, ::-1]
         usable = int(np.sum(values > 1e-12 * values[0]))
-        full = Eole(correlation, length, nodes, values[:usable], vectors[:, :usable])
+        full = Eole(rho, length, nodes, values[:usable], vectors[:, :usable])
         if terms is None:
             places = np.sort(np.concatenate([nodes, (nodes[1:] + nodes[:-1]) / 2]))
             errors = 1 - np.cumsum(full.basis(places) ** 2, axis=0)
-            enough = np.flatnonzero(errors.max(axis=1) <= tolerance)
+            enough = np.flatnonzero(errors.max(axis=1) <= field.tolerance)
             if not len(enough):
                 raise InputError(
-                    f"RandomField tolerance {tolerance:g} on the variance error is not met by "
-                    f"{usable} terms on {len(nodes)} nodes; the best is {errors.max(1).min():.3g}"
+                    f"RandomField tolerance {field.tolerance:g} on the variance error is not met "
+                    f"by {usable} terms on {len(nodes)} nodes; "
+                    f"the best is {errors.max(axis=1).min():.3g}"
                 )
             terms = int(enough[0]) + 1
         if terms > usable:
             raise InputError(f"RandomField terms must be {usable} or less here; got {terms}")
-        return Eole(correlation, length, nodes, values[:terms], vectors[:, :terms])
-
-    @property
-    def terms(self) -> int:
-        """Number of standard normal variables."""
-        return len(self.eigenvalues)
+        return Eole(rho, length, nodes, values[:terms], vectors[:, :terms])
 
     def basis(self, x: np.ndarray) -> np.ndarray:
         """Return b_i at positions x [m], shape (terms, *x.shape), Eq. (29)."""
         rho = self.correlation((np.asarray(x)[..., None] - self.nodes) / self.length)
         return np.moveaxis(rho @ self.eigenvectors / np.sqrt(self.eigenvalues), -1, 0)
-
-    def variance_error(self, x: np.ndarray) -> np.ndarray:
-        """Return the variance that the expansion lacks at x, a fraction of the whole, Eq. (31)."""
-        return 1 - np.sum(self.basis(x) ** 2, axis=0)
 
 
 @dataclass(frozen=True)
@@ -145,30 +122,21 @@ class RandomField(Input):
 
     @cached_property
     def expansion(self) -> Eole:
-        """The EOLE expansion of the standardized field.
-
-        Raises
-        ------
-        InputError
-            If the field has no domain.
-        """
+        """The EOLE expansion of the standardized field, which must have a domain."""
         if self.domain is None:
             raise InputError("RandomField domain must be given here; got None")
         start, end = self.domain
         count = self.nodes or max(21, int(np.ceil(8 * (end - start) / self.correlation_length)) + 1)
-        points = np.linspace(start, end, count)
-        return Eole.on(
-            points, self.correlation, self.correlation_length, self.terms, self.tolerance
-        )
+        return Eole.of(self, np.linspace(start, end, count))
 
     @property
     def dimension(self) -> int:
         """Number of standard variables, one per term."""
-        return self.expansion.terms
+        return len(self.expansion.eigenvalues)
 
     def variance_error(self, x: np.ndarray) -> np.ndarray:
         """Return the variance that the expansion lacks at positions x [m], Eq. (31), over σ²."""
-        return self.expansion.variance_error(x)
+        return 1 - np.sum(self.expansion.basis(x) ** 2, axis=0)
 
     def largest_variance_error(self) -> float:
         """Return the largest variance error on the domain, on 1001 positions."""
@@ -176,13 +144,7 @@ class RandomField(Input):
         return float(self.variance_error(np.linspace(start, end, 1001)).max())
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return `value`: a field is given by its standard variables, shape (n, terms).
-
-        Raises
-        ------
-        InputError
-            If the shape is another.
-        """
+        """Return `value`: a field is given by its standard variables, shape (n, terms)."""
         if value.ndim != 2 or value.shape[1] != self.dimension:
             raise InputError(
                 f"a RandomField is given by standard variables of shape (n, {self.dimension}); "
@@ -200,13 +162,14 @@ class RandomField(Input):
         slack = 1e-9 * (end - start)
 
         def samples(x: np.ndarray) -> np.ndarray:
-            outside = (np.asarray(x) < start - slack) | (np.asarray(x) > end + slack)
+            x = np.atleast_2d(x)
+            outside = (x < start - slack) | (x > end + slack)
             if np.any(outside):
                 raise InputError(
-                    f"RandomField is evaluated at {np.asarray(x)[outside][0]:g} m, outside its "
+                    f"RandomField is evaluated at {x[outside][0]:g} m, outside its "
                     f"domain ({start:g}, {end:g}) m; give a larger domain"
                 )
-            basis = self.expansion.basis(np.atleast_2d(x))
+            basis = self.expansion.basis(x)
             return self.mean + self.std * np.einsum("nt,tnp->np", standard, basis)
 
         return samples

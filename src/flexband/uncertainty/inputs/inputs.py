@@ -97,13 +97,7 @@ class Interval(Input):
         return 0.5 * ((1 - eta) * self.lower + (1 + eta) * self.upper)
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return η of values; 0 if the bounds are equal.
-
-        Raises
-        ------
-        InputError
-            If a value is outside the bounds by more than rounding.
-        """
+        """Return η of values, within rounding of the bounds; 0 if the bounds are equal."""
         middle, radius = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
         eta = (value - middle) / (radius or 1.0)
         if np.any(np.abs(eta) > 1 + 1e-9):
@@ -163,13 +157,7 @@ class Uniform(Input):
         return self.lower + (self.upper - self.lower) * ndtr(standard[:, 0])
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return ξ of values.
-
-        Raises
-        ------
-        InputError
-            If a value is not between the bounds.
-        """
+        """Return ξ of values strictly between the bounds."""
         part = (value - self.lower) / (self.upper - self.lower)
         if np.any((part <= 0) | (part >= 1)):
             raise InputError(f"values must be strictly between {self.lower:g} and {self.upper:g}")

@@ -17,13 +17,7 @@ from flexband.uncertainty.inputs.inputs import Input
 
 
 def recorded(value: Any) -> Any:
-    """Return an input, or the value of one of its fields, as a record.
-
-    Raises
-    ------
-    InputError
-        If a value has no record.
-    """
+    """Return an input, or the value of one of its fields, as a record."""
     if isinstance(value, Input):
         named = {f.name: getattr(value, f.name) for f in fields(value)}  # pyright: ignore[reportArgumentType]
         kind, module = type(value).__name__, type(value).__module__
@@ -44,13 +38,7 @@ def recorded(value: Any) -> Any:
 
 
 def restored(record: Any) -> Any:
-    """Return the value of a record; lists become tuples.
-
-    Raises
-    ------
-    InputError
-        If a class or a function that the record names is not registered.
-    """
+    """Return the value of a record; lists become tuples."""
     if isinstance(record, list):
         return tuple(restored(one) for one in record)
     if not isinstance(record, Mapping):

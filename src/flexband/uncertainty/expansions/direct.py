@@ -14,7 +14,7 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 
 @dataclass(frozen=True)
 class DirectExpansion:
-    """The expansion of outputs by their values at fixed times, Eq. (11).
+    """The `Expansion` of outputs by their values at fixed times, Eq. (11).
 
     Attributes
     ----------
@@ -26,33 +26,27 @@ class DirectExpansion:
     values: HybridExpansion
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the outputs at ξ (points, n) and η (points, m), shape (points, outputs, times)."""
         return self._by_output(self.values.evaluate(xi, eta))
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return μ and σ over ξ at η (points, m), each of shape (points, outputs, times)."""
         mean, std = self.values.moments(eta)
         return self._by_output(mean), self._by_output(std)
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
-        """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
         found = extremes(self.values, sigmas)
         values = [self._by_output(e.values) for e in found]
         places = [e.places.reshape(*v.shape, -1) for e, v in zip(found, values, strict=True)]
         return list(map(Extremes, values, places))
 
     def of(self, outputs: np.ndarray, times: slice = slice(None)) -> DirectExpansion:
-        """Return the expansion of some of its outputs, by number, at some of the times."""
         which = np.searchsorted(self.outputs, outputs)
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that a file keeps."""
         return {"outputs": self.outputs, **vars(self.values)}
 
     @staticmethod
     def of_arrays(outputs: np.ndarray, **values: np.ndarray) -> DirectExpansion:
-        """Return the expansion of `arrays`."""
         return DirectExpansion(outputs, HybridExpansion(**values))
 
     def _by_output(self, values: np.ndarray) -> np.ndarray:

@@ -3,12 +3,16 @@
     F = base + Σ_c Re[Z_c e^{iφ_c}]
 
 The parts, real and imaginary part of Z apart, are series of one `HybridExpansion`, so they share
-its design and its fit.
+its design and its fit. A moment of F oscillates in η as fast as the phases turn, but the phases and
+the smooth moments that it is made of do not. They are computed at few η, expanded in polynomials,
+and put together where the extremes are searched.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,14 +20,23 @@ import numpy as np
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.bounds import phase_extremes
+from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.phases.terms import phase_moments
+from flexband.uncertainty.phases.moments import mean_and_std
+from flexband.uncertainty.phases.rules import scan_points, smooth_index
+from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.phases.terms import Terms
+
+DESCENTS = 3
+"""Points of the scan from which an extreme is searched."""
+
+NEGLIGIBLE = 1e-9
+"""Fraction of the largest coefficient below which a coefficient of a smooth moment is dropped."""
 
 
 @dataclass(frozen=True)
 class PhaseExpansion:
-    """The expansion of outputs that share one or more carriers.
+    """The `Expansion` of outputs that share one or more carriers.
 
     Attributes
     ----------
@@ -37,31 +50,39 @@ class PhaseExpansion:
     columns: PartColumns
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the outputs at ξ (points, n) and η (points, m), shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return μ and σ over ξ at η (points, m), each of shape (points, outputs, times)."""
-        return phase_moments(self.parts, self.columns, eta)
+        blocks = Terms.of(self.parts, self.columns).blocks()
+        found = [mean_and_std(terms.table(eta), terms.moments) for _, terms in blocks]
+        mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*found, strict=True))
+        return mean, std
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
-        """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`."""
-        return phase_extremes(self.parts, self.columns, sigmas)
+        targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)])
+        terms = Terms.of(self.parts, self.columns)
+        shape = len(targets), self.columns.outputs, len(terms.coefficients)
+        values, places = np.empty(shape), np.empty((*shape, terms.interval_dimension))
+
+        def solve(block: tuple[slice, Terms]) -> None:
+            times, own = block
+            places[..., times, :] = _search(own, targets, values[..., times])
+
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            list(pool.map(solve, terms.blocks()))
+        return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
 
     def of(self, outputs: np.ndarray, times: slice = slice(None)) -> PhaseExpansion:
-        """Return the expansion of some of its outputs, by number, at some of the times."""
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, times)
         return PhaseExpansion(outputs, parts, PartColumns.of(len(outputs), self.columns.carriers))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that a file keeps."""
         carriers = np.array(self.columns.carriers)
         return {"outputs": self.outputs, "carriers": carriers, **vars(self.parts)}
 
     @staticmethod
     def of_arrays(outputs: np.ndarray, carriers: np.ndarray, **parts: np.ndarray) -> PhaseExpansion:
-        """Return the expansion of `arrays`."""
         columns = PartColumns.of(len(outputs), int(carriers))
         return PhaseExpansion(outputs, HybridExpansion(**parts), columns)
 
@@ -72,3 +93,26 @@ def expansion_of(parts: HybridExpansion, columns: PartColumns) -> Expansion:
     if columns.carriers:
         return PhaseExpansion(outputs, parts, columns)
     return DirectExpansion(outputs, parts)
+
+
+def _search(terms: Terms, targets: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Fill the bounds of one block of times, and return their places."""
+    m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
+    with_xi = np.any(terms.index[:, m:] > 0, axis=1)
+    mixed = terms.reach((terms.index[:, :m].T > 0) & with_xi)
+    saturated = terms.saturated()
+    highest = 2 * orders[:m] + np.ceil(np.where(reach[:m] > 0, 1 + 8 * mixed, 0)).astype(int)
+    highest = np.where(orders[:m] > 0, 2 * orders[:m] if saturated else highest, 0)
+    index = smooth_index(terms.expansion.interval_index, highest.tolist())
+    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
+    polynomials = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((len(index), 1, 0)))
+    smooth = np.linalg.inv(polynomials.chebyshev(eta)) @ terms.table(eta)
+    size = np.abs(smooth).max(axis=0)
+    matter = np.any(np.abs(smooth) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))
+    points, beside = scan_points(2 * orders[:m], reach[:m] * (not saturated))
+    basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, matter])
+    smooth, index = np.ascontiguousarray(smooth[:, matter]), index[matter]
+    scan, moments = (basis, points, beside), (terms.moments, terms.turning)
+    places = np.empty((*values.shape, m))
+    search(smooth, index, *scan, *moments, targets, DESCENTS, values, places)
+    return places

@@ -6,6 +6,7 @@ Both descriptions are tuples of numbers, which compiled functions accept.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations, combinations_with_replacement
 from typing import NamedTuple
 
 import numpy as np
@@ -146,6 +147,7 @@ class MomentColumns(NamedTuple):
 
 def turning_parts(carriers: int) -> np.ndarray:
     """Return what turns in σ²: first rows (c, −1, 0) for φ̄_c, then (c, d, ±1) for φ̄_c ± φ̄_d."""
-    pairs = [(c, d, s) for s in (1, -1) for c in range(carriers) for d in range(carriers) if c <= d]
-    pairs = [(c, d, s) for c, d, s in pairs if s > 0 or c < d]
-    return np.array([(c, -1, 0) for c in range(carriers)] + pairs, dtype=int).reshape(-1, 3)
+    own = range(carriers)
+    sums = [(c, d, 1) for c, d in combinations_with_replacement(own, 2)]
+    differences = [(c, d, -1) for c, d in combinations(own, 2)]
+    return np.array([(c, -1, 0) for c in own] + sums + differences, dtype=int).reshape(-1, 3)

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.moments import by_points, mean_and_std
+from flexband.uncertainty.phases.moments import by_points
 from flexband.uncertainty.phases.rules import resolving_rule, saddle_rule, sobol_normal
 from flexband.uncertainty.phases.saddles import SATURATED, SLOPE_RANGE, by_saddles
 
@@ -67,13 +67,30 @@ class Terms:
         """The coefficients of the phases, shape (times, terms, carriers)."""
         return self.coefficients[:, :, self.columns.phases]
 
-    def of_times(self, times: slice) -> Terms:
-        """Return the terms at some of the times."""
-        return replace(self, coefficients=self.coefficients[times])
+    @property
+    def orders(self) -> np.ndarray:
+        """The highest order in each variable, η first."""
+        return self.index.max(axis=0)
 
-    def reach(self, which: np.ndarray) -> np.ndarray:
-        """Return how far the terms `which`, (…, terms), move a phase at most [rad]."""
-        size = np.abs(self.phases)
+    @property
+    def moments(self) -> MomentColumns:
+        """The columns of the table of smooth moments."""
+        return MomentColumns.of(self.columns.outputs, self.columns.carriers)
+
+    def blocks(self) -> list[tuple[slice, Terms]]:
+        """Return slices that divide the times into blocks, and the terms of each."""
+        times = len(self.coefficients)
+        count = max(1, min(MAX_BLOCKS, times // MIN_BLOCK_TIMES))
+        ends = [times * k // count for k in range(count + 1)]
+        blocks = itertools.starmap(slice, itertools.pairwise(ends))
+        return [(own, replace(self, coefficients=self.coefficients[own])) for own in blocks]
+
+    def reach(self, which: np.ndarray | None = None) -> np.ndarray:
+        """Return how far the terms `which`, (…, terms), move a phase at most [rad].
+
+        By default these are the terms of each variable.
+        """
+        which, size = self.index.T > 0 if which is None else which, np.abs(self.phases)
         return np.einsum("vk,tkc->vtc", which.astype(float), size).max(axis=(1, 2), initial=0.0)
 
     def slope(self) -> np.ndarray:
@@ -99,14 +116,13 @@ class Terms:
     def table(self, eta: np.ndarray) -> np.ndarray:
         """Return the smooth moments at η of shape (points, m), shape (times, points, width)."""
         m, expansion = self.interval_dimension, self.expansion
-        orders, reach = self.index.max(axis=0), self.reach(self.index.T > 0)
-        n, rule = len(orders) - m, None
+        n, rule = len(self.orders) - m, None
         if not self.saturated():
-            rule = resolving_rule(orders[m:], reach[m:], np.concatenate(self.slope()))
-        columns = MomentColumns.of(self.columns.outputs, self.columns.carriers)
-        table = np.empty((len(self.coefficients), len(eta), columns.width))
+            slopes = np.concatenate(self.slope())
+            rule = resolving_rule(self.orders[m:], self.reach()[m:], slopes)
+        table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         own = self.coefficients, self.i, self.j, expansion.chebyshev(eta)
-        filled = self.columns, columns, self.turning, table
+        filled = self.columns, self.moments, self.turning, table
         if rule is None:
             points = *saddle_rule(n), sobol_normal(n, SAMPLES)
             by_saddles(*own, expansion.random_index, expansion.norms, *points, *filled)
@@ -114,21 +130,3 @@ class Terms:
             xi, weights = rule
             by_points(*own, expansion.hermite(xi), weights, *filled)
         return table
-
-
-def phase_moments(
-    parts: HybridExpansion, columns: PartColumns, eta: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return μ and σ at η of shape (points, m), each of shape (points, outputs, times)."""
-    terms, moments = Terms.of(parts, columns), MomentColumns.of(columns.outputs, columns.carriers)
-    blocks = time_blocks(len(terms.coefficients))
-    found = [mean_and_std(terms.of_times(block).table(eta), moments) for block in blocks]
-    mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*found, strict=True))
-    return mean, std
-
-
-def time_blocks(times: int) -> list[slice]:
-    """Return slices that divide the times into blocks."""
-    count = max(1, min(MAX_BLOCKS, times // MIN_BLOCK_TIMES))
-    ends = [times * k // count for k in range(count + 1)]
-    return list(itertools.starmap(slice, itertools.pairwise(ends)))

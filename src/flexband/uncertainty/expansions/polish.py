@@ -32,20 +32,14 @@ def polish(index, coefficients, series, c, sign, places, values):
         np.empty((rows, coefficients.shape[1])),
         np.empty((rows, coefficients.shape[2])),
     )
-    gradient, hessian, step = np.empty(m), np.empty((m, m)), np.empty(m)
+    gradient, hessian, trial = np.empty(m), np.empty((m, m)), np.empty(m)
     new_gradient, new_hessian = np.empty(m), np.empty((m, m))
-    trial = np.empty(m)
     for row in range(len(series)):
         own, eta = coefficients[series[row]], places[row]
         best = _value(own, index, eta, c[row], sign[row], work, gradient, hessian)
         reach = 1.0
         for _ in range(MAX_STEPS):
-            newton_step(eta, gradient, hessian, step)
-            gain = 0.0
-            for a in range(m):
-                trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
-                gain -= gradient[a] * (trial[a] - eta[a])
-            if not gain > MIN_RELATIVE_GAIN * abs(best):
+            if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
                 break
             value = _value(own, index, trial, c[row], sign[row], work, new_gradient, new_hessian)
             if value < best:
@@ -156,31 +150,41 @@ def _products(powers, index, basis):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def newton_step(eta, gradient, hessian, step):
-    """Fill a descent step −(H + τ I)⁻¹ gradient in the variables that are not held by a bound.
+def step(eta, gradient, hessian, reach, trial):
+    """Fill η − reach (H + τ I)⁻¹ gradient, clipped to the box; return the expected gain.
 
-    τ is zero if the Hessian H of these variables is positive definite; otherwise it grows until
-    H + τ I is.
+    Variables that are held by a bound do not move. τ is zero if the Hessian H of the others is
+    positive definite; otherwise it grows until H + τ I is.
     """
     m = len(eta)
     held, factor = np.empty(m, np.bool_), np.empty((m, m))
-    size, shift = 1e-300, 0.0
+    size, shift, gain = 1e-300, 0.0, 0.0
     for a in range(m):
         held[a] = (eta[a] <= -1 and gradient[a] > 0) or (eta[a] >= 1 and gradient[a] < 0)
+        trial[a] = 0.0 if held[a] else -gradient[a]
         for b in range(m):
             size = max(size, abs(hessian[a, b]))
     while not _cholesky(hessian, held, shift, 1e-10 * size, factor):
         shift = max(4 * shift, 1e-3 * size)
+    substitute(factor, trial)
     for a in range(m):
-        total = 0.0 if held[a] else -gradient[a]
+        trial[a] = min(1.0, max(-1.0, eta[a] + reach * trial[a]))
+        gain -= gradient[a] * (trial[a] - eta[a])
+    return gain
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def substitute(factor, x):
+    """Solve L Lᵀ y = x in place for a lower triangular L, real or complex."""
+    n = len(x)
+    for a in range(n):
         for b in range(a):
-            total -= factor[a, b] * step[b]
-        step[a] = total / factor[a, a]
-    for a in range(m - 1, -1, -1):
-        total = step[a]
-        for b in range(a + 1, m):
-            total -= factor[b, a] * step[b]
-        step[a] = total / factor[a, a]
+            x[a] -= factor[a, b] * x[b]
+        x[a] /= factor[a, a]
+    for a in range(n - 1, -1, -1):
+        for b in range(a + 1, n):
+            x[a] -= factor[b, a] * x[b]
+        x[a] /= factor[a, a]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from flexband.uncertainty.expansions.polish import substitute
 from flexband.uncertainty.phases.moments import fill, section
 
 SATURATED = 6.0
@@ -175,27 +176,17 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
         left = np.abs(step).sum()
         if sweep == NEWTON_STEPS or not good or left < 1e-6:
             break
-        for a in range(n):
-            for b in range(a):
-                step[a] -= curve[a, b] * step[b]
-            step[a] /= curve[a, a]
-        for a in range(n - 1, -1, -1):
-            for b in range(a + 1, n):
-                step[a] -= curve[b, a] * step[b]
-            step[a] /= curve[a, a]
-            saddle[a] += step[a]
-    size, scale = 0.0, 1.0 + 0j
-    for a in range(n):
-        size += abs(saddle[a]) ** 2
-        scale /= curve[a, a]
+        substitute(curve, step)
+        saddle += step
+    size, scale = (np.abs(saddle) ** 2).sum(), 1.0 + 0j
     frame[:] = 0.0
+    for a in range(n):
+        scale /= curve[a, a]
+        frame[a, a] = 1.0
     if not (good and size < 4 * SATURATED**2 and left < 1e-3 * SATURATED):
         saddle[:] = 0.0
-        for a in range(n):
-            frame[a, a] = 1.0
         return False, 1.0 + 0j
     for b in range(n):  # L = R⁻ᵀ
-        frame[b, b] = 1.0
         for a in range(n - 1, -1, -1):
             for k in range(a + 1, n):
                 frame[a, b] -= curve[k, a] * frame[k, b]
@@ -203,13 +194,8 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     first /= np.sqrt((first**2).sum()) + 1e-300  # the first axis of ζ along the slope: a reflection
     first[0] -= 1.0
     long = (first**2).sum()
-    if long > 1e-12:
-        for a in range(n):
-            along = 0.0 + 0j
-            for b in range(n):
-                along += frame[a, b] * first[b]
-            for b in range(n):
-                frame[a, b] -= 2 * along * first[b] / long
+    for a in range(n if long > 1e-12 else 0):
+        frame[a] -= 2 * (frame[a] * first).sum() * first / long
     return True, scale
 
 

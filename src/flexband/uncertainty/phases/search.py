@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from flexband.uncertainty.expansions.polish import chebyshev_powers, newton_step
+from flexband.uncertainty.expansions.polish import chebyshev_powers, step
 
 MAX_STEPS = 40
 MIN_RELATIVE_GAIN = 1e-9
@@ -118,7 +118,7 @@ def _moments(v, turns, columns):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _descend(chosen, index, columns, turning, c, sign, eta):  # noqa: PLR0912
+def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
     m, highest = len(eta), index.max() if index.size else 0
     work = (
@@ -126,39 +126,27 @@ def _descend(chosen, index, columns, turning, c, sign, eta):  # noqa: PLR0912
         np.empty((1 + m, len(index))),
         np.empty((1 + m, chosen.shape[1])),
     )
-    gradient, new_gradient, step = np.empty(m), np.empty(m), np.empty(m)
-    trial, along = np.empty(m), np.empty(m)
-    hessian = np.empty((m, m))
+    gradient, new_gradient, trial = np.empty(m), np.empty(m), np.empty(m)
+    moved, along = np.empty(m), np.empty(m)
     best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
-    size = 0.0
-    for a in range(m):
-        size += gradient[a] ** 2
-    size = np.sqrt(size) / FIRST_STEP + 1e-300
-    for a in range(m):
-        for b in range(m):
-            hessian[a, b] = size if a == b else 0.0
+    hessian = np.eye(m) * (np.sqrt((gradient**2).sum()) / FIRST_STEP + 1e-300)
     reach, fresh = 1.0, True
     for _ in range(MAX_STEPS):
-        newton_step(eta, gradient, hessian, step)
-        gain = 0.0
-        for a in range(m):
-            trial[a] = min(1.0, max(-1.0, eta[a] + reach * step[a]))
-            gain -= gradient[a] * (trial[a] - eta[a])
-        if not gain > MIN_RELATIVE_GAIN * abs(best):
+        if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
             break
         value = _value(chosen, index, columns, turning, c, sign, trial, work, new_gradient)
         curve, bend = 0.0, 0.0
         for a in range(m):
-            step[a] = trial[a] - eta[a]
+            moved[a] = trial[a] - eta[a]
             along[a] = new_gradient[a] - gradient[a]
-            curve += step[a] * along[a]
+            curve += moved[a] * along[a]
             bend += along[a] ** 2
         if curve > 1e-12 * bend:
             if fresh:
                 for a in range(m):
                     hessian[a, a] = bend / curve
                 fresh = False
-            _update(hessian, step, along, curve)
+            _update(hessian, moved, along, curve)
         if value < best:
             best, reach = value, 1.0
             for a in range(m):
@@ -169,14 +157,14 @@ def _descend(chosen, index, columns, turning, c, sign, eta):  # noqa: PLR0912
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _update(hessian, step, along, curve):
+def _update(hessian, moved, along, curve):
     """Update an estimate of the Hessian by the change of the gradient (BFGS)."""
-    m = len(step)
+    m = len(moved)
     image, inner = np.zeros(m), 0.0
     for a in range(m):
         for b in range(m):
-            image[a] += hessian[a, b] * step[b]
-        inner += step[a] * image[a]
+            image[a] += hessian[a, b] * moved[b]
+        inner += moved[a] * image[a]
     for a in range(m):
         for b in range(m):
             hessian[a, b] += along[a] * along[b] / curve - image[a] * image[b] / inner

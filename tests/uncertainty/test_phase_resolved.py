@@ -179,7 +179,7 @@ def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
     stage = decompose(two_carriers(x[:, :1], e[:, 1:], TIMES)[:, None], 0.02)[-1]
     columns = PartColumns.of_stage(stage)
     runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
-    models = PartModels.fit(columns, columns.pack(runs), orders, nodes)
+    models = PartModels(columns, columns.pack(runs), orders, nodes)
     corrected = models.next_order(columns.pack(checked), *check)
     off, left = (
         np.abs(columns.join(parts.evaluate(*check)) - checked.signal).max()
@@ -194,7 +194,7 @@ def test_left_out_runs_are_those_of_refits():
     """Of a random response, with the terms up to the total order 1 of two variables."""
     nodes = [scaled_chebyshev_zeros(1)]
     values = np.random.default_rng(0).standard_normal((4, 3))
-    models = PartModels.fit(PartColumns.of(1, 0), values, [1], nodes)
+    models = PartModels(PartColumns.of(1, 0), values, [1], nodes)
     xi, eta = HybridExpansion.design([1], nodes)
     A = np.concatenate([np.ones((4, 1)), xi, eta], axis=1)
     for run, found in enumerate(models.left_out()):

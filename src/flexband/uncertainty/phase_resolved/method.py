@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -90,15 +89,16 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         design, check = HybridExpansion.design(random_orders, nodes), self.check_points(space)
         values = evaluate(*(np.concatenate(pair) for pair in zip(design, check, strict=True)))
         F, dt = series(values), step(values)
-        found = [
-            _Candidate.of_stage(stage, random_orders, nodes, check) for stage in decompose(F, dt)
-        ]
+        stages = decompose(F, dt)
+        found = [_Candidate.of_stage(stage, random_orders, nodes, check) for stage in stages]
         carriers = chosen_carriers([one.error for one in found])
         models = [found[k].of(np.flatnonzero(carriers == k)) for k in np.unique(carriers)]
         full, corrected, lower = zip(*models, strict=True)
         frequencies = [c.frequency for c in found[-1].checked.carriers]
         thin, period = thinned(frequencies, dt, F.shape[-1])
-        change = at_all_times(_change(full, corrected, lower, thin), thin, F.shape[-1])
+        here, more, less = (stacked(extremes_of(v, thin)) for v in (full, corrected, lower))
+        change = np.maximum(apart(more, here), apart(less, here))
+        change = at_all_times(change, thin, F.shape[-1])
         steady = np.stack([found[k].steady[o] for o, k in enumerate(carriers)])
         trusted = np.sqrt(np.mean(steady**2, axis=1)) < DOUBT * (rms(F) + 1e-300)
         doubt = np.where(trusted[:, None], 0.0, CAUTION * steady)
@@ -131,7 +131,7 @@ class _Candidate(NamedTuple):
         count = len(stage.base) - len(check[0])
         runs, checked = stage.runs(slice(count)), stage.runs(slice(count, None))
         columns = PartColumns.of_stage(stage)
-        models = PartModels.fit(columns, columns.pack(runs), random_orders, nodes)
+        models = PartModels(columns, columns.pack(runs), random_orders, nodes)
         predicted = models.full.evaluate(*check)
         missed = rms(columns.join(predicted) - checked.signal)
         left_out = rms(columns.join(models.left_out()) - runs.signal)
@@ -148,20 +148,6 @@ class _Candidate(NamedTuple):
     def of(self, outputs: np.ndarray) -> tuple[Expansion, Expansion, Expansion]:
         """Return the models of some of the outputs."""
         return self.full.of(outputs), self.corrected.of(outputs), self.lower.of(outputs)
-
-
-def _change(
-    full: Sequence[Expansion],
-    corrected: Sequence[Expansion],
-    lower: Sequence[Expansion],
-    times: slice,
-) -> np.ndarray:
-    """Return how far the bands differ between models, the larger change, (2, outputs, times).
-
-    From the lower model to the full one, and from that to the one with next-order terms.
-    """
-    here, more, less = (stacked(extremes_of(one, times)) for one in (full, corrected, lower))
-    return np.maximum(apart(more, here), apart(less, here))
 
 
 def _gap(nodes: np.ndarray) -> float:

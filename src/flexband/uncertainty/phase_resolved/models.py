@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import factorial, sqrt
 
 import numpy as np
@@ -20,29 +21,23 @@ class PartModels:
     Attributes
     ----------
     columns : those of the parts.
-    nodes : points of each interval variable.
     values : the parts in the runs of the design, shape (runs, series).
-    full : the expansion through them.
+    random_orders, nodes : order of each random and points of each interval variable.
     """
 
     columns: PartColumns
-    nodes: Sequence[np.ndarray]
     values: np.ndarray
-    full: HybridExpansion
+    random_orders: Sequence[int]
+    nodes: Sequence[np.ndarray]
 
-    @staticmethod
-    def fit(
-        columns: PartColumns,
-        values: np.ndarray,
-        random_orders: Sequence[int],
-        nodes: Sequence[np.ndarray],
-    ) -> PartModels:
-        """Return the models of the parts in the runs of a design."""
-        full = HybridExpansion.fit(values, random_orders, nodes)
-        return PartModels(columns, nodes, values, full)
+    @cached_property
+    def full(self) -> HybridExpansion:
+        """The expansion through the runs."""
+        return HybridExpansion.fit(self.values, self.random_orders, self.nodes)
 
+    @cached_property
     def _lower_terms(self) -> np.ndarray:
-        """Return which terms the lower model has: up to the largest order of a variable in total.
+        """Which terms the lower model has: those up to the largest order of a variable in total.
 
         If these are all terms, as with one variable, those below the largest order.
         """
@@ -50,17 +45,17 @@ class PartModels:
         keep = total <= most
         return keep if not keep.all() else total < max(most, 1)
 
+    @cached_property
     def _lower_design(self) -> np.ndarray:
-        """Return the terms of the lower model in the runs, shape (runs, terms)."""
-        xi, eta = HybridExpansion.design(self.full.random_orders, self.nodes)
+        """The terms of the lower model in the runs, shape (runs, terms)."""
+        xi, eta = HybridExpansion.design(self.random_orders, self.nodes)
         terms = tensor_values([self.full.chebyshev(eta), self.full.hermite(xi)])
-        return terms[:, self._lower_terms()]
+        return terms[:, self._lower_terms]
 
     def lower(self) -> HybridExpansion:
         """Return the lower model: the least-squares fit of fewer terms."""
-        coefficients = np.zeros((self._lower_terms().size, self.values.shape[1]))
-        fitted = np.linalg.lstsq(self._lower_design(), self.values)[0]
-        coefficients[self._lower_terms()] = fitted
+        coefficients = np.zeros((self._lower_terms.size, self.values.shape[1]))
+        coefficients[self._lower_terms] = np.linalg.lstsq(self._lower_design, self.values)[0]
         return replace(self.full, coefficients=coefficients.reshape(self.full.coefficients.shape))
 
     def left_out(self) -> np.ndarray:
@@ -68,8 +63,7 @@ class PartModels:
 
         Its error is r/(1 − h), with the run's residual r and leverage h in the fit to all runs.
         """
-        A = self._lower_design()
-        project = A @ np.linalg.pinv(A)
+        project = self._lower_design @ np.linalg.pinv(self._lower_design)
         lever = 1 - np.minimum(np.diag(project), 1 - 1e-9)
         return self.values + (project @ self.values - self.values) / lever[:, None]
 
@@ -111,7 +105,7 @@ class PartModels:
             if len(nodes) > 1:
                 product = np.prod(e[:, None] - nodes, axis=1, keepdims=True)
                 values.append(product / _largest(nodes))
-        for k, x in zip(self.full.random_orders, xi.T, strict=True):
+        for k, x in zip(self.random_orders, xi.T, strict=True):
             if k:
                 term = hermite_e.hermeval(x, np.eye(k + 2)[k + 1]) / sqrt(factorial(k + 1))
                 values.append(term[:, None])
@@ -127,7 +121,7 @@ class PartModels:
             if len(nodes) > 1:
                 factors = chebyshev.chebfromroots(nodes) / _largest(nodes)
                 yield v, np.arange(len(factors)), factors[:, None] * next(own)
-        for v, k in enumerate(self.full.random_orders, start=len(self.nodes)):
+        for v, k in enumerate(self.random_orders, start=len(self.nodes)):
             if k:
                 yield v, np.array([k + 1]), next(own)[None] / sqrt(factorial(k + 1))
 

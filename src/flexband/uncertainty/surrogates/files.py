@@ -1,10 +1,15 @@
-"""Surrogates as files: NumPy's .npz with a text that describes its arrays."""
+"""Surrogates as files: NumPy's .npz with a text that describes its arrays.
+
+The text records inputs by the names of their classes and functions, which are looked up among the
+registered ones.
+"""
 
 from __future__ import annotations
 
 import json
 import zipfile
 from collections.abc import Mapping
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,7 +19,8 @@ import xarray as xr
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.inputs.records import recorded, restored
+from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Space, coordinates
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -46,7 +52,7 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     inputs = {}
     for name, one in surrogate.space.inputs.items():
         try:
-            inputs[name] = recorded(one)
+            inputs[name] = _recorded(one)
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     about = {
@@ -86,7 +92,7 @@ def load_surrogate(file: str | Path) -> Surrogate:
         named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
         coords, variables = _under("coords/", named), _under("diagnostics/", named)
         return Surrogate(
-            Space({name: restored(one) for name, one in about["inputs"].items()}),
+            Space({name: _restored(one) for name, one in about["inputs"].items()}),
             xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords),
             tuple(
                 _expansion(kind, _under(f"expansions/{k}/", arrays))
@@ -108,3 +114,42 @@ def _expansion(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
 def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entries whose names start so, without the start."""
     return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
+
+
+def _recorded(value: Any) -> Any:
+    """Return an input, or the value of one of its fields, as a record."""
+    if isinstance(value, Input):
+        named = {f.name: getattr(value, f.name) for f in fields(value)}  # pyright: ignore[reportArgumentType]
+        kind, module = type(value).__name__, type(value).__module__
+        return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, tuple | list):
+        return [_recorded(one) for one in value]
+    if value is None or isinstance(value, str | int | float):
+        return value
+    for name, correlation in RandomField.correlations.items():
+        if value is correlation:
+            return {"correlation": name}
+    raise InputError(
+        f"{value!r} cannot be saved; fields of inputs may be numbers, texts, tuples, inputs, None "
+        f"and the correlations {', '.join(RandomField.correlations)}"
+    )
+
+
+def _restored(record: Any) -> Any:
+    """Return the value of a record; lists become tuples."""
+    if isinstance(record, list):
+        return tuple(_restored(one) for one in record)
+    if not isinstance(record, Mapping):
+        return record
+    if "correlation" in record:
+        name = record["correlation"]
+        if name not in RandomField.correlations:
+            raise InputError(f"the correlation {name!r} must be in RandomField.correlations first")
+        return RandomField.correlations[name]
+    if record["input"] not in Input.kinds:
+        raise InputError(
+            f"the input {record['input']} must be defined first; import it from {record['module']}"
+        )
+    return Input.kinds[record["input"]](**dict(_restored(record["fields"])))

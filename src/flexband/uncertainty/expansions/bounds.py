@@ -28,10 +28,7 @@ CHUNK_SIZE = 500_000
 
 
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
-    """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`.
-
-    Values have shape (2, series), places (2, series, m).
-    """
+    """Return what `Expansion.extremes` does, values of shape (2, series), places (2, series, m)."""
     grid = scan_grid(expansion.interval_orders)
     coarse = math.prod(2 * q + 3 for q in expansion.interval_orders if q) > MAX_SCAN_POINTS
     terms, random_terms, series = expansion.coefficients.shape
@@ -77,18 +74,16 @@ def _scan(
     if len(vertices) > MAX_VERTICES:
         vertices = vertices[:0]
     slopes = _slopes(expansion, grid[vertices])
-    values, starts, settled = [], [], []
-    series = np.arange(mean.shape[1])
+    series, found = np.arange(mean.shape[1]), []
     for c, sign in targets:
         scanned = mean + c * std
         best = np.argmin(sign * scanned, axis=0)
-        values.append(scanned[best, series])
-        starts.append(best)
         slope = sign * (slopes[0] + c * slopes[1])
         outward = np.zeros(scanned.shape, dtype=bool)
         outward[vertices] = np.all(slope * grid[vertices][:, :, None] < 0, axis=1)
-        settled.append(outward[best, series])
-    return np.stack(values), grid[np.stack(starts)], np.stack(settled)
+        found.append((scanned[best, series], grid[best], outward[best, series]))
+    values, places, settled = map(np.stack, zip(*found, strict=True))
+    return values, places, settled
 
 
 def _slopes(expansion: HybridExpansion, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -40,8 +40,7 @@ def tensor_index(orders: Sequence[int]) -> np.ndarray:
 
 def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
     """Return the products Π_v values[v][:, index[:, v]], shape (points, terms)."""
-    chosen = (own[:, k] for own, k in zip(values, index.T, strict=True))
-    return reduce(np.multiply, chosen)
+    return reduce(np.multiply, (own[:, k] for own, k in zip(values, index.T, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -191,8 +190,7 @@ class HybridExpansion:
         converges, it is of the order of the first omitted terms. Zero orders do not count.
         """
         highest = self.highest().any(axis=0)
-        size = np.abs(self.weighted)
-        return size.reshape(highest.size, -1)[highest].sum(axis=0)
+        return np.abs(self.weighted).reshape(highest.size, -1)[highest].sum(axis=0)
 
 
 def _and_one(index: np.ndarray) -> np.ndarray:

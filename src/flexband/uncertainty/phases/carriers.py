@@ -129,10 +129,8 @@ def window_sums(g: np.ndarray, half: int, powers: int, at: np.ndarray) -> list[n
     tau = np.arange(-half, half + 1) / half
     weight = (1 - tau**2) ** 2 + 1e-3
     flat = g.reshape(-1, g.shape[-1])
-    sums = []
-    for p in range(powers + 1):
-        kernel = (weight * tau**p)[None, ::-1]
-        sums.append(fftconvolve(flat, kernel, mode="same", axes=-1)[:, at])
+    kernels = ((weight * tau**p)[None, ::-1] for p in range(powers + 1))
+    sums = (fftconvolve(flat, kernel, mode="same", axes=-1)[:, at] for kernel in kernels)
     return [s.reshape(*g.shape[:-1], len(at)) for s in sums]
 
 

@@ -88,28 +88,22 @@ def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     f(0) + Σ_v (G − 1) f along each axis + Σ_v (G₃ − 1)(G₃ − 1) f of the first axis with each other,
     with Gauss–Hermite rules G, the finest along the first.
     """
-    found: dict[tuple[float, ...], float] = {}
 
-    def add(rules: list[tuple[int, np.ndarray, np.ndarray]]) -> None:
-        points = tensor_points([x for _, x, _ in rules])
-        weights = tensor_values([np.ones((1, 1)), *(w[None] for _, _, w in rules)])[0]
-        for x, w in zip(points, weights, strict=True):
-            at = np.zeros(n)
-            at[[v for v, _, _ in rules]] = x
-            found[tuple(at)] = found.get(tuple(at), 0.0) + w
-
-    def beyond(v: int, count: int) -> tuple[int, np.ndarray, np.ndarray]:
+    def beyond(v: int, count: int) -> tuple[np.ndarray, np.ndarray]:
         x, w = hermite_e.hermegauss(count)
-        x, w = np.where(np.abs(x) < 1e-12, 0.0, x), w / w.sum()
+        w /= w.sum()
         w[count // 2] -= 1.0
-        return v, x, w
+        return np.where(np.abs(x) < 1e-12, 0.0, x)[:, None] * (np.arange(n) == v), w
 
-    add([])
+    found = [(np.zeros((1, n)), np.ones(1))]
     for v in range(n):
-        add([beyond(v, 5 if v else 9)])
+        found.append(beyond(v, 5 if v else 9))
         if v:
-            add([beyond(0, 3), beyond(v, 3)])
-    return np.array(list(found)).reshape(-1, n), np.array(list(found.values()))
+            (x, a), (y, b) = beyond(0, 3), beyond(v, 3)
+            found.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
+    points, weights = map(np.concatenate, zip(*found, strict=True))
+    points, which = np.unique(points, axis=0, return_inverse=True)
+    return points, np.bincount(which.ravel(), weights)
 
 
 def sobol_normal(n: int, count: int) -> np.ndarray:
@@ -143,16 +137,11 @@ def _simplex(top: list[int]) -> np.ndarray:
 
 def _closed(index: np.ndarray) -> np.ndarray:
     """Return the index together with all lower orders."""
-    known = {tuple(row) for row in index.tolist()}
-    left = list(known)
-    while left:
-        row = left.pop()
-        for v, k in enumerate(row):
-            lower = (*row[:v], k - 1, *row[v + 1 :])
-            if k and lower not in known:
-                known.add(lower)
-                left.append(lower)
-    return np.array(sorted(known), dtype=int).reshape(len(known), index.shape[1])
+    for v in range(index.shape[1]):
+        steps = (index - k * (np.arange(index.shape[1]) == v) for k in range(index[:, v].max() + 1))
+        lower = np.concatenate(list(steps))
+        index = np.unique(lower[lower[:, v] >= 0], axis=0)
+    return index if index.shape[1] else index[:1]
 
 
 def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -59,13 +59,7 @@ class Expansion(Protocol):
 
 
 def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: int) -> np.ndarray:
-    """Return the values of several expansions as one array, in the order of the outputs.
-
-    Parameters
-    ----------
-    values : one array per expansion.
-    axis : that of the outputs.
-    """
+    """Return one array of values per expansion as one array, along the axis of the outputs."""
     order = np.argsort(np.concatenate([expansion.outputs for expansion in expansions]))
     return np.take(np.concatenate(values, axis), order, axis)
 

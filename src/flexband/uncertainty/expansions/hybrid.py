@@ -122,12 +122,9 @@ class HybridExpansion:
 
     @staticmethod
     def of_terms(index: np.ndarray, terms: np.ndarray, interval_dimension: int) -> HybridExpansion:
-        """Return the expansion with the given terms only.
+        """Return the expansion with the given terms only, coefficients of shape (terms, series).
 
-        Parameters
-        ----------
-        index : order of each term in each variable, η first, shape (terms, variables).
-        terms : coefficients, shape (terms, series).
+        The index has the order of each term in each variable, η first, shape (terms, variables).
         """
         m = interval_dimension
         interval, i = np.unique(_and_one(index[:, :m]), axis=0, return_inverse=True)

@@ -44,10 +44,7 @@ def polish(index, coefficients, series, c, sign, places, values):
             value = _value(own, index, trial, c[row], sign[row], work, new_gradient, new_hessian)
             if value < best:
                 best, reach = value, 1.0
-                for a in range(m):
-                    eta[a], gradient[a] = trial[a], new_gradient[a]
-                    for b in range(m):
-                        hessian[a, b] = new_hessian[a, b]
+                eta[:], gradient[:], hessian[:] = trial, new_gradient, new_hessian
             else:
                 reach *= 0.25
         values[row] = sign[row] * best
@@ -120,17 +117,14 @@ def _dot(terms, a, b):
 def chebyshev_powers(eta, powers):
     """Fill T_i, T_i′ and T_i″ of every variable by their recurrences."""
     for a in range(len(eta)):
-        x = eta[a]
-        for i in range(powers.shape[2]):
-            if i == 0:
-                powers[0, a, i], powers[1, a, i], powers[2, a, i] = 1.0, 0.0, 0.0
-            elif i == 1:
-                powers[0, a, i], powers[1, a, i], powers[2, a, i] = x, 1.0, 0.0
-            else:
-                T, D, S = powers[0, a], powers[1, a], powers[2, a]
-                T[i] = 2 * x * T[i - 1] - T[i - 2]
-                D[i] = 2 * T[i - 1] + 2 * x * D[i - 1] - D[i - 2]
-                S[i] = 4 * D[i - 1] + 2 * x * S[i - 1] - S[i - 2]
+        x, T, D, S = eta[a], powers[0, a], powers[1, a], powers[2, a]
+        T[0], D[0], S[0] = 1.0, 0.0, 0.0
+        if len(T) > 1:
+            T[1], D[1], S[1] = x, 1.0, 0.0
+        for i in range(2, len(T)):
+            T[i] = 2 * x * T[i - 1] - T[i - 2]
+            D[i] = 2 * T[i - 1] + 2 * x * D[i - 1] - D[i - 2]
+            S[i] = 4 * D[i - 1] + 2 * x * S[i - 1] - S[i - 2]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -23,7 +23,7 @@ SCAN_BLOCK = 16
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def search(  # noqa: PLR0912
+def search(
     smooth, index, basis, points, neighbours, columns, turning, targets, starts, values, places
 ):
     """Fill bounds `values`, (targets, outputs, times), and their `places`, (…, m).
@@ -54,11 +54,8 @@ def search(  # noqa: PLR0912
             for p in range(len(points)):
                 mean[p], variance = _moments(scanned[p, o * block :], turns[p], columns)
                 std[p] = np.sqrt(max(variance, 0.0))
-            for i in range(terms):
-                for k in range(block):
-                    chosen[i, k] = smooth[t, i, o * block + k]
-                for c in range(carriers):
-                    chosen[i, block + c] = smooth[t, i, columns.phase + c]
+            chosen[:, :block] = smooth[t, :, o * block : (o + 1) * block]
+            chosen[:, block:] = smooth[t, :, columns.phase :]
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
@@ -80,8 +77,7 @@ def search(  # noqa: PLR0912
 def _lowest(aim, neighbours, best, which):
     """Fill the lowest values that are not above their neighbours, in order, and their points."""
     starts = len(best)
-    for k in range(starts):
-        best[k], which[k] = np.inf, 0
+    best[:], which[:] = np.inf, 0
     for p in range(len(aim)):
         lowest = aim[p] < best[starts - 1]
         for other in neighbours[p]:
@@ -149,8 +145,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
             _update(hessian, moved, along, curve)
         if value < best:
             best, reach = value, 1.0
-            for a in range(m):
-                eta[a], gradient[a] = trial[a], new_gradient[a]
+            eta[:], gradient[:] = trial, new_gradient
         else:
             reach = 0.3 if reach == 1.0 else 0.3 * reach
     return best

@@ -188,6 +188,18 @@ def test_stresses_of_a_cable_are_refused():
         cantilever((0.0, 1.0), {"s": fb.Stress("b")}, kind="cable")
 
 
+@pytest.mark.parametrize(
+    "load", [fb.Force((1.0, 0.0), y=3.0), fb.Moment("m", 2.0), fb.Gravity(0.0, 0.0)]
+)
+def test_a_load_that_moves_nothing_does_no_work(load):
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, velocity=(1.0, 0.0))},
+        loads={"l": load},
+        sensors={"W": fb.Work("l")},
+    )
+    assert not fb.simulate(model, duration=0.1, step=0.01).values.any()
+
+
 def test_reaction_in_body_axes_is_the_same_force():
     parts = {
         "bodies": {"bar": fb.RigidBody.bar(**ROD, angle=0.4)},

@@ -56,8 +56,8 @@ class Work(_Energy):
     part: str
 
     def rows(self, model: Model) -> Sequence[Form]:
-        forces, variables = zip(*model.generalized_force(self.part), strict=True)
-        return [*forces, *variables]
+        pairs = model.generalized_force(self.part)
+        return [force for force, _ in pairs] + [variable for _, variable in pairs]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         force, moved = np.split(rows, 2)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import methodcaller
 from typing import Any
 
 import numpy as np
@@ -121,10 +122,18 @@ class Mechanism:
 
     # --- constraints and loads --------------------------------------------------------------
 
+    def _of_bodies(self, method: str) -> Iterator[tuple[int, Any]]:
+        """Yield the first row in z of each body, and what a method of the body returns."""
+        for name, body in self.bodies.items():
+            yield (
+                self.first_coordinates[name],
+                _naming(f"body {name!r}", methodcaller(method), body),
+            )
+
     @cached_property
     def guess(self) -> list[np.ndarray]:
         """The guess [1, q] for the start."""
-        return [np.ones(()), *(c for body in self.bodies.values() for c in body.coordinates())]
+        return [np.ones(()), *(c for _, own in self._of_bodies("coordinates") for c in own)]
 
     @cached_property
     def constraints(self) -> list[tuple[str, Form]]:
@@ -209,13 +218,13 @@ class Mechanism:
 
     # --- inertia ----------------------------------------------------------------------------
 
-    def mass_entries(self) -> dict[tuple[int, int], np.ndarray]:
-        """Return the entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
-        first = self.first_coordinates
+    @cached_property
+    def mass(self) -> dict[tuple[int, int], np.ndarray]:
+        """The entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
         return {
-            (first[name] + i, first[name] + j): value
-            for name, body in self.bodies.items()
-            for (i, j), value in body.mass_entries().items()
+            (first + i, first + j): value
+            for first, entries in self._of_bodies("mass_entries")
+            for (i, j), value in entries.items()
         }
 
     def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce:
@@ -224,7 +233,7 @@ class Mechanism:
         nodes = {first[name] + k for name, body in self.bodies.items() for k in body.nodes}
         g = {n + axis: Form.constant(a) for n in nodes for axis, a in enumerate((x, y))}
         force: GeneralizedForce = {}
-        for (i, j), value in self.mass_entries().items():
+        for (i, j), value in self.mass.items():
             for to, of in {(i, j), (j, i)}:
                 if of in g:
                     force[to] = force.get(to, Form({})) + g[of] * value

@@ -81,16 +81,13 @@ def assemble(mechanism: Mechanism) -> System:
         If numbers of samples do not fit each other or a function of position returns values that
         are not allowed.
     """
-    state, mass = mechanism.state, {}
-    start: list[ArrayLike] = [1.0]
+    state, start, mass = mechanism.state, mechanism.guess, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     beams, cables = BeamTable(), CableTable()
     for name, body in mechanism.bodies.items():
         first = mechanism.first_coordinates[name]
         try:
-            start += body.coordinates()
             velocity += body.velocities()
-            mass |= {(first + i, first + j): m for (i, j), m in body.mass_entries().items()}
             if isinstance(body, Beam):
                 beams.take(body, first)
             elif isinstance(body, Cable):

@@ -22,7 +22,7 @@ class KineticEnergy(_Energy):
     """The kinetic energy ½ vᵀ M v of all bodies [J]."""
 
     def rows(self, model: Model) -> Sequence[Form]:
-        row, mass = model.state.velocity, model.mass_entries()
+        row, mass = model.state.velocity, model.mass
         return [
             Form({(row + i, row + j, None): (0.5 if i == j else 1.0) * m
                   for (i, j), m in mass.items()})

@@ -1,8 +1,11 @@
-"""Exceptions, and checks that refuse bad input where it enters."""
+"""Exceptions, warnings, and checks that refuse bad input where it enters."""
 
 from __future__ import annotations
 
+import sys
+import warnings
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +13,10 @@ from numpy.typing import ArrayLike
 
 class InputError(ValueError):
     """An invalid argument; the message states its name, its value and what is allowed."""
+
+
+class FlexbandWarning(UserWarning):
+    """A result or an input that is likely not what was meant; the message states why."""
 
 
 class RunError(RuntimeError):
@@ -32,6 +39,15 @@ class AssemblyError(RunError):
 
 class SimulationError(RunError):
     """Some runs diverged during the integration."""
+
+
+def warn(message: str) -> None:
+    """Issue a `FlexbandWarning` that points to the line of the caller outside this package."""
+    package = str(Path(__file__).parent)
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, FlexbandWarning, stacklevel=level)
 
 
 def finite(name: str, value: ArrayLike, allowed: str = "finite numbers") -> np.ndarray:

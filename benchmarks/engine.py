@@ -18,7 +18,7 @@ from harness import ROOT, alternate, medians, options, report
 from numpy.typing import ArrayLike
 
 import flexband as fb
-from flexband.mechanics.engine.batch import available_cores
+from flexband.mechanics.engine.threads import available_cores
 
 DURATION, STEP = 0.6, 1e-3
 

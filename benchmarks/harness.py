@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from flexband.mechanics.engine.batch import available_cores
+from flexband.mechanics.engine.threads import available_cores
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy")

@@ -23,7 +23,8 @@ from peer_models import MODULUS, OURS
 import flexband as fb
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.batch import available_cores, in_parallel, march_block
+from flexband.mechanics.engine.batch import march_block
+from flexband.mechanics.engine.threads import available_cores, in_parallel
 from flexband.mechanics.kernels.lanes import WIDTH
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}

@@ -10,8 +10,9 @@ from flexband.errors import whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.engine.batch import begin, compiling
+from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.forms import Form, Vector
 from flexband.mechanics.loads.load import InTime
 from flexband.mechanics.mechanism import Mechanism
@@ -62,8 +63,8 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
     system = assemble(mechanism)
     whole("sample", sample, 0, system.samples - 1)
     failures = np.zeros((system.samples, 4))
-    with compiling():
-        work, failure = begin(system, pack(system, AT_START, np.array([sample]))(0))
+    values = pack(system, AT_START, np.array([sample]))(0)
+    work, failure = while_compiling(lambda: begin(system, values))
     failures[sample] = failure[:, 0]
     raise_failures(failures, system, np.zeros(1))
     return Configuration(sample, work.z[:, 0].copy())

@@ -8,9 +8,10 @@ import numpy as np
 
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.batch import begin, compiling
+from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.loads.load import Load
@@ -28,8 +29,8 @@ def describe(mechanism: Mechanism) -> str:
         As `simulate` does.
     """
     system = assemble(mechanism)
-    with compiling():
-        work, failure = begin(system, pack(system, AT_START)(0))
+    values = pack(system, AT_START)(0)
+    work, failure = while_compiling(lambda: begin(system, values))
     raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
     redundant, names = dependent(system, work.z[:, 0])
 

@@ -9,9 +9,10 @@ from flexband.errors import numbers, whole
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, Work
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.engine.batch import begin, compiling, derive, in_parallel, run
+from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SETTLE
 from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 
@@ -59,9 +60,8 @@ def equilibrium(
         failures[here] = failure.T[: len(own)]
         return len(own)
 
-    with compiling():
-        rest(system, packed(0), 1)
-    in_parallel(settle, -(-system.samples // WIDTH), system.samples, threads, None)
+    while_compiling(lambda: rest(system, packed(0), 1))
+    in_parallel(settle, -(-system.samples // WIDTH), system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
     result = xr.DataArray(
         outputs,

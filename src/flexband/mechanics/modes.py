@@ -7,6 +7,7 @@ a symmetric eigenproblem.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -15,12 +16,13 @@ from scipy.linalg import eigh, null_space
 
 from flexband.errors import known, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
-from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.structure import Values, Work
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.engine.batch import begin, compiling, derive, run
+from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import LINEARIZE, SENSE
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import RANK
+from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import rest
 from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lanes import WIDTH
@@ -67,16 +69,12 @@ def modes(
     found = []
     for block in range(-(-system.samples // WIDTH)):
         values, own = packed(block), np.arange(system.samples)[block * WIDTH :][:WIDTH]
-        with compiling():
-            if about == "equilibrium":
-                _, failure, work = rest(system, values, steps)
-            else:
-                work, failure = begin(system, values)
-            failures[own] = failure.T[: len(own)]
-            M, K, Phi = _linear(system, values, work)
+        work, failure, M, K, Phi = while_compiling(partial(_linear, system, values, about, steps))
+        failures[own] = failure.T[: len(own)]
         for lane in range(len(own)):
             if failures[own[lane], 0] == 0:
-                squares, vectors = _solve(M[lane], K[lane], Phi[lane], count)
+                one = partial(_solve, M[lane], K[lane], Phi[lane], count)
+                squares, vectors = interruptible(one)
                 found.append((squares, _shapes(system, values, work, lane, vectors)))
     raise_failures(failures, system, np.zeros(1))
     squares, shapes = (np.stack(parts) for parts in zip(*found, strict=True))
@@ -114,11 +112,16 @@ def _shapes(system: System, values, work: Work, lane: int, vectors: np.ndarray):
     return np.stack(shapes)
 
 
-def _linear(system: System, values, work: Work) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return M, K and Φ_q at the state for every lane, shapes (WIDTH, …)."""
+def _linear(system: System, values: Values, about: str, steps: int):
+    """Return the state, failures, and M, K and Φ_q for every lane, shapes (WIDTH, …)."""
+    if about == "equilibrium":
+        _, failure, work = rest(system, values, steps)
+    else:
+        work, failure = begin(system, values)
     count, dense = system.structure.state.coordinates, []
     for weight in (0.0, 1.0):
         run(LINEARIZE, system, values, work, number=weight)
         dense.append(to_dense(system.structure.pattern, work.matrix))
     q, multipliers = slice(0, count), slice(count, None)
-    return dense[0][:, q, q], (dense[1] - dense[0])[:, q, q], dense[0][:, multipliers, q]
+    K = (dense[1] - dense[0])[:, q, q]
+    return work, failure, dense[0][:, q, q], K, dense[0][:, multipliers, q]

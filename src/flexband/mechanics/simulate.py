@@ -7,10 +7,11 @@ import xarray as xr
 
 from flexband.errors import InputError, numbers, positive
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.batch import Progress, run_samples
+from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.engine.threads import Progress
 from flexband.mechanics.mechanism import Mechanism
 
 

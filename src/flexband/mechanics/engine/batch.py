@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import sys
-import threading
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import whole
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, Work
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
+from flexband.mechanics.engine.threads import (
+    Progress,
+    in_parallel,
+    stop_flag,
+    while_compiling,
+)
 from flexband.mechanics.kernels.lane_type import WIDTH, addresses
-
-Progress = Callable[[int, int], object]
-"""Called as ``progress(done, total)`` with numbers of runs."""
-
 
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
@@ -70,8 +65,7 @@ def run_samples(
         return len(own)
 
     if not dynamics.signatures:
-        with compiling():  # or loading from the cache on disk
-            march_block(system, method, tolerance, packed(0), times=1)
+        while_compiling(lambda: march_block(system, method, tolerance, packed(0), times=1))
     in_parallel(simulate, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
     return Batch(outputs, failures, starts)
 
@@ -115,6 +109,7 @@ def run(
         addresses(work),
         outputs,
         addresses(failure),
+        addresses(stop_flag()),
     )
     # There is one signature. Dispatch on the types of a hundred arguments takes 0.2 ms per call.
     entry = dynamics if task in (START, MARCH) else statics
@@ -128,35 +123,6 @@ def derive(system: System, rows: np.ndarray) -> np.ndarray:
     return np.concatenate([rows[:0], *parts])
 
 
-def in_parallel(
-    run: Callable[[int], int],
-    blocks: int,
-    samples: int,
-    threads: int | None,
-    progress: Progress | None,
-) -> None:
-    """Run all blocks; Ctrl-C cancels those that have not begun."""
-    workers = available_cores() if threads is None else whole("threads", threads, 1)
-    done = 0
-    with ThreadPoolExecutor(min(workers, blocks)) as pool:
-        futures = [pool.submit(run, block) for block in range(blocks)]
-        try:
-            for future in as_completed(futures):
-                done += future.result()
-                if progress is not None:
-                    progress(done, samples)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
-def available_cores() -> int:
-    """Return the number of processors that this process may use."""
-    if sys.platform == "linux":
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
     """Return the failures, including those of joints on the wrong branch.
 
@@ -168,15 +134,3 @@ def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
         if failure[0, lane] in (0, WRONG_BRANCH) or time < failure[1, lane]:
             failure[:3, lane] = WRONG_BRANCH, time, row
     return failure
-
-
-@contextmanager
-def compiling():
-    """Report on screen that the engine is being compiled, if the body takes long."""
-    text = "flexband: compiling the engine (once per machine, about 12 s) ..."
-    timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()

@@ -18,7 +18,7 @@ START, MARCH, SETTLE, LINEARIZE, SENSE = range(5)
 
 
 @cached
-def dynamics(task, structure, method, number, values, work, outputs, failure):
+def dynamics(task, structure, method, number, values, work, outputs, failure, stop):
     """Perform a task for one block of samples, whose state is `work.z`.
 
     Parameters
@@ -29,15 +29,16 @@ def dynamics(task, structure, method, number, values, work, outputs, failure):
     outputs : filled by MARCH, shape (times, rows, WIDTH).
     failure : shape (4, WIDTH): the code of the failure (0 for none), the number of its time, the
         row of Φ that caused it (negative for none), and a multiplier that is not unique.
+    stop : one row; MARCH and SETTLE end early once it is not zero.
     """
     if task == START:
         start(structure, values, work, failure)
     else:
-        march(structure, method, number, values, work, outputs, failure)
+        march(structure, method, number, values, work, outputs, failure, stop)
 
 
 @cached
-def statics(task, structure, method, number, values, work, outputs, failure):
+def statics(task, structure, method, number, values, work, outputs, failure, stop):
     """Perform a task for one block of samples at rest; parameters are those of `dynamics`.
 
     SETTLE moves to an equilibrium; LINEARIZE sets the matrix to that of Newton's method, where
@@ -46,7 +47,7 @@ def statics(task, structure, method, number, values, work, outputs, failure):
     """
     now = np.int64(0)
     if task == SETTLE:
-        settle(structure, values, work, outputs[0], failure)
+        settle(structure, values, work, outputs[0], failure, stop)
     elif task == LINEARIZE:
         weight = filled(number)
         tangent(structure, values, now, work.z, weight, 0.0, work.matrix, work.blocks)

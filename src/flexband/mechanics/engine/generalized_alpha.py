@@ -165,7 +165,7 @@ def newton(structure, method, tolerance, values, now, work, alive):
 
 
 @inlined
-def march(structure, method, tolerance, values, work, outputs, failure):
+def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     state, z, a = structure.state, work.z, work.a
     store(work.rate, 0, filled(INITIAL_RATE))
@@ -175,7 +175,7 @@ def march(structure, method, tolerance, values, work, outputs, failure):
     sense(structure, values, np.int64(0), z, outputs[0])
     alive = where(code, filled(0.0), filled(1.0))
     for n in range(1, outputs.shape[0]):
-        if not any_true(alive):
+        if any_true(load(stop, 0)) or not any_true(alive):
             break
         now = n * structure.functions
         predict(structure, method, z, a)

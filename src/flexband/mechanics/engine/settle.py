@@ -37,7 +37,7 @@ NOT_SETTLED = 6.0
 
 
 @inlined
-def settle(structure, values, work, outputs, failure):
+def settle(structure, values, work, outputs, failure, stop):
     """Move from the state in `work.z` to an equilibrium under the loads of `values`.
 
     Fills `outputs`, shape (rows, WIDTH), with the sensors' rows, and updates `failure`.
@@ -51,6 +51,8 @@ def settle(structure, values, work, outputs, failure):
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
     least, w = load(values.rigidity, 0), load(values.rigidity, 0)
     for _ in range(ITERATIONS):
+        if any_true(load(stop, 0)):
+            break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
         factorize(structure.pattern, matrix, pivots, work.row)

@@ -1,0 +1,111 @@
+"""Work in threads that Ctrl-C stops.
+
+Python sees Ctrl-C only where its main thread runs Python code. Compiled code, and the compiler,
+therefore run in threads of their own, for which the caller waits. They are daemons: one that never
+ends, in a force law of the user, does not keep the process alive.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import TypeVar
+
+import numpy as np
+
+from flexband.errors import whole
+from flexband.mechanics.kernels.lane_type import zeros
+
+Progress = Callable[[int, int], object]
+"""Called as ``progress(done, total)`` with numbers of runs."""
+
+Result = TypeVar("Result")
+
+GRACE = 0.2
+"""Time [s] in which threads may end after Ctrl-C."""
+
+_own = threading.local()
+
+
+def stop_flag() -> np.ndarray:
+    """Return one row of lanes, which is not zero once the work of this thread has to stop."""
+    return _own.__dict__.setdefault("stop", zeros(1))
+
+
+def in_parallel(
+    run: Callable[[int], int],
+    blocks: int,
+    samples: int,
+    threads: int | None,
+    progress: Progress | None = None,
+) -> None:
+    """Run all blocks; `run` returns how many samples it has finished.
+
+    An error, or Ctrl-C, stops all blocks at their next step.
+    """
+    count = available_cores() if threads is None else whole("threads", threads, 1)
+    numbers, finished, stop = iter(range(blocks)), SimpleQueue(), zeros(1)
+
+    def work() -> None:
+        _own.stop = stop
+        for block in numbers:
+            try:
+                finished.put((run(block), None))
+            except BaseException as error:
+                stop[:] = 1.0
+                finished.put((0, error))
+            if stop.any():
+                break
+
+    workers = [threading.Thread(target=work, daemon=True) for _ in range(min(count, blocks))]
+    done = 0
+    try:
+        for worker in workers:
+            worker.start()
+        for _ in range(blocks):
+            ran, error = finished.get()
+            if error is not None:
+                raise error
+            done += ran
+            if progress is not None:
+                progress(done, samples)
+    finally:
+        stop[:] = 1.0
+        end = time.monotonic() + GRACE
+        for worker in workers:
+            worker.join(max(0.0, end - time.monotonic()))
+
+
+def interruptible(work: Callable[[], Result]) -> Result:
+    """Return the result of `work`, which runs in another thread."""
+    results: list[Result] = []
+
+    def run(block: int) -> int:
+        results.append(work())
+        return 1
+
+    in_parallel(run, 1, 1, 1)
+    return results[0]
+
+
+def while_compiling(work: Callable[[], Result]) -> Result:
+    """Return the result of `work`; say so if the engine is being compiled."""
+    text = "flexband: compiling the engine (once per machine, about 12 s) ..."
+    timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        return interruptible(work)
+    finally:
+        timer.cancel()
+
+
+def available_cores() -> int:
+    """Return the number of processors that this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

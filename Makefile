@@ -1,20 +1,14 @@
 # Each target sets up what it needs: a clean clone, Python 3.11 or newer and make are enough.
 PYTHON ?= python3
 BIN := .venv/bin
-SOURCES := $(shell find src -name '*.py')
 
 .PHONY: install demo test check bench validate accuracy gallery
 
-install: .venv/installed .venv/kernels
+install: .venv/installed
 
 .venv/installed: pyproject.toml
 	test -d .venv || $(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[dev]'
-	touch $@
-
-# Numba's cache on disk watches only the file a kernel is written in, not the files it calls into.
-.venv/kernels: .venv/installed $(SOURCES)
-	find src -name '*.nb[ci]' -delete
 	touch $@
 
 demo: install

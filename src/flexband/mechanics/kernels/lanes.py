@@ -23,6 +23,7 @@ from numba.core.cgutils import get_or_insert_function, unpack_tuple
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
+from flexband.caching import cached_on_disk
 from flexband.mechanics.kernels.lane_type import (
     FLAGS,
     VECTOR,
@@ -57,7 +58,7 @@ def entry(function: Callable) -> Any:
 
 def cached(function: Callable) -> Any:
     """Compile a function that Python calls, and cache the machine code on disk."""
-    return njit(**_OPTIONS, cache=True)(function)
+    return cached_on_disk(function, **_OPTIONS)
 
 
 def instruction(function: Callable, *, constants: bool = False) -> Any:

@@ -7,14 +7,15 @@ the polynomials. Each row is a small problem of its own.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from flexband.caching import cached_on_disk
 
 MAX_STEPS = 12
 MIN_RELATIVE_GAIN = 1e-13
 """The descent ends when a step is expected to gain less than this fraction of the value."""
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def polish(index, coefficients, series, c, sign, places, values):
     """Move `places`, in place, to the nearby minima of sign (μ + c σ), and update `values`.
 
@@ -50,7 +51,7 @@ def polish(index, coefficients, series, c, sign, places, values):
         values[row] = sign[row] * best
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def sweep(index, coefficients, series, c, sign, places, values):
     """Improve `places` as `polish` does, by steps to −1, 0 or 1 in one variable after the other.
 
@@ -79,7 +80,7 @@ def sweep(index, coefficients, series, c, sign, places, values):
                         values[row], places[row, a], better = value, x, True
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _value(coefficients, index, eta, c, sign, work, gradient, hessian):
     """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
     m, (powers, basis, terms) = len(eta), work
@@ -104,7 +105,7 @@ def _value(coefficients, index, eta, c, sign, work, gradient, hessian):
     return sign * (terms[0, 0] + c * std)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _dot(terms, a, b):
     """Return Σ_j≥1 of two rows of terms."""
     total = 0.0
@@ -113,7 +114,7 @@ def _dot(terms, a, b):
     return total
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def chebyshev_powers(eta, powers):
     """Fill T_i, T_i′ and T_i″ of every variable by their recurrences."""
     for a in range(len(eta)):
@@ -127,7 +128,7 @@ def chebyshev_powers(eta, powers):
             S[i] = 4 * D[i - 1] + 2 * x * S[i - 1] - S[i - 2]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _products(powers, index, basis):
     """Fill Φ_i, then its derivatives by each η_a, then by each pair a ≤ b, one row each."""
     terms, m = index.shape
@@ -143,7 +144,7 @@ def _products(powers, index, basis):
             row += 1
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def step(eta, gradient, hessian, reach, trial):
     """Fill η − reach (H + τ I)⁻¹ gradient, clipped to the box; return the expected gain.
 
@@ -167,7 +168,7 @@ def step(eta, gradient, hessian, reach, trial):
     return gain
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def substitute(factor, x):
     """Solve L Lᵀ y = x in place for a lower triangular L, real or complex."""
     n = len(x)
@@ -181,7 +182,7 @@ def substitute(factor, x):
         x[a] /= factor[a, a]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _cholesky(hessian, held, shift, least, factor):
     """Factor H + shift I without held variables; return whether all pivots exceed `least`."""
     for a in range(len(held)):

@@ -13,8 +13,8 @@ has one row of them, with the columns of `MomentColumns`, for each time and η.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from flexband.caching import cached_on_disk
 from flexband.uncertainty.phases.layout import MomentColumns, turning_parts
 
 
@@ -35,7 +35,7 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
     return mean, np.sqrt(np.maximum(own[..., columns.variance] + turning, 0.0))
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def section(coefficients, interval_term, random_term, phi, rows):
     """Fill the coefficients of Ψ_j at one η, (N, parts), from those of all terms."""
     rows[:] = 0.0
@@ -45,7 +45,7 @@ def section(coefficients, interval_term, random_term, phi, rows):
             rows[j, p] += factor * coefficients[k, p]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
     """Fill a row of the table.
 
@@ -76,7 +76,7 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
         row[columns.phase + c] = rows[0, parts.phase + c * parts.block]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def by_points(
     coefficients, interval_term, random_term, phi, psi, weights, parts, columns, turning, table
 ):

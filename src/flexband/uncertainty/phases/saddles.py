@@ -10,8 +10,8 @@ exact for P is enough, and none has to resolve the phase. Each pair of carriers 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.polish import substitute
 from flexband.uncertainty.phases.moments import fill, section
 
@@ -24,7 +24,7 @@ SLOPE_RANGE = 3.0
 NEWTON_STEPS = 4
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def by_saddles(  # noqa: PLR0912
     coefficients,
     interval_term,
@@ -108,7 +108,7 @@ def by_saddles(  # noqa: PLR0912
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _squares(rows, norms, parts, base, square):
     """Fill Var b and E|Z_c|² by their closed forms."""
     base[:], square[:] = 0.0, 0.0
@@ -121,7 +121,7 @@ def _squares(rows, norms, parts, base, square):
                 square[o, c] += norms[j] * (re**2 + im**2)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def saturated(phase, orders):
     """Return whether the slope of the phase is large within `SLOPE_RANGE` standard deviations."""
     slope, bend = 0.0, 0.0
@@ -135,7 +135,7 @@ def saturated(phase, orders):
     return np.sqrt(slope) - bend >= SATURATED
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _hermite(xi, orders, powers, terms):
     """Fill He_k of every variable and their products Ψ_j at a complex point."""
     for v in range(len(xi)):
@@ -152,7 +152,7 @@ def _hermite(xi, orders, powers, terms):
                 terms[j] *= powers[v, orders[j, v]]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     """Fill s and L, and return whether there is a saddle nearby and det L."""
     n = len(saddle)
@@ -199,7 +199,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     return True, scale
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _slopes(phase, orders, xi, powers, gradient, curve):
     """Fill the gradient and the Hessian of the phase at a complex point."""
     n = len(xi)

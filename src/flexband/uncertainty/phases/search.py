@@ -7,8 +7,8 @@ Each time is a small problem of its own.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.polish import chebyshev_powers, step
 
 MAX_STEPS = 40
@@ -22,7 +22,7 @@ SCAN_BLOCK = 16
 """Points per matrix product: so few that the linear algebra library starts no threads."""
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def search(
     smooth, index, basis, points, neighbours, columns, turning, targets, starts, values, places
 ):
@@ -73,7 +73,7 @@ def search(
                 values[a, o, t] *= sign
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _lowest(aim, neighbours, best, which):
     """Fill the lowest values that are not above their neighbours, in order, and their points."""
     starts = len(best)
@@ -90,7 +90,7 @@ def _lowest(aim, neighbours, best, which):
             best[k], which[k] = aim[p], p
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _turn(phases, turning, turns):
     """Fill e^{iψ} of every turning part."""
     for k in range(len(turning)):
@@ -101,7 +101,7 @@ def _turn(phases, turning, turns):
             turns[k] = turns[c] * (turns[d] if s > 0 else np.conj(turns[d]))
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _moments(v, turns, columns):
     """Return μ and σ² of the smooth moments of an output."""
     mean, variance = v[columns.mean], v[columns.variance]
@@ -113,7 +113,7 @@ def _moments(v, turns, columns):
     return mean, variance
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
     m, highest = len(eta), index.max() if index.size else 0
@@ -151,7 +151,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
     return best
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _update(hessian, moved, along, curve):
     """Update an estimate of the Hessian by the change of the gradient (BFGS)."""
     m = len(moved)
@@ -165,7 +165,7 @@ def _update(hessian, moved, along, curve):
             hessian[a, b] += along[a] * along[b] / curve - image[a] * image[b] / inner
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@cached_on_disk
 def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
     powers, basis, rows = work

@@ -1,0 +1,196 @@
+"""Machine code of compiled functions, kept on disk as long as nothing that it was made of changes.
+
+Numba's own cache watches only the file in which a function is written, not the files that it calls
+into, so that old code goes on running after an upgrade. Here the name of a file is a hash of all
+that its content depends on, and a file that is damaged is dropped.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import pickle
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+from numba import njit
+from numba.core import config
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+from numba.misc.appdirs import AppDirs
+
+SETTINGS: Any = config
+KEPT = 8
+"""Files of a function that are kept in a folder, the last used ones: one for each version of the
+package, processor and signature."""
+
+DEPENDENCIES = ("numba", "llvmlite", "numpy")
+"""Packages whose version the machine code depends on."""
+
+LOADED = time.time()
+"""Before the first function is compiled: a file that changed later may not be the code in memory.
+"""
+
+
+def cached_on_disk(function: Callable, **options: Any) -> Any:
+    """Compile a function that Python calls, and keep its machine code on disk.
+
+    It holds no interpreter lock and divides as IEEE 754 says; further options are Numba's.
+    """
+    options = {"nogil": True, "error_model": "numpy", **options}
+    compiled: Any = njit(**options)(function)
+    compiled._cache = _MachineCode(function, options)
+    return compiled
+
+
+class _MachineCode(NullCache):
+    """The files of one function: a checksum and the pickled code each, in the first of `folders`.
+
+    They are read from every folder, since a package that is installed for all users may come with
+    its code, and written to the first folder that can be written to. Numba calls `load_overload`
+    and `save_overload` with a signature.
+    """
+
+    def __init__(self, function: Callable, options: dict[str, Any]):
+        self.start = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
+        self.folders = _folders(Path(function.__code__.co_filename))
+        self.basis = _basis(function.__module__), sorted(options.items())
+        self.usable = self.basis[0] is not None and function.__closure__ is None
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled function; None if there is none that fits."""
+        target_context.refresh()
+        for folder in self.folders if self.usable else ():
+            file = folder / self._name(sig, target_context.codegen())
+            try:
+                content = file.read_bytes()
+            except OSError:
+                continue
+            try:
+                if hashlib.sha256(content[32:]).digest() != content[:32]:
+                    raise ValueError("the checksum is wrong")
+                found = CompileResult._rebuild(target_context, *pickle.loads(content[32:]))
+            except Exception:  # whatever a damaged file raises, its code is compiled again
+                with suppress(OSError):
+                    file.unlink()
+                continue
+            with suppress(OSError):
+                os.utime(file)
+            return found
+        return None
+
+    def save_overload(self, sig: Any, cres: Any) -> None:
+        """Write a compiled function to the first folder that can be written to."""
+        if not self.usable or cres.library.has_dynamic_globals or cres.lifted:
+            return
+        content = dumps(cres._reduce())
+        name = self._name(sig, cres.codegen)
+        for folder in self.folders:
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                _write(folder / name, hashlib.sha256(content).digest() + content)
+            except OSError:
+                continue
+            self._drop_old(folder)
+            return
+
+    def _name(self, sig: Any, codegen: Any) -> str:
+        """Return the name of the file for a signature and a processor."""
+        key = repr((self.basis, str(sig), codegen.magic_tuple()))
+        return f"{self.start}-{hashlib.sha256(key.encode()).hexdigest()[:32]}.nbc"
+
+    def _drop_old(self, folder: Path) -> None:
+        """Delete all files of the function but those used last, another process's included."""
+
+        def used(file: Path) -> float:
+            try:
+                return file.stat().st_mtime
+            except OSError:
+                return 0.0
+
+        for file in sorted(folder.glob(f"{self.start}-*"), key=used, reverse=True)[KEPT:]:
+            with suppress(OSError):
+                file.unlink()
+
+
+def _folders(source: Path) -> list[Path]:
+    """Return where code may be: NUMBA_CACHE_DIR if set; else beside the source or of the user."""
+    if SETTINGS.CACHE_DIR:
+        return [Path(SETTINGS.CACHE_DIR) / "flexband"]
+    return [source.parent / "__pycache__", Path(AppDirs("flexband", False).user_cache_dir)]
+
+
+def _write(file: Path, content: bytes) -> None:
+    """Write a file, complete or not at all, whatever other processes write at the same time."""
+    partial = file.with_name(f"{file.stem}-{uuid4().hex}")
+    try:
+        partial.write_bytes(content)
+        partial.replace(file)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+@cache
+def _basis(module: str) -> tuple[object, ...] | None:
+    """Return what the code of a module's functions depends on; None if it cannot be known.
+
+    This is the content of the modules of its package that it imports, directly or not, and of all
+    other files in their folders, since types and overloads are not imported where they are used;
+    the versions of the packages and of Python; and Numba's settings.
+    """
+    top = module.partition(".")[0]
+    seen, waiting, folders = set(), [module], set()
+    try:
+        while waiting:
+            name = waiting.pop()
+            file = _file(name) if name.partition(".")[0] == top else None
+            if file and file not in seen:
+                seen.add(file)
+                folders.add(file.parent)
+                waiting += _imports(file.read_bytes())
+        files = sorted(file for folder in folders for file in folder.glob("*.py"))
+        if not files or max(file.stat().st_ctime for file in files) > LOADED:
+            return None
+        contents = [(file.name, hashlib.sha256(file.read_bytes()).hexdigest()) for file in files]
+    except (OSError, SyntaxError, ValueError):
+        return None
+    versions = map(_version, (top, *DEPENDENCIES))
+    return *contents, *versions, sys.version, SETTINGS.OPT, SETTINGS.BOUNDSCHECK
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
+def _file(module: str) -> Path | None:
+    """Return the file of a module; None if it has none."""
+    top, *names = module.split(".")
+    origin = getattr(sys.modules.get(top), "__file__", None)
+    if origin is None:
+        return None
+    path = Path(origin).parent.joinpath(*names)
+    found = (path / "__init__.py", path.with_suffix(".py"))
+    return next((file for file in found if file.is_file()), None)
+
+
+def _imports(source: bytes) -> Iterator[str]:
+    """Yield the modules that a file imports, or may import by the names of their contents."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)

@@ -32,7 +32,9 @@ def test_tangent_is_the_derivative_of_the_residual(integration):
 
 
 def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
-    """Gears, a rack and laws on bodies and on a beam's section, in any state, multipliers too."""
+    """Gears, a rack, a drive along a beam, and laws and a moment on bodies and on its sections, in
+    any state, multipliers too.
+    """
     r1, r2 = 0.1, 0.25
     bodies, joints = gears((r1, r2), (0.4, 0.3))
     beam = fb.Beam(length=0.4, height=0.02, width=0.01, elements=1, density=1000.0,
@@ -42,18 +44,20 @@ def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
         joints={
             "mesh": joints["mesh"],
             "rack": fb.Rack("b.0.3", "2", 0.2, axis=(0.6, 0.8)),
+            "travel": fb.PrescribedTravel("2", "b.0.8", lambda t: 0.4 + t, axis=(0.6, 0.8)),
             "more": fb.Gear("b.end", "1", 0.3, 0.1),
         },
         loads={
             "t": fb.TorsionSpring("b.0.7", "1", 3.0, rest_angle=0.2, cubic=2.0),
             "l": fb.ForceLaw(["1", "b.0.3"], spring_and_moment, (4.0, 0.01)),
+            "M": fb.Moment("b.0.6", 1.5),
         },
     )  # fmt: skip
     dense = Dense(model)
     count = dense.structure.state.coordinates
     rng = np.random.default_rng(3)
     unknowns = np.concatenate(
-        [dense.start + 0.05 * rng.standard_normal(count), rng.standard_normal(3)]
+        [dense.start + 0.05 * rng.standard_normal(count), rng.standard_normal(4)]
     )
     step = 1e-6
     exact = np.stack(

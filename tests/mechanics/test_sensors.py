@@ -247,14 +247,6 @@ def slider_crank_with(**sensors):
         ),
         (lambda: slider_crank_with(M=fb.ReactionMoment("A")), "exerts no moment"),
         (
-            lambda: fb.Mechanism(
-                bodies={"m": fb.PointMass(mass=1.0)},
-                loads={"f": fb.ViscousFriction("m", (0.0, 0.0), 1.0)},
-                sensors={"W": fb.Work("f")},
-            ),
-            "sensor 'W': the work of a ViscousFriction is not known",
-        ),
-        (
             lambda: two_blocks(sensors={"F": fb.Reaction("B")}),
             "sensor 'F': joint 'B' is not in the mechanism; there is none",
         ),

@@ -9,7 +9,8 @@ them. See `kernels.state` for the rows of z.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,15 +21,25 @@ TimeFunction = Callable[[float], ArrayLike]
 Key = tuple[int, int, TimeFunction | None]
 
 
+class Polar(NamedTuple):
+    """The term c f(t) θ, where θ is the angle of a linear vector, or c f(t) ℓ with its length ℓ."""
+
+    vector: Vector
+    c: np.ndarray
+    f: TimeFunction | None = None
+    length: bool = False
+
+
 @dataclass(frozen=True)
 class Form:
-    """The function Σ c f(t) z_i z_j + Σ c θ, whose angles θ are those of linear vectors.
+    """The function Σ c f(t) z_i z_j + Σ c f(t) θ + Σ c f(t) ℓ.
 
-    `terms` maps (i, j, f), i ≤ j, to c of shape () or (n,).
+    The angles θ and the lengths ℓ are those of linear vectors. `terms` maps (i, j, f), i ≤ j, to c
+    of shape () or (n,).
     """
 
     terms: Mapping[Key, np.ndarray]
-    angles: tuple[tuple[Vector, np.ndarray], ...] = ()
+    polar: tuple[Polar, ...] = ()
 
     @staticmethod
     def constant(value: ArrayLike) -> Form:
@@ -57,7 +68,7 @@ class Form:
         terms = dict(self.terms)
         for key, value in other.terms.items():
             terms[key] = terms[key] + value if key in terms else value
-        return Form(terms, self.angles + other.angles)
+        return Form(terms, self.polar + other.polar)
 
     def __sub__(self, other: Form | ArrayLike) -> Form:
         return self + (other if isinstance(other, Form) else Form.constant(other)) * -1.0
@@ -68,7 +79,7 @@ class Form:
     def __mul__(self, other: Form | ArrayLike) -> Form:
         if not isinstance(other, Form):
             other = Form.constant(other)
-        product = self._scaled_angles(other)
+        product = self._scaled_polar(other)
         for (i, j, f), a in self.terms.items():
             for (k, m, g), b in other.terms.items():
                 c = a * b
@@ -78,19 +89,21 @@ class Form:
 
     __rmul__ = __mul__
 
-    def _scaled_angles(self, other: Form) -> Form:
-        """Return the angles of a product; only numbers may multiply them."""
-        if not (self.angles or other.angles):
+    def _scaled_polar(self, other: Form) -> Form:
+        """Return the angles and lengths of a product, which may have a factor c f(t)."""
+        if not (self.polar or other.polar):
             return Form({})
-        number, scaled = (other, self) if self.angles else (self, other)
-        if number.angles or number.terms.keys() - {(0, 0, None)}:
-            raise ValueError("an angle in a form can be multiplied by numbers only")
-        factor = number.terms.get((0, 0, None), np.zeros(()))
-        return Form({}, tuple((vector, c * factor) for vector, c in scaled.angles))
+        factor, scaled = (other, self) if self.polar else (self, other)
+        if factor.polar or any((i, j) != (0, 0) for i, j, _ in factor.terms):
+            raise ValueError("an angle or length in a form can be multiplied by c f(t) only")
+        return Form({}, tuple(
+            own._replace(c=own.c * c, f=_key((), f, own.f)[2])
+            for own in scaled.polar for (_, _, f), c in factor.terms.items()
+        ))  # fmt: skip
 
     def with_variables(self, numbers: Iterator[int]) -> Form:
-        """Return the form with variables of these numbers in place of its angles."""
-        variables = (Form.variable(next(numbers)) * c for _, c in self.angles)
+        """Return the form with variables of these numbers in place of its angles and lengths."""
+        variables = (Form({(0, next(numbers), own.f): own.c}) for own in self.polar)
         return sum(variables, Form(self.terms))
 
     def at(self, z: Sequence[ArrayLike]) -> np.ndarray:
@@ -98,8 +111,9 @@ class Form:
         value = np.zeros(())
         for (i, j, f), c in self.terms.items():
             value = value + c * (1.0 if f is None else f(0.0)) * np.multiply(z[i], z[j])
-        for (x, y), c in self.angles:
-            value = value + c * np.arctan2(y.at(z), x.at(z))
+        for (x, y), c, f, length in self.polar:
+            polar = np.hypot(x.at(z), y.at(z)) if length else np.arctan2(y.at(z), x.at(z))
+            value = value + c * (1.0 if f is None else f(0.0)) * polar
         return value
 
 
@@ -137,7 +151,12 @@ def scale(factor: Form | ArrayLike, a: Vector) -> Vector:
 
 def angle(a: Vector) -> Form:
     """Return the angle from the X axis to a linear vector [rad], with turns counted."""
-    return Form({}, ((a, np.asarray(1.0)),))
+    return Form({}, (Polar(a, np.asarray(1.0)),))
+
+
+def length(a: Vector) -> Form:
+    """Return the length of a linear vector."""
+    return Form({}, (Polar(a, np.asarray(1.0), length=True),))
 
 
 def dot(a: Vector, b: Vector) -> Form:
@@ -166,7 +185,10 @@ def at_point(force: Vector, position: Vector) -> GeneralizedForce:
 
 
 def about(moment: Form, direction: Vector) -> GeneralizedForce:
-    """Return the generalized force of a moment on a unit vector d, from M d × δd."""
+    """Return the generalized force of a moment on a unit vector d, from M d × δd.
+
+    The section of a flexible member has no unit vector; see `Entries.moments`.
+    """
     return _work([(-moment * direction[1], direction[0]), (moment * direction[0], direction[1])])
 
 
@@ -194,21 +216,33 @@ def _work(products) -> GeneralizedForce:
 
 @dataclass(frozen=True)
 class Frame:
-    """A point of a body and the body's axes there: r, r_x and r_y of Eqs. (22) and (23)."""
+    """A point of a body and the body's axes there: r, r_x and r_y of Eqs. (22) and (23).
+
+    Attributes
+    ----------
+    position : r.
+    x, y : r_x and r_y. Where a flexible member is deformed they are neither unit vectors nor
+        perpendicular to each other.
+    rigid : whether they always are.
+    """
 
     position: Vector
     x: Vector
     y: Vector
+    rigid: bool = False
 
     @property
     def normal(self) -> Vector:
-        """The normal of the section: r_y rotated by −90°, which is r_x on a rigid body."""
+        """The normal of the section: r_y rotated by −90°, which is r_x on a rigid body.
+
+        Its angle is that of the section; its length is one if the frame is rigid.
+        """
         return self.y[1], -self.y[0]
 
     def shifted(self, rows: int) -> Frame:
         """Return the rates of the frame, or its second rates; see `Form.shifted`."""
         pairs = (self.position, self.x, self.y)
-        return Frame(*((v[0].shifted(rows), v[1].shifted(rows)) for v in pairs))
+        return Frame(*((v[0].shifted(rows), v[1].shifted(rows)) for v in pairs), rigid=self.rigid)
 
     @staticmethod
     def of_node(first: int) -> Frame:
@@ -219,18 +253,26 @@ class Frame:
     @staticmethod
     def of_rigid_node(first: int) -> Frame:
         """Return the frame of the node whose coordinates [r, r_x] start at z_first."""
+        return replace(Frame.of_slope_node(first), rigid=True)
+
+    @staticmethod
+    def of_slope_node(first: int) -> Frame:
+        """Return the frame of a cable's node, whose coordinates [r, r_x] start at z_first."""
         v = [Form.variable(first + k) for k in range(4)]
         return Frame((v[0], v[1]), (v[2], v[3]), (-v[3], v[2]))
 
     @staticmethod
     def ground(position: tuple[ArrayLike, ArrayLike]) -> Frame:
         """Return the global frame moved to `position` [m]."""
-        return Frame(fixed(position), fixed((1.0, 0.0)), fixed((0.0, 1.0)))
+        return Frame(fixed(position), fixed((1.0, 0.0)), fixed((0.0, 1.0)), rigid=True)
 
-    def direction(self, x: ArrayLike, y: ArrayLike) -> Vector:
-        """Return the vector whose components along the axes of this frame are (x, y)."""
-        return add(scale(x, self.x), scale(y, self.y))
+    def direction(self, x: Form | ArrayLike, y: Form | ArrayLike) -> Vector:
+        """Return x times the normal and y times the normal turned by 90°.
+
+        If the frame is rigid, (x, y) are the components of this vector in the axes of the body.
+        """
+        return add(scale(x, self.normal), scale(y, self.y))
 
     def moved(self, x: ArrayLike, y: ArrayLike) -> Frame:
         """Return the frame at local coordinates (x, y) [m] on the same rigid body, Eq. (25)."""
-        return Frame(add(self.position, self.direction(x, y)), self.x, self.y)
+        return replace(self, position=add(self.position, self.direction(x, y)))

@@ -18,10 +18,25 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.forms import Form, Frame, GeneralizedForce, constraint_force
+from flexband.mechanics.forms import (
+    Form,
+    Frame,
+    GeneralizedForce,
+    add,
+    at_point,
+    constraint_force,
+    scale,
+)
 from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.load import Entries, LawEntry, Load, SpringEntry
+from flexband.mechanics.loads.load import (
+    Entries,
+    FollowingEntry,
+    LawEntry,
+    Load,
+    MomentEntry,
+    SpringEntry,
+)
 from flexband.mechanics.sensors.motion import Sensor
 
 KINDS = {
@@ -65,14 +80,15 @@ class Mechanism:
                     raise InputError(f"{kinds}[{name!r}] must be a {kind}; got {part!r}")
         for name, joint in self.joints.items():
             _naming(f"joint {name!r}", self._check_joint, joint)
-        _ = self.entries
+        for name in self.loads:
+            self.forces(name)
         for name, sensor in self.sensors.items():
             _naming(f"sensor {name!r}", sensor.rows, self)
 
     def _check_joint(self, joint: Joint) -> None:
         for row in joint.constraints(self.frame):
             moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
-            if not moved and not row.angles:
+            if not moved and not row.polar:
                 raise InputError(
                     "it must join two bodies, or a body and the ground, and only bodies that "
                     "rotate have an angle to hold"
@@ -93,10 +109,14 @@ class Mechanism:
     def state(self) -> State:
         """The rows of the state z."""
         coordinates = sum(body.size for body in self.bodies.values())
-        angles = sum(len(row.angles) for _, row in self.constraints)
+        angles = sum(len(row.polar) for _, row in self.constraints)
         angles += 2 * sum(spring.torsion for _, spring in self.springs)
-        angles += sum(len(law.points) for law in self.laws)
-        return State.of(coordinates, len(self.constraints), angles, len(self.springs))
+        points = sum(len(law.points) for law in self.laws)
+        angles += points + len(self.moments)
+        return State.of(
+            coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
+            points,
+        )  # fmt: skip
 
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""
@@ -173,6 +193,50 @@ class Mechanism:
         """The force laws as the engine numbers them."""
         return [law for entries in self.entries.values() for law in entries.laws]
 
+    @cached_property
+    def moments(self) -> list[MomentEntry]:
+        """The moments on angles as the engine numbers them."""
+        return [moment for entries in self.entries.values() for moment in entries.moments]
+
+    @cached_property
+    def following(self) -> list[FollowingEntry]:
+        """The forces along directions of flexible members as the engine numbers them."""
+        return [force for entries in self.entries.values() for force in entries.following]
+
+    def forces(self, load: str) -> GeneralizedForce:
+        """Return the generalized forces of a load, apart from those of springs and force laws.
+
+        They act on the coordinates, and moments on the angles.
+
+        Raises
+        ------
+        InputError
+            If a force of the load acts on anything else.
+        """
+        entries, state = self.entries[load], self.state
+        for j in entries.forces:
+            if not (0 < j <= state.coordinates or state.angle <= j < state.velocity):
+                raise InputError(
+                    f"load {load!r}: forces must act on coordinates, rows 1 to {state.coordinates} "
+                    f"of z, or on angles; got a force on row {j}"
+                )
+        force, before = dict(entries.forces), self._before(load, "moments")
+        first = state.velocity - len(self.moments) + before
+        for k, entry in enumerate(entries.moments):
+            force[first + k] = force.get(first + k, Form({})) + entry.moment
+        first = state.direction + 2 * self._before(load, "following")
+        for k, entry in enumerate(entries.following):
+            x, y = (Form.variable(first + 2 * k + axis) for axis in range(2))
+            vector = add(scale(entry.along, (x, y)), scale(entry.across, (-y, x)))
+            for j, part in at_point(vector, entry.position).items():
+                force[j] = force.get(j, Form({})) + part
+        return force
+
+    def _before(self, load: str, kind: str) -> int:
+        """Return how many entries of a kind belong to loads before this one."""
+        others = itertools.takewhile(lambda name: name != load, self.loads)
+        return sum(len(getattr(self.entries[name], kind)) for name in others)
+
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
         """Return a joint and its multipliers."""
         _within("joint", name, self.joints)
@@ -196,7 +260,8 @@ class Mechanism:
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
         """Return the forces of a joint or load, each with the variable of z that it does work on.
 
-        They are −Φ_qᵀλ of a joint, and −T on the elongation of a spring.
+        They are −Φ_qᵀλ of a joint, −T on the elongation of a spring, and the forces and moments of
+        a law on the positions and angles of its points.
         """
         _within("joint or load", part, {**self.joints, **self.loads})
         if part in self.joints:
@@ -204,16 +269,20 @@ class Mechanism:
             owners = (owner for owner, _ in self.constraints)
             rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
                     if o == f"joint {part!r}"]  # fmt: skip
-            force, springs = constraint_force(rows, multipliers), []
-        elif self.entries[part].laws:
-            kind = type(self.loads[part]).__name__
-            raise InputError(f"the work of a {kind} is not known: load {part!r}")
-        else:
-            force = self.entries[part].forces
-            springs = [k for k, (owner, _) in enumerate(self.springs) if owner == part]
-        pairs = [(own, Form.variable(j)) for j, own in force.items()]
-        for tension, elongation in map(self._spring_forms, springs):
-            pairs.append((-tension, elongation))
+            force = constraint_force(rows, multipliers)
+            return [(own, Form.variable(j)) for j, own in force.items()]
+        pairs = [(own, Form.variable(j)) for j, own in self.forces(part).items()]
+        for k, (owner, _) in enumerate(self.springs):
+            if owner == part:
+                tension, elongation = self._spring_forms(k)
+                pairs.append((-tension, elongation))
+        first = sum(len(law.points) for law in self.laws[: self._before(part, "laws")])
+        frames = [frame for law in self.entries[part].laws for frame in law.points]
+        angle = self.state.velocity - len(self.moments) - (self.state.rows - self.state.law) // 3
+        for p, frame in enumerate(frames, start=first):
+            moved = (*frame.position, Form.variable(angle + p))
+            row = self.state.law + 3 * p
+            pairs += [(Form.variable(row + axis), own) for axis, own in enumerate(moved)]
         return pairs
 
     # --- inertia ----------------------------------------------------------------------------

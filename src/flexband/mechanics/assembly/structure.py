@@ -39,13 +39,15 @@ class Cables(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors that are linear in the coordinates; the first ones have angles.
+    """Vectors that are linear in the coordinates; the first ones have angles or lengths.
 
-    The angles of the constraints come first, then those of springs and laws.
+    Those of the constraints come first, then those of springs, laws and moments.
     """
 
     start: np.ndarray  # vector -> first of its entries
     coordinate: np.ndarray  # of an entry
+    length: np.ndarray  # whether the variable of a vector is its length instead of its angle
+    direction: int  # first of the vectors along which following forces act
     slot: np.ndarray  # (angles, most entries, most entries)
     multiplier_slot: np.ndarray  # (angles of constraints, most entries)
 
@@ -102,6 +104,7 @@ class Structure(NamedTuple):
     state: State
     functions: int  # of time, including the constant one
     reads_energy: bool  # whether a sensor reads the elastic energy
+    reads_laws: bool  # whether a sensor reads the forces of laws
     mass: Mass
     beams: Beams
     cables: Cables

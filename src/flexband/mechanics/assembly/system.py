@@ -114,10 +114,12 @@ def assemble(mechanism: Mechanism) -> System:
     pattern, slots = analyse(_pairs(state, owners), state.coordinates, among)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
+    read = {i for row in sensor_rows for key in row.terms for i in key[:2]}
     structure = Structure(
         state=state,
         functions=len(numbers),
-        reads_energy=any(state.energy in key[:2] for row in sensor_rows for key in row.terms),
+        reads_energy=state.energy in read,
+        reads_laws=not read.isdisjoint(range(state.law, state.rows)),
         pattern=pattern,
         **{name: table.structure(places) for name, table in tables.items()},
     )
@@ -142,25 +144,34 @@ def assemble(mechanism: Mechanism) -> System:
 def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:
     """Return the tables of vectors, and of the springs and laws that use them.
 
-    Vectors with angles come first: those of constraints, of torsion springs and of points of laws.
-    Those of translational springs and the positions of points of laws follow.
+    Vectors with angles come first: those of constraints, of torsion springs, of points of laws and
+    of moments. Those of translational springs, the positions of points of laws and the directions
+    of following forces come after them.
     """
     owned = [
-        (mechanism.state.multiplier + k, vector)
+        (mechanism.state.multiplier + k, own)
         for k, (_, row) in enumerate(mechanism.constraints)
-        for vector, _ in row.angles
+        for own in row.polar
     ]
     springs = [spring for _, spring in mechanism.springs]
     points = [frame for law in mechanism.laws for frame in law.points]
     parts = [
-        [vector for _, vector in owned],
+        [own.vector for _, own in owned],
         [vector for spring in springs if spring.torsion for vector in spring.vectors],
         [frame.normal for frame in points],
+        [moment.direction for moment in mechanism.moments],
         [vector for spring in springs if not spring.torsion for vector in spring.vectors],
         [frame.position for frame in points],
+        [force.direction for force in mechanism.following],
     ]
-    _, torsion, normal, straight, position, _ = starts(parts).tolist()
-    vectors = VectorTable([v for part in parts for v in part], straight, [k for k, _ in owned])
+    _, torsion, normal, _, straight, position, direction, _ = starts(parts).tolist()
+    vectors = VectorTable(
+        [v for part in parts for v in part],
+        straight,
+        [k for k, _ in owned],
+        [own.length for _, own in owned],
+        direction,
+    )
     numbers = [range(a, a + 1) for a in range(straight, position)]
     numbers += [range(a, a + 2) for a in range(torsion, normal, 2)]
     return {
@@ -188,15 +199,18 @@ def _sensors(mechanism: Mechanism):
 
 
 def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:
-    """Return the generalized forces on each of [1, q]: what is constant, and all other terms."""
-    rows = [Form({})] * (1 + mechanism.state.coordinates)
-    for entries in mechanism.entries.values():
-        for j, force in entries.forces.items():
+    """Return the generalized forces on each of [1, q, λ, θ]: what is constant, and all other terms.
+
+    What is constant is that on [1, q].
+    """
+    count = 1 + mechanism.state.coordinates
+    rows = [Form({})] * mechanism.state.velocity
+    for name in mechanism.loads:
+        for j, force in mechanism.forces(name).items():
             rows[j] = rows[j] + force
-    constant = [row.terms.get(CONSTANT, np.zeros(())) for row in rows]
-    return constant, [
-        Form({key: c for key, c in row.terms.items() if key != CONSTANT}) for row in rows
-    ]
+    constant = [row.terms.get(CONSTANT, np.zeros(())) for row in rows[:count]]
+    others = [Form({key: c for key, c in row.terms.items() if key != CONSTANT}) for row in rows]
+    return constant, [*others[:count], *rows[count:]]
 
 
 def _pairs(state: State, owners: Sequence[str]) -> list[tuple[int, int]]:

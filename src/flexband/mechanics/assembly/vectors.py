@@ -23,21 +23,32 @@ def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
 
 
 class VectorTable:
-    """The vectors, those with angles first.
+    """The vectors, those with angles or lengths first.
 
     Parameters
     ----------
     vectors : linear in the coordinates.
-    angles : number of angles.
-    multipliers : row of z of the multiplier, for each angle of a constraint; these come first.
+    angles : number of angles and lengths.
+    multipliers : row of z of the multiplier, for each angle or length of a constraint; these come
+        first.
+    lengths : for each of these, whether it is a length.
+    direction : number of the first vector along which a following force acts.
     """
 
     functions = ()
 
-    def __init__(self, vectors: Sequence[Vector], angles: int, multipliers: Sequence[int]):
+    def __init__(
+        self,
+        vectors: Sequence[Vector],
+        angles: int,
+        multipliers: Sequence[int],
+        lengths: Sequence[bool],
+        direction: int,
+    ):
         self.vectors = [linear(vector) for vector in vectors]
         self.groups = [list(entries) for entries in self.vectors]
         self.turned, self.multipliers = self.groups[:angles], multipliers
+        self.lengths, self.direction = lengths, direction
 
     def couples(self) -> Couples:
         yield from pairs_of(self.turned)
@@ -52,6 +63,8 @@ class VectorTable:
         return Vectors(
             start=starts(self.groups),
             coordinate=indices(i for group in self.groups for i in group),
+            length=np.array([*self.lengths, *[False] * (len(self.turned) - len(own))], dtype=bool),
+            direction=self.direction,
             slot=places.square(self.turned),
             multiplier_slot=multiplier_slot,
         )

@@ -71,7 +71,7 @@ class Cable(CentreLine):
         return [c for x, y, angle in nodes for c in (x, y, np.cos(angle), np.sin(angle))]
 
     def node_frame(self, first: int) -> Frame:
-        return Frame.of_rigid_node(first)
+        return Frame.of_slope_node(first)
 
     def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
         return -slope[1], slope[0]

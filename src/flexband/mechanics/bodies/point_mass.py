@@ -52,4 +52,4 @@ class PointMass(Body):
     def frame(self, name: str, first: int) -> Frame:
         known("point", name, ["center"])
         position = Form.variable(first), Form.variable(first + 1)
-        return Frame(position, fixed((1.0, 0.0)), fixed((0.0, 1.0)))
+        return Frame(position, fixed((1.0, 0.0)), fixed((0.0, 1.0)), rigid=True)

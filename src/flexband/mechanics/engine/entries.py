@@ -52,4 +52,4 @@ def statics(task, structure, method, number, values, work, outputs, failure, sto
         weight = filled(number)
         tangent(structure, values, now, work.z, weight, 0.0, work.matrix, work.blocks)
     else:
-        sense(structure, values, now, work.z, outputs[0])
+        sense(structure, values, now, work.z, outputs[0], work.blocks)

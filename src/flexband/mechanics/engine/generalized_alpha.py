@@ -172,7 +172,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
     code = load(failure, 0)
     for i in range(1, state.coordinates + 1):
         store(a, i, load(z, state.acceleration + i))
-    sense(structure, values, np.int64(0), z, outputs[0])
+    sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
     alive = where(code, filled(0.0), filled(1.0))
     for n in range(1, outputs.shape[0]):
         if any_true(load(stop, 0)) or not any_true(alive):
@@ -191,4 +191,4 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         blame = worst - float(state.multiplier)
         store(failure, 2, where(new, blame, load(failure, 2)))
         alive = where(new, filled(0.0), alive)
-        sense(structure, values, now, z, outputs[n])
+        sense(structure, values, now, z, outputs[n], work.blocks)

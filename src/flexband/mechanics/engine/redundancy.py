@@ -36,7 +36,10 @@ def jacobian(system: System, z: np.ndarray, sample: int = 0) -> np.ndarray:
         own = slice(vectors.start[a], vectors.start[a + 1])
         q = z[vectors.coordinate[own]]
         nx, ny = x[own] @ q, y[own] @ q
-        gradient = (nx * y[own] - ny * x[own]) / (nx * nx + ny * ny)
+        square = nx * nx + ny * ny
+        gradient = (nx * y[own] - ny * x[own]) / square
+        if vectors.length[a]:
+            gradient = (nx * x[own] + ny * y[own]) / np.sqrt(square)
         np.add.at(dense, (terms.k[t], vectors.coordinate[own]), c[t] * gradient)
     return dense[1 + count :, 1:]
 

@@ -74,5 +74,5 @@ def settle(structure, values, work, outputs, failure, stop):
         w = where(short, where(grown, GROWTH * w, w), w)
         if not any_true(moving):
             break
-    sense(structure, values, now, z, outputs)
+    sense(structure, values, now, z, outputs, work.blocks)
     store(failure, 0, where(moving, filled(NOT_SETTLED), load(failure, 0)))

@@ -14,6 +14,7 @@ from flexband.mechanics.kernels.angles import (
     add_angle_tangent,
     angle_drift,
     pass_on_moments,
+    polar_rate,
     update_angles,
 )
 from flexband.mechanics.kernels.beams import add_elastic_forces, add_elastic_tangent
@@ -68,7 +69,7 @@ def elastic_matrix(structure, values, s, work):
     )
     add_angle_tangent(
         structure.vectors, values.vectors, structure.terms, values.terms, state,
-        z, filled(0.0), matrix,
+        values.functions, np.int64(0), z, filled(0.0), matrix,
     )  # fmt: skip
     return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
 
@@ -148,8 +149,14 @@ def solve_accelerations(structure, values, work):
         )
         store(r, k, load(r, k) - load(values.terms, t) * second)
     for t in range(terms.polynomials, len(terms.k)):
-        a, k = terms.j[t] - state.angle, terms.k[t]
-        second = angle_drift(structure.vectors, values.vectors, state, z, a)
+        a, k, f = terms.j[t] - state.angle, terms.k[t], terms.f[t]
+        rate = polar_rate(structure.vectors, values.vectors, state, z, a)
+        drift = angle_drift(structure.vectors, values.vectors, state, z, a)
+        second = (
+            load(values.rates, 2 * structure.functions + f) * load(z, terms.j[t])
+            + 2.0 * load(values.rates, structure.functions + f) * rate
+            + load(values.rates, f) * drift
+        )
         store(r, k, load(r, k) - load(values.terms, t) * second)
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, state.coordinates + 1):

@@ -8,8 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, scale, subtract
-from flexband.mechanics.joints.joint import Joint, PairJoint, PointName, Resolve, along, check_axis
+from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, length, scale, subtract
+from flexband.mechanics.joints.joint import (
+    Couple,
+    Joint,
+    PairJoint,
+    PointName,
+    Resolve,
+    along,
+    check_axis,
+    couple,
+)
 
 
 def _check_function(name: str, function: object) -> None:
@@ -57,9 +66,10 @@ class PrescribedRotation(Joint):
         """Return the cosine of the angle from the prescribed direction to the body's x axis."""
         return [dot(self._direction(), frame(self.first).normal)]
 
-    def moment(self, multipliers: Sequence[Form]) -> Form:
-        """Return −λ."""
-        return -multipliers[0]
+    def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
+        """Return −λ, times the length of the body's normal."""
+        driven = frame(self.first)
+        return [couple(multipliers[0], (driven, driven.normal))]
 
 
 @dataclass(frozen=True)
@@ -71,7 +81,8 @@ class PrescribedTravel(PairJoint):
     first : the driven point.
     second : the origin of the line.
     travel : function of the time [s] that returns metres, a number or an array of shape (n,).
-    axis : direction of the line in the axes of the second body; any length but zero.
+    axis : direction of the line in the axes of the second body; any length but zero. On a flexible
+        member these are the normal of the section and the perpendicular to its left.
 
     Raises
     ------
@@ -92,12 +103,14 @@ class PrescribedTravel(PairJoint):
         return along(frame(self.second), self.axis)
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return u · (r_first − r_second) less the travel."""
+        """Return n · (r_first − r_second) less the travel times |n|, with n along the axis."""
+        axis, travel = self._axis(frame), Form.function(self.travel)
         apart = subtract(frame(self.first).position, frame(self.second).position)
-        return [dot(self._axis(frame), apart) - Form.function(self.travel)]
+        size = Form.constant(1.0) if frame(self.second).rigid else length(axis)
+        return [dot(axis, apart) - travel * size]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ u."""
+        """Return −λ n."""
         return scale(-multipliers[0], self._axis(frame))
 
 

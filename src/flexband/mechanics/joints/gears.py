@@ -14,7 +14,14 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
 from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
-from flexband.mechanics.joints.joint import PairJoint, PointName, Resolve, along, check_axis
+from flexband.mechanics.joints.joint import (
+    PairJoint,
+    PointName,
+    Resolve,
+    along,
+    check_axis,
+    straight,
+)
 
 
 @dataclass(frozen=True)
@@ -91,14 +98,15 @@ class Rack(PairJoint):
     Parameters
     ----------
     first : the centre of the pinion.
-    second : a point of the rack.
+    second : a point of the rack, on a rigid body or the ground.
     radius : of the pitch circle [m]; negative for a rack to the left of the axis.
     axis : along the rack, in the axes of its body; any length but zero.
 
     Raises
     ------
     InputError
-        If the radius is zero or the axis has no length.
+        If the radius is zero or the axis has no length and, when the mechanism is made, if the rack
+        is on a flexible member.
     """
 
     first: PointName
@@ -115,7 +123,8 @@ class Rack(PairJoint):
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return x + r θ."""
-        pinion, rack, r = frame(self.first), frame(self.second), np.asarray(self.radius, float)
+        pinion, rack = frame(self.first), straight("Rack", frame(self.second))
+        r = np.asarray(self.radius, dtype=float)
         travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
         return [travel + angle(pinion.normal) * r - angle(rack.normal) * r]
 

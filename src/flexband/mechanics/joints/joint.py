@@ -22,6 +22,9 @@ PointName = str | Point
 Resolve = Callable[[PointName], Frame]
 """Returns the frame of a point."""
 
+Couple = tuple[Form, Sequence[Vector]]
+"""A moment [N m] is a form times the lengths of these vectors, which a form cannot express."""
+
 
 class Joint(ABC):
     """A constraint between points. The first point is on the body that reactions act on.
@@ -56,6 +59,16 @@ class Joint(ABC):
         """Return the moment [N m] on the first body, from −Φ_qᵀλ, or None."""
         return None
 
+    def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
+        """Return the terms of the moment [N m] on the first body; by default `moment` alone."""
+        moment = self.moment(multipliers)
+        return [] if moment is None else [(moment, [])]
+
+
+def couple(multiplier: Form, *frames: tuple[Frame, Vector]) -> Couple:
+    """Return the moment of a row d₁ × d₂ of Φ: −λ |d₁||d₂|, where rigid frames have |d| = 1."""
+    return -multiplier, [direction for frame, direction in frames if not frame.rigid]
+
 
 class PairJoint(Joint):
     """A joint between two points."""
@@ -69,9 +82,20 @@ class PairJoint(Joint):
 
 
 def along(line: Frame, axis: tuple[float, float]) -> Vector:
-    """Return the unit vector of a direction given in the axes of a frame."""
+    """Return a direction given in the axes of a frame, a unit vector if the frame is rigid."""
     x, y = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     return line.direction(x, y)
+
+
+def straight(kind: str, line: Frame) -> Frame:
+    """Return the frame of a straight line; raise `InputError` if it is on a flexible member."""
+    if not line.rigid:
+        raise InputError(
+            f"the line of a {kind} is straight, so its second point must belong to a rigid body or "
+            "the ground; on a flexible member it would follow the tangent at that point and not "
+            "the bent member. For a guide at one section, weld a rigid body to the member there"
+        )
+    return line
 
 
 def check_axis(name: str, axis: tuple[float, float]) -> None:

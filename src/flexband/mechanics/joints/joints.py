@@ -10,7 +10,16 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import finite, positive
 from flexband.mechanics.forms import Form, Vector, cross, dot, scale, subtract, turned
-from flexband.mechanics.joints.joint import PairJoint, PointName, Resolve, along, check_axis
+from flexband.mechanics.joints.joint import (
+    Couple,
+    PairJoint,
+    PointName,
+    Resolve,
+    along,
+    check_axis,
+    couple,
+    straight,
+)
 
 
 def _normal(axis: tuple[float, float]) -> tuple[float, float]:
@@ -79,9 +88,13 @@ class Weld(PairJoint):
         """Return −λ of the positions."""
         return -multipliers[0], -multipliers[1]
 
-    def moment(self, multipliers: Sequence[Form]) -> Form:
-        """Return −λ of the angle."""
-        return -multipliers[2]
+    def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
+        """Return the moments of the angle between the sections, and of that between the axes."""
+        first, second = frame(self.first), frame(self.second)
+        found = [couple(multipliers[2], (first, first.normal), (second, second.normal))]
+        if self.axis:
+            found.append(couple(multipliers[3], (first, first.x), (second, second.x)))
+        return found
 
 
 @dataclass(frozen=True)
@@ -91,14 +104,15 @@ class Prismatic(PairJoint):
     Parameters
     ----------
     first : the point that slides.
-    second : a point of the line.
+    second : a point of the line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
     angle : from the axes of the second body to those of the first [rad].
 
     Raises
     ------
     InputError
-        If the axis has no length or a number is not finite.
+        If the axis has no length or a number is not finite and, when the mechanism is made, if the
+        line is on a flexible member.
     """
 
     first: PointName
@@ -115,7 +129,7 @@ class Prismatic(PairJoint):
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return n · (r_first − r_second) and the sine of the angle between the bodies."""
-        slider, line = frame(self.first), frame(self.second)
+        slider, line = frame(self.first), straight("Prismatic", frame(self.second))
         apart = subtract(slider.position, line.position)
         return [dot(along(line, _normal(self.axis)), apart), cross(*self._normals(frame))]
 
@@ -127,9 +141,10 @@ class Prismatic(PairJoint):
         """Return −λ n."""
         return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
 
-    def moment(self, multipliers: Sequence[Form]) -> Form:
-        """Return −λ of the angle."""
-        return -multipliers[1]
+    def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
+        """Return −λ of the angle, times the length of the slider's normal."""
+        slider = frame(self.first)
+        return [couple(multipliers[1], (slider, slider.normal))]
 
 
 @dataclass(frozen=True)
@@ -139,13 +154,14 @@ class Slot(PairJoint):
     Parameters
     ----------
     first : the pin.
-    second : a point of the slot's line.
+    second : a point of the slot's line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
 
     Raises
     ------
     InputError
-        If the axis has no length.
+        If the axis has no length and, when the mechanism is made, if the line is on a flexible
+        member.
     """
 
     first: PointName
@@ -157,7 +173,7 @@ class Slot(PairJoint):
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return n · (r_first − r_second)."""
-        pin, line = frame(self.first), frame(self.second)
+        pin, line = frame(self.first), straight("Slot", frame(self.second))
         return [dot(along(line, _normal(self.axis)), subtract(pin.position, line.position))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:

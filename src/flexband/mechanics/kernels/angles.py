@@ -2,15 +2,23 @@
 
 The angles θ = atan2(n_y, n_x) of the first vectors n, with full turns counted, have rows in the
 state z. What acts on θ, the derivative of the constraints' potential or a moment, is summed in the
-same row of the residual and then passed on to the coordinates by ∂θ/∂q. Springs and force laws use
-the other vectors.
+same row of the residual and then passed on to the coordinates by ∂θ/∂q. Some of these variables are
+not the angle but the length |n|. Following forces, springs and force laws use the other vectors.
 """
 
 from __future__ import annotations
 
 import math
 
-from flexband.mechanics.kernels.lanes import add_to, atan2, compiled, load, nearest_whole, store
+from flexband.mechanics.kernels.lanes import (
+    add_to,
+    atan2,
+    compiled,
+    load,
+    nearest_whole,
+    sqrt,
+    store,
+)
 
 
 @compiled
@@ -26,12 +34,20 @@ def vector(vectors, values, z, first, a):
 
 @compiled
 def update_angles(vectors, values, state, z):
-    """Set the angles, each on the turn nearest to its present value."""
+    """Set the angles, each on the turn nearest to its present value, lengths and unit vectors."""
     for a in range(state.velocity - state.angle):
         x, y = vector(vectors, values, z, 0, a)
-        angle, before = atan2(y, x), load(z, state.angle + a)
-        turns = nearest_whole((before - angle) / math.tau)
-        store(z, state.angle + a, angle + math.tau * turns)
+        if vectors.length[a]:
+            store(z, state.angle + a, sqrt(x * x + y * y))
+        else:
+            angle, before = atan2(y, x), load(z, state.angle + a)
+            turns = nearest_whole((before - angle) / math.tau)
+            store(z, state.angle + a, angle + math.tau * turns)
+    for d in range((state.law - state.direction) // 2):
+        x, y = vector(vectors, values, z, 0, vectors.direction + d)
+        size = sqrt(x * x + y * y)
+        store(z, state.direction + 2 * d, x / size)
+        store(z, state.direction + 2 * d + 1, y / size)
 
 
 @compiled
@@ -49,6 +65,24 @@ def angle_gradient(values, p, x, y):
 
 
 @compiled
+def polar_rate(vectors, values, state, z, a):
+    """Return θ̇, or the rate of |n| if the variable is a length."""
+    if vectors.length[a]:
+        x, y = vector(vectors, values, z, 0, a)
+        u, v = vector(vectors, values, z, state.velocity, a)
+        return (x * u + y * v) / sqrt(x * x + y * y)
+    return angle_rate(vectors, values, state, z, a)
+
+
+@compiled
+def _gradient(vectors, values, a, p, x, y):
+    """Return ∂θ/∂q, or ∂|n|/∂q if the variable is a length, for entry p of the vector (x, y)."""
+    if vectors.length[a]:
+        return (x * load(values.x, p) + y * load(values.y, p)) / sqrt(x * x + y * y)
+    return angle_gradient(values, p, x, y)
+
+
+@compiled
 def pass_on_moments(vectors, values, state, z, r):
     """Pass what acts on the angles on to the coordinates, and keep it in z for the tangent."""
     for a in range(state.velocity - state.angle):
@@ -56,36 +90,45 @@ def pass_on_moments(vectors, values, state, z, r):
         store(z, state.moment + a, moment)
         x, y = vector(vectors, values, z, 0, a)
         for p in range(vectors.start[a], vectors.start[a + 1]):
-            add_to(r, vectors.coordinate[p], moment * angle_gradient(values, p, x, y))
+            add_to(r, vectors.coordinate[p], moment * _gradient(vectors, values, a, p, x, y))
 
 
 @compiled
-def add_angle_tangent(vectors, values, terms, coefficient, state, z, weight, matrix):
+def add_angle_tangent(
+    vectors, values, terms, coefficient, state, functions, now, z, weight, matrix
+):
     """Add the angles' part of Φ_q, and `weight` times moment × θ_qq."""
     for t in range(terms.polynomials, len(terms.k)):
         a, own = terms.j[t] - state.angle, t - terms.polynomials
         x, y = vector(vectors, values, z, 0, a)
+        c = load(coefficient, t) * load(functions, now + terms.f[t])
         for p in range(vectors.start[a], vectors.start[a + 1]):
-            entry = load(coefficient, t) * angle_gradient(values, p, x, y)
+            entry = c * _gradient(vectors, values, a, p, x, y)
             add_to(matrix, vectors.multiplier_slot[own, p - vectors.start[a]], entry)
     for a in range(state.velocity - state.angle):
         x, y = vector(vectors, values, z, 0, a)
         square = x * x + y * y
         factor = weight * load(z, state.moment + a) / (square * square)
         xx, xy = factor * 2.0 * x * y, factor * (y * y - x * x)
-        first = vectors.start[a]
+        first, same = vectors.start[a], 0.0 * factor
+        if vectors.length[a]:  # (n × ∂n/∂q)²/|n|³
+            factor = 0.5 * factor * sqrt(square)
+            xx, xy, same = factor * (y * y - x * x), -2.0 * factor * x * y, factor * square
         for p in range(first, vectors.start[a + 1]):
             px, py = load(values.x, p), load(values.y, p)
             for q in range(p, vectors.start[a + 1]):
                 qx, qy = load(values.x, q), load(values.y, q)
                 entry = xx * (px * qx - py * qy) + xy * (px * qy + py * qx)
+                entry = entry + same * (px * qx + py * qy)
                 add_to(matrix, vectors.slot[a, p - first, q - first], entry)
 
 
 @compiled
 def angle_drift(vectors, values, state, z, a):
-    """Return θ̈ without ∂θ/∂q q̈, which is −2 (n · ṅ)(n × ṅ)/(n · n)²."""
+    """Return θ̈ without ∂θ/∂q q̈, which is −2 (n · ṅ)(n × ṅ)/(n · n)², or the same of a length."""
     x, y = vector(vectors, values, z, 0, a)
     u, v = vector(vectors, values, z, state.velocity, a)
-    square = x * x + y * y
-    return -2.0 * (x * u + y * v) * (x * v - y * u) / (square * square)
+    square, turning = x * x + y * y, x * v - y * u
+    if vectors.length[a]:
+        return turning * turning / (square * sqrt(square))
+    return -2.0 * (x * u + y * v) * turning / (square * square)

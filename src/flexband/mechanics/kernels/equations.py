@@ -25,7 +25,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws import add_law_forces, add_law_tangent
+from flexband.mechanics.kernels.laws import add_law_forces, add_law_tangent, read_laws
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,
@@ -186,13 +186,17 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     )  # fmt: skip
     add_constraint_tangent(structure.terms, values.terms, functions, now, z, weight, matrix)
     add_angle_tangent(
-        structure.vectors, values.vectors, structure.terms, values.terms, state, z, weight, matrix
-    )
+        structure.vectors, values.vectors, structure.terms, values.terms, state, functions, now, z,
+        weight, matrix,
+    )  # fmt: skip
 
 
 @inlined
-def sense(structure, values, now, z, outputs):
-    """Set the sensors' rows, after the rows of z that they may depend on."""
+def sense(structure, values, now, z, outputs, memory):
+    """Set the sensors' rows, after the rows of z that they may depend on.
+
+    `memory` is work space of force laws.
+    """
     state = structure.state
     update_angles(structure.vectors, values.vectors, state, z)
     update_springs(
@@ -203,5 +207,10 @@ def sense(structure, values, now, z, outputs):
         store(z, state.energy, beam_energy(structure.beams, values.beams, z))
         add_to(z, state.energy, cable_energy(structure.cables, values.cables, z))
         add_to(z, state.energy, spring_energy(structure.springs, values.springs, state, z))
+    if structure.reads_laws:
+        read_laws(
+            structure.laws, values.laws, structure.vectors, values.vectors, state,
+            values.functions, now, z, memory,
+        )  # fmt: skip
     clear(outputs, outputs.shape[0])
     add_products(structure.sensors, values.sensors, values.functions, now, z, outputs, 1.0)

@@ -63,6 +63,17 @@ def add_law_forces(laws, values, vectors, vector_values, state, functions, now, 
 
 
 @compiled
+def read_laws(laws, values, vectors, vector_values, state, functions, now, z, memory):
+    """Set the laws' forces and moments in z."""
+    for s in range(len(laws.address)):
+        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        call_at(laws.address[s], memory, 0)
+        first, last, _, _, force, _ = _layout(laws, s)
+        for k in range(AXES * (last - first)):
+            store(z, state.law + AXES * first + k, load(memory, force + k))
+
+
+@compiled
 def add_law_tangent(
     laws, values, vectors, vector_values, state, functions, now, z, weight, rate, size, matrix,
     memory,

@@ -65,6 +65,29 @@ class LawEntry(NamedTuple):
     parameters: Sequence[InTime]
 
 
+class MomentEntry(NamedTuple):
+    """A moment [N m] on the angle of a vector that is linear in the coordinates."""
+
+    direction: Vector
+    moment: Form
+
+
+class FollowingEntry(NamedTuple):
+    """A force that turns with a body.
+
+    Attributes
+    ----------
+    position : where it acts.
+    direction : a vector that is linear in the coordinates, of any length.
+    along, across : components [N] along this vector, and along this vector turned by 90°.
+    """
+
+    position: Vector
+    direction: Vector
+    along: Form
+    across: Form
+
+
 @dataclass(frozen=True)
 class Entries:
     """What a load enters in the equations of motion.
@@ -74,12 +97,15 @@ class Entries:
     forces : generalized forces that are forms of the state.
     potential : the potential energy [J] that `forces` derive from, zero if they derive from none.
     springs, laws : entries of the engine's springs and force laws.
+    moments, following : moments and following forces at points of flexible members.
     """
 
     forces: GeneralizedForce = field(default_factory=dict)
     potential: Form = field(default_factory=lambda: Form({}))
     springs: Sequence[SpringEntry] = ()
     laws: Sequence[LawEntry] = ()
+    moments: Sequence[MomentEntry] = ()
+    following: Sequence[FollowingEntry] = ()
 
 
 @runtime_checkable

@@ -9,9 +9,16 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.forms import Form, TimeFunction, about, add, at_point, scale
+from flexband.mechanics.forms import Form, TimeFunction, about, at_point
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.loads.load import Entries, InTime, Model, in_time
+from flexband.mechanics.loads.load import (
+    Entries,
+    FollowingEntry,
+    InTime,
+    Model,
+    MomentEntry,
+    in_time,
+)
 
 
 @dataclass(frozen=True)
@@ -50,8 +57,9 @@ class Force:
     Parameters
     ----------
     point : where it acts.
-    x, y : components [N] in global axes or, if `following`, in the axes of the point's frame, which
-        turns with the body (on a beam, with the section).
+    x, y : components [N] in global axes or, if `following`, in axes that turn with the body. On a
+        flexible member x is along the normal of the section and y to the left of it, however much
+        the member is stretched or sheared.
     following : whether the force turns with the body.
 
     Raises
@@ -77,9 +85,9 @@ class Force:
     def enters(self, model: Model) -> Entries:
         """Return F · ∂r/∂q."""
         frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
-        force = (x, y)
-        if self.following:
-            force = add(scale(x, frame.normal), scale(y, frame.y))
+        if self.following and not frame.rigid:
+            return Entries(following=[FollowingEntry(frame.position, frame.normal, x, y)])
+        force = frame.direction(x, y) if self.following else (x, y)
         return Entries(forces=at_point(force, frame.position))
 
 
@@ -87,8 +95,7 @@ class Force:
 class Moment:
     """A moment at a point of a body.
 
-    On a beam it turns the section: it does work on the rotation of r_y, whose length is taken as
-    one. Strains across the section cause an error of their own relative size.
+    On a flexible member it does work on the angle of the section, and on nothing else.
 
     Parameters
     ----------
@@ -114,8 +121,10 @@ class Moment:
 
     def enters(self, model: Model) -> Entries:
         """Return M ∂θ/∂q."""
-        moment = in_time("moment", self.moment)
-        return Entries(forces=about(moment, model.frame(self.point).normal))
+        moment, frame = in_time("moment", self.moment), model.frame(self.point)
+        if frame.rigid:
+            return Entries(forces=about(moment, frame.normal))
+        return Entries(moments=[MomentEntry(frame.normal, moment)])
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from flexband.errors import InputError, known
 from flexband.mechanics.forms import Form
+from flexband.mechanics.joints.joint import Couple
 from flexband.mechanics.sensors.motion import Model, Sensor
 
 
@@ -56,6 +58,8 @@ class Reaction(Sensor):
 class ReactionMoment(Sensor):
     """The moment that a joint or drive exerts on its first body [N m].
 
+    On a flexible member it is the moment on the angle of the section.
+
     Raises
     ------
     InputError
@@ -66,11 +70,26 @@ class ReactionMoment(Sensor):
     units = (("", "N m"),)
 
     def rows(self, model: Model) -> Sequence[Form]:
+        return [
+            form
+            for moment, vectors in self._moments(model)
+            for form in (moment, *itertools.chain.from_iterable(vectors))
+        ]
+
+    def _moments(self, model: Model) -> Sequence[Couple]:
         joint, multipliers = model.joint(self.joint)
-        moment = joint.moment(multipliers)
-        if moment is None:
+        moments = joint.moments(model.frame, multipliers)
+        if not moments:
             raise InputError(f"joint {self.joint!r} exerts no moment")
-        return [moment]
+        return moments
+
+    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+        given = iter(rows)
+        terms = [
+            next(given) * np.prod([np.hypot(next(given), next(given)) for _ in vectors], axis=0)
+            for _, vectors in self._moments(model)
+        ]
+        return np.sum(terms, axis=0)[None]
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ def _linear(system: System, values: Values, about: str, steps: int):
         work, failure = begin(system, values)
     count, dense = system.structure.state.coordinates, []
     for weight in (0.0, 1.0):
-        run(LINEARIZE, system, values, work, number=weight)
+        run(LINEARIZE, system, values, work, failure=failure, number=weight)
         dense.append(to_dense(system.structure.pattern, work.matrix))
     q, multipliers = slice(0, count), slice(count, None)
     K = (dense[1] - dense[0])[:, q, q]

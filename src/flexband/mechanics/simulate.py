@@ -8,7 +8,7 @@ import xarray as xr
 from flexband.errors import InputError, numbers, positive
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
-from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import Progress
@@ -48,13 +48,14 @@ def simulate(
     AssemblyError
         If the constraints cannot be met at the start or do not determine their multipliers.
     SimulationError
-        If a sample diverges, also with half the step; no results are returned then.
+        If a sample diverges or a force law fails, also with half the step; there are no results
+        then.
     """
     integrator = integrator or GeneralizedAlpha()
     times = _times(duration, step)
     system = assemble(mechanism)
     batch = run_samples(system, times, integrator, threads=threads, progress=progress)
-    again = np.flatnonzero(batch.failures[:, 0] == DIVERGED)
+    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
     if len(again):
         finer = run_samples(
             system, _times(duration, step / 2), integrator, samples=again, threads=threads

@@ -11,6 +11,7 @@ from flexband.mechanics.assembly.structure import Laws
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.kernels.laws import AXES
+from flexband.mechanics.loads.compiled_laws import compiled_law
 from flexband.mechanics.loads.load import LawEntry
 
 
@@ -31,6 +32,7 @@ class LawTable:
         position: int,
         groups: Sequence[Sequence[int]],
     ):
+        self.compiled = [compiled_law(e.law, len(e.points), len(e.parameters)) for e in laws]
         self.laws, self.angle, self.position = laws, angle, position
         self.parameters = [parameter for law in laws for parameter in law.parameters]
         self.groups, self.place, point = [], [[0] * len(group) for group in groups], 0
@@ -52,7 +54,7 @@ class LawTable:
 
     def structure(self, places: Places) -> Laws:
         return Laws(
-            address=indices(law.function.address for law in self.laws),
+            address=indices(law.address for law in self.compiled),
             time=places.functions.get(time, 0),
             parameter_start=starts([law.parameters for law in self.laws]),
             f=indices(places.functions[p if callable(p) else None] for p in self.parameters),

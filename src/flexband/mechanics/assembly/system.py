@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import chain, groupby
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +27,7 @@ from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.kernels.indices import as_indices
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.load import LawEntry
+from flexband.mechanics.loads.compiled_laws import CompiledLaw
 from flexband.mechanics.mechanism import Mechanism
 
 CONSTANT = (0, 0, None)
@@ -47,7 +49,9 @@ class System:
     outputs, units : name and unit of each output.
     sensors : for each sensor, what computes its outputs from its rows, and which rows are its own.
     conditions : the joint behind each further row, which must stay positive.
-    laws : the force laws, whose compiled functions must exist as long as the engine calls them.
+    laws : the compiled force laws, which must exist as long as the engine calls them, each with the
+        name of its load.
+    law_failures, numbers : number -> load and reason, as the engine finds them, and new numbers.
     """
 
     structure: Structure
@@ -59,7 +63,9 @@ class System:
     units: list[str]
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
     conditions: list[str]
-    laws: Sequence[LawEntry]
+    laws: Sequence[tuple[str, CompiledLaw]]
+    law_failures: dict[int, str] = field(default_factory=dict)
+    numbers: Iterator[int] = field(default_factory=itertools.count)
 
     @cached_property
     def indexed(self) -> Structure:
@@ -135,9 +141,10 @@ def assemble(mechanism: Mechanism) -> System:
     )
     driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
     samples = count_samples([*leaves(values), *driven])
+    loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
     return System(
         structure, samples, values, functions, owners, outputs, units, sensors, conditions,
-        mechanism.laws,
+        list(zip(loads, cast(LawTable, tables["laws"]).compiled, strict=True)),
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, Work
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
-from flexband.mechanics.engine.failures import WRONG_BRANCH
+from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
 from flexband.mechanics.engine.threads import (
     Progress,
@@ -115,6 +115,8 @@ def run(
     entry = dynamics if task in (START, MARCH) else statics
     known = entry.signatures
     (entry.overloads[known[0]].entry_point if known else entry)(*arguments)
+    if system.laws and failure is not NOTHING:
+        blame_laws(system, failure, method.step if task == MARCH else 0.0)
 
 
 def derive(system: System, rows: np.ndarray) -> np.ndarray:

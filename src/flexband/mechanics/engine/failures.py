@@ -9,8 +9,25 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
+from flexband.mechanics.loads.compiled_laws import take_failures
 
-WRONG_BRANCH = 5.0
+WRONG_BRANCH, LAW_FAILED = 5.0, 7.0
+
+
+def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
+    """Write the laws that failed in this thread to `failure`, see `entries`.
+
+    A law that failed after its lane had failed for another reason is not to blame. `step` is that
+    of the run [s], or 0 where there is only one time.
+    """
+    for found in take_failures():
+        time = round(found.time / step) if step else 0
+        if failure[0, found.lane] == 0 or time <= failure[1, found.lane]:
+            number = next(system.numbers)
+            loads = [repr(name) for name, law in system.laws if law is found.law]
+            text = f"the law of load {' or '.join(dict.fromkeys(loads))} {found.reason}"
+            system.law_failures[number] = text
+            failure[:3, found.lane] = LAW_FAILED, time, number
 
 
 def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> None:
@@ -21,7 +38,9 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
         return
     found = {}
     for sample in failed:
-        names = system.conditions if code[sample] == WRONG_BRANCH else system.constraints
+        names = {WRONG_BRANCH: system.conditions, LAW_FAILED: system.law_failures}.get(
+            code[sample], system.constraints
+        )
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
             NOT_ASSEMBLED: f"the constraints cannot be met; the worst is {where}",
@@ -31,6 +50,7 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
             "start within 90° of the prescribed angle",
             DIVERGED: "Newton's method diverged, also with half the step",
             NOT_SETTLED: "no equilibrium was found; apply the loads in more steps",
+            LAW_FAILED: where,
             CONTRADICTED: f"constraints contradict each other; the worst is {where}",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)

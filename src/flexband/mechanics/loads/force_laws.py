@@ -5,30 +5,15 @@ The engine calls a law through its address, so it need not be compiled again for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
-import numpy as np
-from numba import cfunc, njit
-from numba.core.dispatcher import Dispatcher
-from numba.core.errors import NumbaError
-from numba.np.numpy_support import carray
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, non_negative
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.lanes import WIDTH
-from flexband.mechanics.kernels.laws import AXES
+from flexband.mechanics.loads.compiled_laws import Law, compiled_law
 from flexband.mechanics.loads.load import Entries, InTime, LawEntry, Model, in_time
-
-Law = Callable[..., None]
-"""``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.
-
-Rows of `x` are (X, Y, θ), turns counted, rows of `v` their rates, shape (points, 3). It fills the
-rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body.
-"""
 
 
 @dataclass(frozen=True)
@@ -42,15 +27,15 @@ class ForceLaw:
         It receives the time [s], the positions and velocities of the points as arrays of shape
         (points, 3) with rows (X, Y, θ), and the parameters, shape (parameters,). It fills `force`,
         zeros of shape (points, 3), with rows (F_X, F_Y, M). On a beam, θ and M belong to the
-        section. Define the function outside the builder of a study, since each new function is
-        compiled. Compiled code does not check indices.
+        section. It is compiled anew when its code, or a number that it reads from outside, is
+        new. A sample in which it raises an error, or forces are not finite, fails.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
 
     Raises
     ------
     InputError
         If there is no point, a parameter is neither finite nor a function of time, or the law
-        does not compile.
+        does not compile, returns a value or calls itself.
     """
 
     points: Sequence[PointName]
@@ -69,43 +54,7 @@ class ForceLaw:
     def enters(self, model: Model) -> Entries:
         """Return the law."""
         frames = [model.frame(point) for point in self.points]
-        function = compiled_law(self.law, len(frames), len(self.parameters))
-        return Entries(laws=[LawEntry(frames, function, self.parameters)])
-
-
-@lru_cache
-def compiled_law(law: Law, points: int, parameters: int) -> Any:
-    """Return a law as a C function of the memory that `kernels.laws` describes, for all lanes.
-
-    Raises
-    ------
-    InputError
-        If it does not compile.
-    """
-    one = law if isinstance(law, Dispatcher) else njit(error_model="numpy")(law)
-    size = points * AXES
-    start_x = 1 + parameters
-    start_v, start_force, rows = start_x + size, start_x + 2 * size, start_x + 3 * size
-
-    def every_lane(memory):
-        lanes = carray(memory, (rows, WIDTH))
-        p = np.empty(parameters)
-        x, v, force = np.empty((points, 3)), np.empty((points, 3)), np.empty((points, 3))
-        for lane in range(WIDTH):
-            for k in range(parameters):
-                p[k] = lanes[1 + k, lane]
-            for k in range(size):
-                x.flat[k] = lanes[start_x + k, lane]
-                v.flat[k] = lanes[start_v + k, lane]
-                force.flat[k] = 0.0
-            one(lanes[0, lane], x, v, p, force)
-            for k in range(size):
-                lanes[start_force + k, lane] = force.flat[k]
-
-    try:
-        return cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
-    except NumbaError as error:
-        raise InputError(f"the law {law!r} does not compile: {error}") from None
+        return Entries(laws=[LawEntry(frames, self.law, self.parameters)])
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
@@ -12,6 +12,7 @@ from flexband.errors import finite
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.loads.compiled_laws import Law
 
 InTime = ArrayLike | TimeFunction
 """A number, an array of shape (n,), or a function of the time [s] that returns one of these."""
@@ -51,17 +52,17 @@ class SpringEntry(NamedTuple):
 
 
 class LawEntry(NamedTuple):
-    """A compiled force law, see `kernels.laws`.
+    """A force law, see `kernels.laws`.
 
     Attributes
     ----------
     points : the frames that the law reads and acts on.
-    function : the compiled function, which the engine calls by its `address`.
+    law : the user's function, see `compiled_laws`.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
     """
 
     points: Sequence[Frame]
-    function: Any
+    law: Law
     parameters: Sequence[InTime]
 
 

@@ -128,7 +128,7 @@ def test_verification_of_intervals_alone_is_exact():
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda s: s.evaluate(x=0.0), "values must be given for x, e; got x"),
+        (lambda s: s.evaluate(x=0.0), "values must be given for e, x; got x"),
         (lambda s: s.evaluate(x=0.0, e=2.0), "e: values must be between -1 and 1; got 2"),
         (lambda s: s.evaluate(x=[0.0, 1.0], e=[0.0, 0.1, 0.2]), "values must be equally many"),
         (lambda s: s.moments(x=0.0), "values must be given for e; got x"),
@@ -137,7 +137,7 @@ def test_verification_of_intervals_alone_is_exact():
         (lambda s: fb.save_surrogate(s, Path(__file__).parent), "is a folder; give the name"),
         (
             lambda s: fb.verify(s, lambda x, e: np.zeros((len(x), 2))),
-            r"the response must return \(1001,\) per run, as that of the surrogate",
+            r"must return dims \(time\) in all runs, as in the first ones; got \(dim_1\)",
         ),
         (lambda s: fb.load_surrogate("nowhere.npz"), "there is no file nowhere.npz"),
         (lambda s: fb.verify(s, lambda x, e: x, samples=1), "samples must be 2 or more"),
@@ -157,7 +157,7 @@ def test_bad_input_is_refused(call, text):
 def test_a_surrogate_says_what_it_is_of_in_a_line():
     case = formula(wave)
     surrogate = fb.expand(case.response, case.inputs, fb.ImprovedPCCI(1, 1))
-    assert repr(surrogate) == "<Surrogate of x, e; time 1001>"
+    assert repr(surrogate) == "<Surrogate of e, x; time 1001>"
 
 
 def test_what_cannot_be_saved_or_loaded_is_refused(tmp_path):

@@ -13,9 +13,10 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
-from flexband.uncertainty.inputs.space import Response, Space, evaluate, locate_fields
+from flexband.uncertainty.inputs.space import Response, Space, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.surrogates.surrogate import Surrogate

@@ -116,7 +116,7 @@ class PCCI:
             if isinstance(order, Mapping):
                 for own, value in order.items():
                     whole(f"{name} of {own!r}", value, 0, MAX_ORDER)
-                object.__setattr__(self, name, OrdersByName(order))
+                object.__setattr__(self, name, OrdersByName(sorted(order.items())))
             else:
                 whole(name, order, 0, MAX_ORDER)
 

@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, whole
+from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
-from flexband.uncertainty.inputs.space import Response, Space, check_names, evaluate, locate_fields
+from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -51,7 +52,8 @@ def propagate(
     ------
     InputError
         If inputs and the response's arguments do not match, the method takes too many runs, or the
-        response returns NaN or the wrong shape.
+        response returns NaN, no real numbers, the wrong shape, or not the same dims and coordinates
+        in every call (another order is put in order).
     """
     runs = _Runs(response, inputs, method, batch, most_runs, progress)
     return method.solve(runs.space, runs).assign_attrs(runs.attributes())
@@ -90,7 +92,7 @@ class _Runs:
         check_names(response, inputs)
         located, self.explored = locate_fields(response, inputs)
         self.space = space = Space(located)
-        self.done, self.total = 0, method.runs(space)
+        self.done, self.total, self.labels = 0, method.runs(space), None
         if self.total > most_runs:
             raise InputError(
                 f"{method!r} would take {self.total} runs, with {space.random_dimension} random "
@@ -100,7 +102,10 @@ class _Runs:
         self.progress = progress or (lambda done, total: None)
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        return evaluate(self.response, self.space, xi, eta, self.batch, self._advance)
+        points = xi, eta, self.batch, self._advance
+        values = evaluate(self.response, self.space, *points, self.labels)
+        self.labels = values[:0]
+        return values
 
     def _advance(self, runs: int) -> None:
         self.done += runs

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.hybrid import tensor_points
@@ -22,9 +21,15 @@ field, and returns an array of shape (n, ...)."""
 
 @dataclass(frozen=True)
 class Space:
-    """Named inputs and their standard variables, in order."""
+    """Named inputs and their standard variables, in the order of the names.
+
+    Results therefore do not depend on the order in which the inputs are given.
+    """
 
     inputs: Mapping[str, Input]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", dict(sorted(self.inputs.items())))
 
     def of_kind(self, *, random: bool) -> dict[str, Input]:
         """Return the random or the interval inputs."""
@@ -93,6 +98,8 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
     if not inputs:
         raise InputError("inputs must name at least one input; got none")
     for name, one in inputs.items():
+        if not isinstance(name, str):
+            raise InputError(f"the name of an input must be text; got {name!r}")
         if not isinstance(one, Input):
             raise InputError(
                 f"input {name!r} must be an Interval, a Normal, a Uniform, a RandomField or "
@@ -148,54 +155,3 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
             )
         located[name] = replace(one, domain=(float(x.min()), float(x.max())))
     return located, len(eta)
-
-
-def evaluate(
-    response: Response,
-    space: Space,
-    xi: np.ndarray,
-    eta: np.ndarray,
-    batch: int,
-    progress: Callable[[int], object],
-) -> xr.DataArray:
-    """Return the response at all points, dims (sample, ...), in batches of runs.
-
-    Raise `InputError` if the response does not return finite real numbers of shape (n, ...).
-    """
-    collected = None
-    for first in range(0, len(xi), batch):
-        here = slice(first, min(first + batch, len(xi)))
-        values = space.values(xi[here], eta[here])
-        part = _labelled(response(**values), here.stop - first, values)
-        if collected is None:
-            empty = np.empty((len(xi), *part.shape[1:]))
-            collected = xr.DataArray(empty, dims=part.dims, coords=coordinates(part))
-        collected[here] = part.values
-        progress(here.stop - first)
-    assert collected is not None  # a design has at least one point
-    return collected
-
-
-def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
-    """Return the coordinates of a response that do not belong to its runs."""
-    return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
-
-
-def _labelled(result: Any, runs: int, values: dict) -> xr.DataArray:
-    """Return a response as a `DataArray` with first dim "sample"."""
-    if np.shape(result)[:1] != (runs,):
-        raise InputError(
-            f"the response must return shape ({runs}, ...); got shape {np.shape(result)}"
-        )
-    if not isinstance(result, xr.DataArray):
-        if np.iscomplexobj(result):
-            raise InputError("the response must return real numbers; got complex ones")
-        array = np.asarray(result, dtype=float)
-        names = (f"dim_{k}" for k in range(1, array.ndim))
-        result = xr.DataArray(array, dims=["sample", *names])
-    bad = ~np.isfinite(result.values.reshape(runs, -1)).all(axis=1)
-    if bad.any():
-        k = int(np.flatnonzero(bad)[0])
-        shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in values.items() if not callable(v))
-        raise InputError(f"the response is not finite in {bad.sum()} of {runs} runs, e.g. {shown}")
-    return result.rename({result.dims[0]: "sample"}) if result.dims[0] != "sample" else result

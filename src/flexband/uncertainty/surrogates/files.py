@@ -19,9 +19,10 @@ import xarray as xr
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
-from flexband.uncertainty.inputs.space import Space, coordinates
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 EXPANSIONS = {

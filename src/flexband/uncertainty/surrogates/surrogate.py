@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
-from flexband.uncertainty.inputs.space import Space, coordinates
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import bands
 
 

@@ -7,9 +7,10 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, whole
+from flexband.errors import whole
+from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
-from flexband.uncertainty.inputs.space import Response, evaluate
+from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -39,7 +40,7 @@ def verify(
     Raises
     ------
     InputError
-        As `propagate` does, and if the shape of the response is not that of the surrogate.
+        As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
     whole("samples", samples, 2)
     whole("seed", seed, 0)
@@ -52,12 +53,7 @@ def verify(
         at = int(np.argmax(sign * extremes[bound].values[bound, o]))
         eta = extremes[bound].places[bound, o, at][None]
         points = xi, np.repeat(eta, len(xi), axis=0)
-        runs = evaluate(response, space, *points, len(xi), lambda done: None).values
-        if runs.shape[1:] != labels.shape[1:]:
-            raise InputError(
-                f"the response must return {labels.shape[1:]} per run, as that of the surrogate; "
-                f"got {runs.shape[1:]}"
-            )
+        runs = evaluate(response, space, *points, len(xi), lambda done: None, labels).values
         F, S = (v.reshape(len(xi), outputs, -1)[:, o] for v in (runs, surrogate.standard(*points)))
         mean, std = np.reshape(surrogate.standard_moments(eta), (2, outputs, -1))[:, o, at]
         spread, before = F[:, at].std(), S[:, at].std()

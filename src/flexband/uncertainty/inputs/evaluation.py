@@ -1,0 +1,167 @@
+"""The values of a response: run in batches, checked, and aligned with those of its first runs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.uncertainty.inputs.space import Response, Space
+
+RESERVED = ("bound", "input", "variable")
+"""Dims of results, which a response cannot have."""
+
+LARGEST = 1e150
+"""Squares of larger values overflow."""
+
+
+def evaluate(
+    response: Response,
+    space: Space,
+    xi: np.ndarray,
+    eta: np.ndarray,
+    batch: int,
+    progress: Callable[[int], object],
+    labels: xr.DataArray | None = None,
+) -> xr.DataArray:
+    """Return the response at all points, dims (sample, ...), in batches of runs.
+
+    Parameters
+    ----------
+    labels : earlier runs, whose dims and coordinates the response must have.
+
+    Raises
+    ------
+    InputError
+        If the response does not return finite real numbers of shape (n, ...), or if the dims or
+        the coordinates of a batch are not those of the first one.
+    """
+    collected = None
+    for first in range(0, len(xi), batch):
+        here = slice(first, min(first + batch, len(xi)))
+        points = xi[here].copy(), eta[here].copy()  # the response may write into its arguments
+        part = _labelled(response(**space.values(*points)), here.stop - first)
+        if labels is None:
+            _check_labels(part)
+            labels = part[:0].copy()
+        else:
+            part = _aligned(part, labels)
+        if collected is None:
+            empty = np.empty((len(xi), *labels.shape[1:]))
+            collected = xr.DataArray(empty, dims=labels.dims, coords=labels.coords)
+        collected[here] = part.values
+        _refuse_infinite(collected.values[here], space, xi[here], eta[here])
+        progress(here.stop - first)
+    assert collected is not None  # a design has at least one point
+    return collected
+
+
+def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
+    """Return the coordinates of a response that do not belong to its runs."""
+    return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
+
+
+def _labelled(result: Any, runs: int) -> xr.DataArray:
+    """Return a response as a `DataArray` of real numbers with first dim "sample"."""
+    kind = type(result).__name__
+    if _is_masked(result):
+        raise InputError("the response must return plain arrays; got a masked one: fill it first")
+    if isinstance(result, xr.Dataset | dict | set) or callable(result):
+        raise InputError(f"the response must return an array; got a {kind}")
+    try:
+        array = xr.DataArray(result)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the response must return an array; got a {kind}: {error}") from None
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"the response must return real numbers; got {kind} of {array.dtype}")
+    if "sample" in array.dims:
+        array = array.transpose("sample", ...)
+    if array.shape[:1] != (runs,):
+        raise InputError(f"the response must return shape ({runs}, ...); got shape {array.shape}")
+    array = array.drop_vars([k for k, c in array.coords.items() if array.dims[0] in c.dims])
+    if "sample" not in array.dims:
+        array = array.drop_vars("sample", errors="ignore").rename({array.dims[0]: "sample"})
+    return array
+
+
+def _is_masked(result: Any) -> bool:
+    """Return whether an array, or one in a list, is masked."""
+    if isinstance(result, list | tuple):
+        return any(map(_is_masked, result))
+    return isinstance(result, np.ma.MaskedArray)
+
+
+def _check_labels(part: xr.DataArray) -> None:
+    """Raise `InputError` if results cannot have the dims and coordinates of a response."""
+    if part.size == 0:
+        raise InputError(f"the response must return a number per run; got shape {part.shape}")
+    for name in (*part.dims, *part.coords):
+        if name in RESERVED or not isinstance(name, str) or "/" in name or not name:
+            raise InputError(
+                f"dims and coordinates of the response must have names without '/' other than "
+                f"{', '.join(RESERVED)}; got {name!r}"
+            )
+    for name, index in part.indexes.items():
+        if index.nlevels > 1:
+            raise InputError(f"coordinate {name!r} of the response must have one level only")
+        twice = [label for label, count in Counter(index).items() if count > 1]
+        if twice:
+            raise InputError(f"{name} of the response must differ; got {twice[0]!r} twice")
+
+
+def _aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
+    """Return a batch with the order of dims and of labels of the first one.
+
+    Raises
+    ------
+    InputError
+        If it has other dims, labels or coordinates.
+    """
+    first = labels.dims[1:], labels.shape[1:]
+    if set(part.dims) != set(labels.dims):
+        raise InputError(
+            f"the response must return dims {_shown(first[0])} in all runs, as in the first ones; "
+            f"got {_shown(part.dims[1:])}"
+        )
+    part = part.transpose(*labels.dims)
+    if part.shape[1:] != first[1]:
+        raise InputError(
+            f"the response must return {first[1]} per run, as in the first ones; "
+            f"got {part.shape[1:]}"
+        )
+    for name, index in labels.indexes.items():
+        own = part.indexes.get(name)
+        if own is not None and own.is_unique and not own.equals(index) and set(own) == set(index):
+            part = part.isel({name: own.get_indexer(index)})
+    for name in dict.fromkeys([*labels.coords, *part.coords]):
+        if name not in part.coords or name not in labels.coords:
+            raise InputError(
+                f"coordinate {name!r} of the response must be given in all runs or in none"
+            )
+        if not part.coords[name].variable.equals(labels.coords[name].variable):
+            raise InputError(
+                f"coordinate {name!r} of the response must be the same in all runs; got\n"
+                f"{part.coords[name].values} and before\n{labels.coords[name].values}"
+            )
+    return part
+
+
+def _shown(dims: tuple[Hashable, ...]) -> str:
+    """Return dims as text."""
+    return f"({', '.join(map(str, dims))})"
+
+
+def _refuse_infinite(values: np.ndarray, space: Space, xi: np.ndarray, eta: np.ndarray) -> None:
+    """Raise `InputError` with the inputs of a run whose values are not finite."""
+    bad = ~(np.abs(values.reshape(len(values), -1)) <= LARGEST).all(axis=1)
+    if bad.any():
+        k = int(np.flatnonzero(bad)[0])
+        inputs = space.values(xi, eta).items()
+        shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs if not callable(v))
+        raise InputError(
+            f"the response is not finite in {bad.sum()} of {len(values)} runs, e.g. {shown}"
+        )

@@ -140,7 +140,7 @@ def x_times(factor):
         (lambda x: xr.Dataset({"u": ("sample", x)}), "must return an array; got a Dataset"),
         (lambda x: [[1.0], [1.0, 2.0]], "must return an array; got a list"),
         (lambda x: None, "the response must return"),
-        (len, r"must return shape \(2, ...\); got shape \(\)"),
+        (lambda x: x.size, r"must return shape \(2, ...\); got shape \(\)"),
         (lambda x: x[:1], r"must return shape \(2, ...\); got shape \(1,\)"),
         (lambda x: x_times(TIMES)(x).T, r"must return shape \(2, ...\); got shape \(4, 2\)"),
         (x_times(TIMES[:0]), "must return a number per run"),
@@ -158,10 +158,16 @@ def test_what_is_not_an_array_of_real_numbers_is_refused(result, text):
         fb.propagate(result, {"x": fb.Normal(0.0, 1.0)}, fb.PCCI(1, 0))
 
 
+@pytest.mark.parametrize("response", [3.0, np.sin, None])
+def test_a_response_has_named_arguments(response):
+    with pytest.raises(fb.InputError, match="response must be a function with named arguments"):
+        fb.propagate(response, INPUTS, fb.PCCI(1, 1))
+
+
 @pytest.mark.parametrize(
     "result",
     [
-        list,
+        lambda x: [*x],
         lambda x: pd.DataFrame({"u": x, "v": 2 * x}),
         lambda x: np.round(x).astype(int),
         lambda x: x > 0,

@@ -105,7 +105,12 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
                 f"input {name!r} must be an Interval, a Normal, a Uniform, a RandomField or "
                 f"another Input; got {one!r}"
             )
-    parameters = inspect.signature(response).parameters.values()
+    try:
+        parameters = inspect.signature(response).parameters.values()
+    except (TypeError, ValueError):
+        raise InputError(
+            f"response must be a function with named arguments; got {response!r}"
+        ) from None
     open_ended = any(p.kind is p.VAR_KEYWORD for p in parameters)
     named = {p.name: p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
     unknown = [name for name in inputs if name not in named]

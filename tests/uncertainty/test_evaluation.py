@@ -158,7 +158,7 @@ def test_what_is_not_an_array_of_real_numbers_is_refused(result, text):
         fb.propagate(result, {"x": fb.Normal(0.0, 1.0)}, fb.PCCI(1, 0))
 
 
-@pytest.mark.parametrize("response", [3.0, np.sin, None])
+@pytest.mark.parametrize("response", [3.0, "sin", None])
 def test_a_response_has_named_arguments(response):
     with pytest.raises(fb.InputError, match="response must be a function with named arguments"):
         fb.propagate(response, INPUTS, fb.PCCI(1, 1))

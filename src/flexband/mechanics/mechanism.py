@@ -28,6 +28,7 @@ from flexband.mechanics.forms import (
     scale,
 )
 from flexband.mechanics.joints.joint import Joint, PointName
+from flexband.mechanics.joints.placement import placed
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import (
     Entries,
@@ -151,9 +152,21 @@ class Mechanism:
             )
 
     @cached_property
-    def guess(self) -> list[np.ndarray]:
-        """The guess [1, q] for the start."""
+    def given(self) -> list[np.ndarray]:
+        """The guess [1, q] for the start, as the bodies state it."""
         return [np.ones(()), *(c for _, own in self._of_bodies("coordinates") for c in own)]
+
+    @cached_property
+    def guess(self) -> list[np.ndarray]:
+        """The guess with each body at its angle, moved to where the joints meet if possible."""
+        bodies = [
+            [self.first_coordinates[name] + k for k in body.nodes]
+            for name, body in self.bodies.items()
+        ]
+        joints = [joint for joint in self.joints.values() if not joint.holds_start]
+        return placed(
+            self.given, bodies, [row for joint in joints for row in joint.constraints(self.frame)]
+        )
 
     @cached_property
     def constraints(self) -> list[tuple[str, Form]]:

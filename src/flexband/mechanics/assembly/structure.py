@@ -162,6 +162,7 @@ class Values(NamedTuple):
     functions: np.ndarray  # `Structure.functions` rows per time
     rates: np.ndarray  # values, first and second derivatives of the functions at the start
     mass: np.ndarray
+    metric: np.ndarray  # as mass, with much larger moments of inertia: bodies prefer not to turn
     beams: BeamValues
     cables: CableValues
     vectors: VectorValues

@@ -23,12 +23,16 @@ from flexband.mechanics.assembly.tables import MassTable, Places, Table
 from flexband.mechanics.assembly.vectors import VectorTable
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.kernels.indices import as_indices
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.compiled_laws import CompiledLaw
 from flexband.mechanics.mechanism import Mechanism
+
+TURNING = 1e3
+"""How much more assembly minds turning a rigid body by 1 rad than moving it by the size of all."""
 
 CONSTANT = (0, 0, None)
 """Key of the constant term of a form."""
@@ -129,11 +133,13 @@ def assemble(mechanism: Mechanism) -> System:
         pattern=pattern,
         **{name: table.structure(places) for name, table in tables.items()},
     )
+    scale = _inverse_scale(mechanism, start, mass)
     values = Values(
         start=stack(start),
         velocity=stack(velocity),
-        inverse_scale=stack(_inverse_scale(mechanism, start, mass)),
+        inverse_scale=stack(scale),
         rigidity=stack([rigidity(beams, cables, mass)]),
+        metric=stack(_metric(mechanism, mass, scale)),
         weight=stack(weight),
         functions=np.empty((0, 1)),
         rates=np.empty((0, 1)),
@@ -231,13 +237,27 @@ def _pairs(state: State, owners: Sequence[str]) -> list[tuple[int, int]]:
     return pairs
 
 
+def _metric(mechanism: Mechanism, mass: dict, scale: list) -> list[np.ndarray]:
+    """Return the mass matrix with moments of inertia of rigid bodies that outweigh all masses."""
+    rigid = [name for name, body in mechanism.bodies.items() if isinstance(body, RigidBody)]
+    turned = {mechanism.first_coordinates[name] + k for name in rigid for k in (2, 3)}
+    masses = sum(mass[n, n] for n in _nodes(mechanism))
+    inertia = TURNING * masses / np.square(scale[_nodes(mechanism)[0]])
+    return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]
+
+
+def _nodes(mechanism: Mechanism) -> list[int]:
+    """Return the row of z of the first coordinate of each node."""
+    first = mechanism.first_coordinates
+    return [first[name] + k for name, body in mechanism.bodies.items() for k in body.nodes]
+
+
 def _inverse_scale(mechanism: Mechanism, start: list, mass: dict) -> list:
     """Return 1/size for positions and 1 for directions, with the size of the whole mechanism.
 
     The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
-    first = mechanism.first_coordinates
-    nodes = [first[name] + k for name, body in mechanism.bodies.items() for k in body.nodes]
+    nodes = _nodes(mechanism)
     x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
     none = np.zeros(())
     gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]

@@ -11,36 +11,39 @@ RANK = 1e-9
 """Singular values below this fraction of the largest one count as zero."""
 
 
-def jacobian(system: System, z: np.ndarray, sample: int = 0) -> np.ndarray:
-    """Return Φ_q at time zero, shape (multipliers, coordinates).
+def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return Φ_q at time zero, shape (multipliers, coordinates, samples).
 
     Parameters
     ----------
-    z : the state of the sample, shape (rows,).
+    z : the states of these samples, shape (rows, samples).
     """
     terms, state = system.structure.terms, system.structure.state
-    rows, count = system.values.terms, state.coordinates
-    c = rows[:, min(sample, rows.shape[1] - 1)].copy()
+    count = state.coordinates
+
+    def own(values: np.ndarray) -> np.ndarray:
+        return values[..., np.minimum(samples, values.shape[-1] - 1)]
+
+    c = own(system.values.terms).copy()
     for t, f in enumerate(terms.f):
         if f > 0:
-            values = np.atleast_1d(np.asarray(system.functions[f - 1](0.0), dtype=float))
-            c[t] *= values[min(sample, len(values) - 1)]
-    dense = np.zeros((state.angle, 1 + count))
+            c[t] *= own(np.atleast_1d(np.asarray(system.functions[f - 1](0.0), dtype=float)))
+    dense = np.zeros((state.angle, 1 + count, len(samples)))
     plain, vectors = slice(terms.polynomials), system.structure.vectors
     k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
     np.add.at(dense, (k, i), c[plain] * z[j])
     np.add.at(dense, (k, j), c[plain] * z[i])
-    x, y = (v[:, min(sample, v.shape[1] - 1)] for v in system.values.vectors)
+    x, y = map(own, system.values.vectors)
     for t in range(terms.polynomials, len(terms.k)):
         a = terms.j[t] - state.angle
-        own = slice(vectors.start[a], vectors.start[a + 1])
-        q = z[vectors.coordinate[own]]
-        nx, ny = x[own] @ q, y[own] @ q
+        entries = slice(vectors.start[a], vectors.start[a + 1])
+        q, vx, vy = z[vectors.coordinate[entries]], x[entries], y[entries]
+        nx, ny = (vx * q).sum(axis=0), (vy * q).sum(axis=0)
         square = nx * nx + ny * ny
-        gradient = (nx * y[own] - ny * x[own]) / square
+        gradient = (nx * vy - ny * vx) / square
         if vectors.length[a]:
-            gradient = (nx * x[own] + ny * y[own]) / np.sqrt(square)
-        np.add.at(dense, (terms.k[t], vectors.coordinate[own]), c[t] * gradient)
+            gradient = (nx * vx + ny * vy) / np.sqrt(square)
+        np.add.at(dense, (terms.k[t], vectors.coordinate[entries]), c[t] * gradient)
     return dense[1 + count :, 1:]
 
 
@@ -49,7 +52,7 @@ def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list
 
     Their multipliers are not unique: forces can be shifted from one joint to another.
     """
-    matrix = jacobian(system, z, sample)
+    matrix = jacobian(system, z[:, None], np.array([sample]))[:, :, 0]
     matrix = matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
     ways = null_space(matrix.T, rcond=RANK)
     involved = np.flatnonzero(np.abs(ways).max(axis=1, initial=0.0) > 1e-6)

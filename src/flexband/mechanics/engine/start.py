@@ -2,8 +2,9 @@
 
 All three solve the saddle-point system of the integrator, [M + s K, Φ_qᵀ; Φ_q, 0], where K is the
 stiffness of the beams. With a large s a beam prefers to move as a rigid body: positions minimize
-the elastic energy, then the distance to the guess; velocities minimize the rate of deformation,
-then the kinetic energy. With s = 0 the same system gives accelerations and multipliers.
+the elastic energy, then the distance to the guess, in which turns count much more than places;
+velocities minimize the rate of deformation, then the kinetic energy. With s = 0 the same system
+gives accelerations and multipliers.
 """
 
 from __future__ import annotations
@@ -51,17 +52,23 @@ CONSTRAINT_TOLERANCE = 1e-9
 POSITION_TOLERANCE = 1e-12
 """Of the last correction, relative to the size of the mechanism."""
 
+LONGEST_STEP = 0.2
+"""Of a correction, relative to the size of the mechanism; longer ones might leave the branch."""
+
 VELOCITY_SWEEPS = 4
 
 NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 
 @inlined
-def elastic_matrix(structure, values, s, work):
-    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, or 0."""
+def elastic_matrix(structure, values, mass, s, work):
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, or 0.
+
+    `mass` holds the entries of M, those of the mass matrix or of the metric of assembly.
+    """
     state, z, matrix, blocks = structure.state, work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
-    add_mass(structure.mass, values.mass, matrix)
+    add_mass(structure.mass, mass, matrix)
     add_elastic_tangent(structure.beams, values.beams, z, state.velocity, s, 0.0, matrix, blocks)
     add_cable_tangent(structure.cables, values.cables, z, state.velocity, s, 0.0, matrix, blocks)
     add_constraint_tangent(
@@ -85,7 +92,7 @@ def assemble(structure, values, s, work):
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
         update_angles(structure.vectors, values.vectors, state, z)
-        left_out = elastic_matrix(structure, values, s, work)
+        left_out = elastic_matrix(structure, values, values.metric, s, work)
         if iteration == 0:
             redundant = left_out
         clear(r, state.velocity)
@@ -97,8 +104,12 @@ def assemble(structure, values, s, work):
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
         largest = filled(0.0)
         for i in range(1, state.coordinates + 1):
-            step = s * load(r, i)
-            largest = maximum(largest, magnitude(step) * load(values.inverse_scale, i))
+            step = magnitude(s * load(r, i)) * load(values.inverse_scale, i)
+            largest = maximum(largest, step)
+        short = less(largest, filled(LONGEST_STEP))
+        part = where(short, filled(1.0), LONGEST_STEP / largest)
+        for i in range(1, state.coordinates + 1):
+            step = part * (s * load(r, i))
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
         moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
         if not any_true(moving):
@@ -112,7 +123,7 @@ def assemble(structure, values, s, work):
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
-    elastic_matrix(structure, values, s, work)
+    elastic_matrix(structure, values, values.mass, s, work)
     velocity, terms = state.velocity, structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
@@ -133,7 +144,7 @@ def project_velocities(structure, values, s, work):
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
     state, z, r = structure.state, work.z, work.r
-    redundant = elastic_matrix(structure, values, filled(0.0), work)
+    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work)
     residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))

@@ -1,0 +1,82 @@
+"""Where bodies must be so that joints meet, without turning any of them.
+
+At given angles the constraints of most joints are linear in the places of the bodies. The guess of
+the user is moved by the least squares of these constraints. If they can be met so, assembly leaves
+all angles as they were given; what remains, as in a loop that does not close, is left to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from flexband.mechanics.forms import Form
+
+ITERATIONS = 10
+TOLERANCE = 1e-12
+"""Of the constraints, relative to the size of the mechanism."""
+
+LEAST_SINGULAR_VALUE = 1e-3
+"""Relative to the largest: what could only be met by a much longer way is left to assembly."""
+
+
+def placed(
+    guess: Sequence[np.ndarray], bodies: Sequence[Iterable[int]], rows: Sequence[Form]
+) -> list[np.ndarray]:
+    """Return the guess [1, q] with each body moved, but not turned, to where the rows vanish.
+
+    Parameters
+    ----------
+    guess : arrays of shape () or (n,).
+    bodies : for each body, the places in `guess` of the X coordinates of its nodes.
+    rows : constraints, of which those that places have no influence on are left out.
+    """
+    column = {
+        n + axis: 2 * b + axis for b, own in enumerate(bodies) for n in own for axis in (0, 1)
+    }
+    rows = [row for row in rows if _is_influenced(row, column)]
+    samples = _samples(guess, rows)
+    if not rows or samples is None:
+        return list(guess)
+    z = np.stack([np.broadcast_to(np.asarray(c, dtype=float), samples) for c in guess])
+    size = np.abs(z[list(column)]).max(axis=0)
+    for _ in range(ITERATIONS):
+        misfit = np.stack([np.broadcast_to(row.at(list(z)), samples) for row in rows])
+        apart = np.flatnonzero(np.abs(misfit).max(axis=0) > TOLERANCE * size)
+        if not len(apart):
+            break
+        jacobian = np.zeros((len(apart), len(rows), 2 * len(bodies)))
+        for k, row in enumerate(rows):
+            for (i, j, f), c in row.terms.items():
+                factor = np.broadcast_to(c * (1.0 if f is None else f(0.0)), samples)[apart]
+                for moved, other in ((i, j), (j, i)):
+                    if moved in column:
+                        jacobian[:, k, column[moved]] += factor * z[other, apart]
+        inverse = np.linalg.pinv(jacobian, rcond=LEAST_SINGULAR_VALUE)
+        shift = np.zeros((2 * len(bodies), len(apart)))
+        for k in range(len(rows)):  # in this order, whatever the number of samples
+            shift -= inverse[:, :, k].T * misfit[k, apart]
+        for node, c in column.items():
+            z[node, apart] += shift[c]
+    return list(z)
+
+
+def _is_influenced(row: Form, column: Mapping[int, int]) -> bool:
+    """Return whether a row changes with the places, polynomially."""
+    polar = {j for own in row.polar for form in own.vector for _, j, _ in form.terms}
+    return polar.isdisjoint(column) and any({i, j} & column.keys() for i, j, _ in row.terms)
+
+
+def _samples(guess: Sequence[np.ndarray], rows: Sequence[Form]) -> int | None:
+    """Return the number of samples, or None if numbers do not fit, which assembly refuses."""
+    functions = [f for row in rows for _, _, f in row.terms if f is not None]
+    functions += [own.f for row in rows for own in row.polar if own.f is not None]
+    parts = [*guess, *(c for row in rows for c in row.terms.values())]
+    try:
+        parts += [np.asarray(f(0.0), dtype=float) for f in functions]
+    except (TypeError, ValueError):
+        return None
+    sizes = {np.size(part) for part in parts} - {1}
+    finite = all(np.all(np.isfinite(part)) for part in parts)
+    return max(sizes, default=1) if finite and len(sizes) < 2 else None

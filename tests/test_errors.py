@@ -1,5 +1,7 @@
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import flexband as fb
@@ -10,3 +12,66 @@ def test_a_warning_points_to_the_line_of_the_user():
     with pytest.warns(fb.FlexbandWarning, match="implausible") as found:
         errors.warn("an implausible number")
     assert Path(found[0].filename) == Path(__file__)
+
+
+REFUSED = [
+    "1.0",
+    b"1.0",
+    np.datetime64("2020-01-01"),
+    np.timedelta64(1, "s"),
+    np.array(["2020-01-01"], dtype="datetime64[D]"),
+    1j,
+    np.array([1.0, 2j]),
+    np.ma.array([1.0, 2.0], mask=[False, True]),
+    np.ma.masked,
+    True,
+    np.bool_(True),
+    None,
+    object(),
+    {},
+    {1.0},
+    Fraction(1, 2),
+    10**400,
+    np.zeros(0),
+    np.ones((2, 2)),
+    np.nan,
+    -np.inf,
+    float,
+    lambda: 1.0,
+    (1.0, 2.0),
+    [1.0],
+]
+
+
+@pytest.mark.parametrize("value", REFUSED, ids=repr)
+def test_what_is_no_number_is_refused_by_name(value):
+    for check in (errors.finite, errors.positive, errors.non_negative, errors.numbers):
+        with pytest.raises(fb.InputError, match=r"mass \[kg\] must be"):
+            check("mass [kg]", value)
+
+
+@pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.int8(2), 10**30, np.array(2.0)])
+def test_a_number_is_a_float(value):
+    array = errors.positive("mass", value)
+    assert array.dtype == float
+    assert array == float(value)
+
+
+def test_a_list_is_refused_with_a_hint():
+    with pytest.raises(fb.InputError, match=r"the tuple \(0.0, -5.0\).*np.array"):
+        fb.Force("b.end", (0.0, -5.0))
+
+
+def test_what_a_function_returns_is_named():
+    def angle(time):
+        return None if time > 1 else 1 / (time - 1)
+
+    with pytest.raises(fb.InputError, match=r"function '.*angle' raised an error at 1: ZeroDiv"):
+        errors.returned(angle, 1)
+    with pytest.raises(fb.InputError, match="angle' at 2 must be numbers; got None"):
+        errors.returned(angle, 2)
+
+
+def test_an_angle_in_degrees_is_remarked_on():
+    with pytest.warns(fb.FlexbandWarning, match=r"RigidBody angle is 90 rad.* is it degrees\?"):
+        fb.RigidBody(mass=1.0, inertia=1.0, angle=90)

@@ -5,10 +5,15 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+LONGEST = 80
+"""Characters of a value in a message."""
 
 
 class InputError(ValueError):
@@ -50,65 +55,189 @@ def warn(message: str) -> None:
     warnings.warn(message, FlexbandWarning, stacklevel=level)
 
 
-def finite(name: str, value: ArrayLike, allowed: str = "finite numbers") -> np.ndarray:
-    """Return `value` as an array of floats; raise `InputError` if one is not finite."""
-    if callable(value):
-        raise InputError(f"{name} must be {allowed}; got a function")
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be {allowed}; got {value!r}") from None
+def finite(
+    name: str, value: ArrayLike, allowed: str = "finite numbers", *, rank: int | None = 1
+) -> np.ndarray:
+    """Return `value` as an array of floats; raise `InputError` if it is not finite real numbers.
+
+    Text, bytes, dates, booleans, complex and masked numbers and objects are none.
+
+    Parameters
+    ----------
+    name, allowed : what the value is, and what it must be, for the message.
+    rank : 1 for a number or one number per sample, shape (n,); 2 for (n, points) as well; None for
+        numbers of any shape, which may also be lists.
+    """
+    array = _real(name, value, allowed, lists=rank is None)
+    if array.size == 0:
+        raise InputError(f"{name} must be {allowed}; got an array without numbers")
+    if rank is not None and array.ndim > rank:
+        shapes = "a number or one number per sample, shape (n,)"
+        raise InputError(f"{name} must be {shapes}; got shape {array.shape}")
     _refuse(name, array, ~np.isfinite(array), allowed)
     return array
 
 
 def numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
     """Return `count` finite numbers, shape (count,) or () if one; else raise `InputError`."""
-    array = finite(name, value)
+    array = finite(name, value, rank=None)
     if array.shape != (() if count == 1 else (count,)):
-        raise InputError(f"{name} must be {count} number{'s' * (count > 1)}; got {value!r}")
+        raise InputError(f"{name} must be {count} number{'s' * (count > 1)}; got {shown(value)}")
     return array
 
 
-def positive(name: str, value: ArrayLike) -> np.ndarray:
+def positive(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is not positive."""
-    return _within(name, value, "positive", lambda x: x <= 0)
+    return _within(name, value, "positive", lambda x: x <= 0, rank)
 
 
-def non_negative(name: str, value: ArrayLike) -> np.ndarray:
+def non_negative(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is negative."""
-    return _within(name, value, "zero or positive", lambda x: x < 0)
+    return _within(name, value, "zero or positive", lambda x: x < 0, rank)
 
 
-def poissons_ratio(name: str, value: ArrayLike) -> np.ndarray:
+def poissons_ratio(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is outside (−1, 0.5)."""
-    return _within(name, value, "above -1 and below 0.5", lambda x: (x <= -1) | (x >= 0.5))
+    return _within(name, value, "above -1 and below 0.5", lambda x: (x <= -1) | (x >= 0.5), rank)
+
+
+def plausible_angle(name: str, value: ArrayLike, turns: float = 2.0) -> np.ndarray:
+    """Return finite numbers; warn if they are so many `turns` or more that they may be degrees."""
+    array = finite(f"{name} [rad]", value)
+    largest = float(np.abs(array).max())
+    if largest > 2 * np.pi * turns * (1 + 1e-9):
+        warn(
+            f"{name} is {largest:g} rad, which is {largest / (2 * np.pi):.3g} turns; is it degrees?"
+        )
+    return array
 
 
 def whole(name: str, value: object, least: int, most: int | None = None) -> int:
     """Return `value` as an int; raise `InputError` if it is not a whole number in this range."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
-        raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
+        raise InputError(f"{name} must be a whole number, {least} or more; got {shown(value)}")
     if value < least:
-        raise InputError(f"{name} must be {least} or more; got {value}")
+        raise InputError(f"{name} must be {least} or more; got {shown(value)}")
     if most is not None and value > most:
-        raise InputError(f"{name} must be {most} or less; got {value}")
+        raise InputError(f"{name} must be {most} or less; got {shown(value)}")
     return int(value)
 
 
-def known(name: str, value: str, allowed: Iterable[str]) -> None:
+def flag(name: str, value: object) -> bool:
+    """Return `value` as a bool; raise `InputError` if it is neither True nor False."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} must be True or False; got {shown(value)}")
+    return bool(value)
+
+
+def known(name: str, value: object, allowed: Iterable[str]) -> None:
     """Raise `InputError` if `value` is not one of the names `allowed`."""
     allowed = list(allowed)
-    if value not in allowed:
+    if not isinstance(value, str) or value not in allowed:
         quoted = [repr(option) for option in allowed]
         options = [", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted or ["nothing"]
-        raise InputError(f"{name} must be {' or '.join(options)}; got {value!r}")
+        raise InputError(f"{name} must be {' or '.join(options)}; got {shown(value)}")
+
+
+def instance(name: str, value: object, kind: type, example: str = "") -> None:
+    """Raise `InputError` if `value` is not of a class."""
+    if not isinstance(value, kind):
+        allowed = example or f"a {kind.__name__}"
+        raise InputError(f"{name} must be {allowed}; got {shown(value)}")
+
+
+def function(name: str, value: object, of: str = "") -> None:
+    """Raise `InputError` if `value` cannot be called, or is a class."""
+    if not callable(value) or isinstance(value, type):
+        raise InputError(f"{name} must be a function{of}; got {shown(value)}")
+
+
+def affordable(name: str, count: float) -> None:
+    """Raise `InputError` if so many numbers do not fit into the memory that is free."""
+    needed, free = 8.0 * count, free_memory()
+    if needed > free:
+        raise InputError(
+            f"{name} would take {needed / 1e9:.3g} GB of memory; {free / 1e9:.3g} GB are free"
+        )
+
+
+def free_memory() -> float:
+    """Return the memory that this process may still take [bytes], as far as it can be known."""
+    found = [64e9]  # where the system does not tell
+    with suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        line = next(line for line in lines if line.startswith("MemAvailable:"))
+        found.append(1024.0 * int(line.split()[1]))
+    with suppress(OSError, ValueError):
+        group = Path("/sys/fs/cgroup")
+        limit, used = (
+            float((group / name).read_text(encoding="ascii"))
+            for name in ("memory.max", "memory.current")
+        )
+        found.append(limit - used)
+    return max(0.0, min(found))
+
+
+def named(function: Callable) -> str:
+    """Return how messages name a user's function."""
+    return f"the function {getattr(function, '__qualname__', type(function).__name__)!r}"
+
+
+def returned(function: Callable, argument: Any, name: str = "") -> Any:
+    """Return the numbers that a user's function returns; raise `InputError` if it raises an error.
+
+    They may be infinite or NaN. `name` is that of the function's values, for messages.
+    """
+    name = name or named(function)
+    try:
+        value = function(argument)
+    except InputError:
+        raise
+    except Exception as error:
+        where = f"at {shown(argument)}: {type(error).__name__}: {error}"
+        raise InputError(f"{name} raised an error {where}") from error
+    if type(value) is float:
+        return value
+    return _real(f"{name} at {shown(argument)}", value, "numbers", lists=False)
+
+
+def shown(value: object) -> str:
+    """Return a value as text for a message, shortened if it is long."""
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+
+
+def _real(name: str, value: ArrayLike, allowed: str, *, lists: bool) -> np.ndarray:
+    """Return `value` as an array of floats, which may be infinite or NaN."""
+    if isinstance(value, float):
+        return np.asarray(float(value))
+    if callable(value):
+        raise InputError(f"{name} must be {allowed}; got a function")
+    if isinstance(value, list | tuple) and not lists:
+        raise InputError(
+            f"{name} must be {allowed}; got the {type(value).__name__} {shown(value)}. Several "
+            "values, one per sample, are given as np.array([...])"
+        )
+    if isinstance(value, np.ma.MaskedArray):
+        raise InputError(f"{name} must be {allowed}; got a masked array")
+    try:
+        plain = float(value) if type(value) is int else value
+        array = np.asarray(plain)
+        if array.dtype.kind not in "iuf":
+            raise TypeError
+        return array.astype(float)
+    except Exception:  # whatever an object raises that is asked for its numbers
+        raise InputError(f"{name} must be {allowed}; got {shown(value)}") from None
 
 
 def _within(
-    name: str, value: ArrayLike, allowed: str, bad: Callable[[np.ndarray], np.ndarray]
+    name: str,
+    value: ArrayLike,
+    allowed: str,
+    bad: Callable[[np.ndarray], np.ndarray],
+    rank: int | None,
 ) -> np.ndarray:
-    array = finite(name, value, allowed)
+    array = finite(name, value, allowed, rank=rank)
     _refuse(name, array, bad(array), allowed)
     return array
 

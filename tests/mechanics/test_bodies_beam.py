@@ -188,7 +188,7 @@ def test_function_and_array_of_the_same_material_agree():
     ("change", "text"),
     [
         ({"length": -0.45}, r"length \[m\] must be positive; got -0.45"),
-        ({"length": [0.4, 0.0]}, r"got 0 \(sample 1\)"),
+        ({"length": np.array([0.4, 0.0])}, r"got 0 \(sample 1\)"),
         ({"density": 0.0}, "density"),
         ({"youngs_modulus": float("nan")}, "youngs_modulus"),
         ({"poissons_ratio": 0.5}, "above -1 and below 0.5; got 0.5"),

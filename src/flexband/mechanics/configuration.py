@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import whole
+from flexband.errors import returned, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
@@ -39,7 +39,7 @@ class Configuration:
 
     def number(self, value: InTime) -> float:
         """Return this sample's value of a parameter, at time zero if it is a function."""
-        values = np.ravel(np.asarray(value(0.0) if callable(value) else value, dtype=float))
+        values = np.ravel(np.asarray(returned(value, 0.0) if callable(value) else value))
         return float(values[min(self.sample, len(values) - 1)])
 
     def along(self, value: Property, x: np.ndarray) -> np.ndarray:

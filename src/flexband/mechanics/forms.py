@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.errors import returned
+
 TimeFunction = Callable[[float], ArrayLike]
 """A function of the time [s], which returns a number or an array of shape (n,)."""
 
@@ -110,10 +112,10 @@ class Form:
         """Return the value at t = 0 for z, numbers or arrays."""
         value = np.zeros(())
         for (i, j, f), c in self.terms.items():
-            value = value + c * (1.0 if f is None else f(0.0)) * np.multiply(z[i], z[j])
+            value = value + c * (1.0 if f is None else returned(f, 0.0)) * np.multiply(z[i], z[j])
         for (x, y), c, f, length in self.polar:
             polar = np.hypot(x.at(z), y.at(z)) if length else np.arctan2(y.at(z), x.at(z))
-            value = value + c * (1.0 if f is None else f(0.0)) * polar
+            value = value + c * (1.0 if f is None else returned(f, 0.0)) * polar
         return value
 
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from flexband.errors import InputError
+from flexband.errors import InputError, named, returned
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
@@ -66,11 +66,11 @@ def _tabulate(system: System, times: np.ndarray) -> np.ndarray:
     """Return the functions at the times, the constant one first, shape (times, functions, n)."""
     columns = [np.ones((len(times), 1))]
     for function in system.functions:
-        values = [function(float(t)) for t in times]
+        values = [returned(function, float(t)) for t in times]
         counts = {np.size(v) for v in values} - {1, system.samples}
         if counts:
             raise InputError(
-                f"a function of time returned {max(counts)} values; the mechanism has "
+                f"{named(function)} returned {max(counts)} values; the mechanism has "
                 f"{system.samples} samples"
             )
         if any(np.size(v) > 1 for v in values):
@@ -78,6 +78,6 @@ def _tabulate(system: System, times: np.ndarray) -> np.ndarray:
         columns.append(np.array(values, dtype=float).reshape(len(times), -1))
         if not np.all(np.isfinite(columns[-1])):
             bad = times[np.flatnonzero(~np.isfinite(columns[-1]).all(axis=1))[0]]
-            raise InputError(f"a function of time must be finite; it is not at t = {bad:g} s")
+            raise InputError(f"{named(function)} must be finite; it is not at t = {bad:g} s")
     samples = max(c.shape[1] for c in columns)
     return np.stack([np.broadcast_to(c, (len(times), samples)) for c in columns], axis=1)

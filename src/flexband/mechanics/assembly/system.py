@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError
+from flexband.errors import InputError, returned
 from flexband.mechanics.assembly.elements import BeamTable, CableTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
@@ -145,7 +145,7 @@ def assemble(mechanism: Mechanism) -> System:
         rates=np.empty((0, 1)),
         **{name: table.values() for name, table in tables.items()},
     )
-    driven = [np.atleast_1d(np.asarray(f(0.0), dtype=float)) for f in functions]
+    driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
     return System(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite
+from flexband.errors import InputError, finite, shown
 from flexband.mechanics.forms import Form, Frame
 
 Point = tuple[ArrayLike, ArrayLike]
@@ -67,12 +67,12 @@ class Body(ABC):
         return []
 
 
-def point(name: str, value: object) -> tuple[np.ndarray, np.ndarray]:
+def point(name: str, value: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return `value` as coordinates; raise `InputError` if it is not a pair of finite numbers."""
-    try:
-        x, y = value  # type: ignore[misc]
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be a pair; got {value!r}") from None
+    pair = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    if not pair or len(value) != 2:
+        raise InputError(f"{name} must be a pair; got {shown(value)}")
+    x, y = value
     return finite(f"{name} X [m]", x), finite(f"{name} Y [m]", y)
 
 

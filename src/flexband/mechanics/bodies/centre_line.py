@@ -15,12 +15,21 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, non_negative, positive, whole
+from flexband.errors import (
+    InputError,
+    finite,
+    non_negative,
+    plausible_angle,
+    positive,
+    whole,
+)
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
 from flexband.mechanics.bodies.curves import PANELS, Path, arc, drawn, measured
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.forms import Frame, Vector, add, scale
 from flexband.mechanics.kernels.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
+
+MOST_ELEMENTS = 100_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +48,9 @@ class CentreLine(Body):
     def __post_init__(self) -> None:
         name = type(self).__name__
         positive(f"{name} length [m]", self.length)
-        whole(f"{name} elements", self.elements, 1)
+        whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
         point(f"{name} start", self.start)
-        finite(f"{name} angle [rad]", self.angle)
+        plausible_angle(f"{name} angle", self.angle)
         point(f"{name} velocity", self.velocity)
         finite(f"{name} rate [rad/s]", self.rate)
         non_negative(f"{name} retardation [s]", self.retardation)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError
+from flexband.errors import InputError, returned
 
 Property = ArrayLike | Callable[[np.ndarray], ArrayLike]
 """A number, an array of shape (n,), or a function of the position along the axis [m]. The function
@@ -33,7 +33,7 @@ def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.
     InputError
         If `check` refuses a value, or the shape of the values does not match the positions.
     """
-    values = value(x) if callable(value) else np.asarray(value, dtype=float)[..., None]
+    values = returned(value, x, name) if callable(value) else np.asarray(value, float)[..., None]
     try:
         shape = np.broadcast_shapes(np.shape(values), x.shape)
         values = np.atleast_2d(np.broadcast_to(values, shape))
@@ -46,5 +46,5 @@ def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.
             f"{name} as a function of positions of shape {x.shape} must return values of that "
             f"shape or (n, {x.shape[-1]}); got shape {np.shape(values)}"
         ) from None
-    check(name, values)
+    check(name, values, rank=2)
     return values

@@ -14,7 +14,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, known, positive
+from flexband.errors import (
+    InputError,
+    finite,
+    instance,
+    known,
+    plausible_angle,
+    positive,
+    shown,
+)
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.forms import Form, Frame, dot
 
@@ -59,11 +67,16 @@ class RigidBody(Body):
     def __post_init__(self) -> None:
         positive("RigidBody mass [kg]", self.mass)
         positive("RigidBody inertia [kg m²]", self.inertia)
+        instance("RigidBody points", self.points, Mapping, "a mapping from names to coordinates")
         for name, place in self.points.items():
+            if not isinstance(name, str) or not name or name == "center":
+                raise InputError(
+                    f"RigidBody points must have names other than 'center'; got {name!r}"
+                )
             point(f"RigidBody point {name!r}", place)
         point("RigidBody center", self.center)
         point("RigidBody position", self.position)
-        finite("RigidBody angle [rad]", self.angle)
+        plausible_angle("RigidBody angle", self.angle)
         point("RigidBody velocity", self.velocity)
         finite("RigidBody rate [rad/s]", self.rate)
 
@@ -131,8 +144,8 @@ class RigidBody(Body):
             If there are fewer than three vertices, the outline encloses no area or crosses itself,
             or the width or the density is not positive.
         """
-        if len(vertices) < 3:
-            raise InputError(f"polygon vertices must be 3 points or more; got {len(vertices)}")
+        if not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
+            raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)

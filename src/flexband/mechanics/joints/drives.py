@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import InputError
+from flexband.errors import function, returned
 from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, length, scale, subtract
 from flexband.mechanics.joints.joint import (
     Couple,
@@ -19,11 +19,6 @@ from flexband.mechanics.joints.joint import (
     check_axis,
     couple,
 )
-
-
-def _check_function(name: str, function: object) -> None:
-    if not callable(function):
-        raise InputError(f"{name} must be a function of time; got {function!r}")
 
 
 @dataclass(frozen=True)
@@ -47,16 +42,16 @@ class PrescribedRotation(Joint):
     angle: TimeFunction
 
     def __post_init__(self) -> None:
-        _check_function("PrescribedRotation angle", self.angle)
+        function("PrescribedRotation angle", self.angle, " of time")
 
     def _direction(self) -> Vector:
         return Form.function(self._cosine), Form.function(self._sine)
 
     def _cosine(self, time: float) -> np.ndarray:
-        return np.cos(self.angle(time))
+        return np.cos(returned(self.angle, time, "PrescribedRotation angle [rad]"))
 
     def _sine(self, time: float) -> np.ndarray:
-        return np.sin(self.angle(time))
+        return np.sin(returned(self.angle, time, "PrescribedRotation angle [rad]"))
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the body's x axis."""
@@ -96,7 +91,7 @@ class PrescribedTravel(PairJoint):
     axis: tuple[float, float] = (1.0, 0.0)
 
     def __post_init__(self) -> None:
-        _check_function("PrescribedTravel travel", self.travel)
+        function("PrescribedTravel travel", self.travel, " of time")
         check_axis("PrescribedTravel axis", self.axis)
 
     def _axis(self, frame: Resolve) -> Vector:
@@ -134,8 +129,8 @@ class PrescribedPath(Joint):
     y: TimeFunction
 
     def __post_init__(self) -> None:
-        _check_function("PrescribedPath x", self.x)
-        _check_function("PrescribedPath y", self.y)
+        function("PrescribedPath x", self.x, " of time")
+        function("PrescribedPath y", self.y, " of time")
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r − (x, y)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import finite, positive
+from flexband.errors import flag, plausible_angle, positive
 from flexband.mechanics.forms import Form, Vector, cross, dot, scale, subtract, turned
 from flexband.mechanics.joints.joint import (
     Couple,
@@ -67,7 +67,8 @@ class Weld(PairJoint):
     axis: bool = False
 
     def __post_init__(self) -> None:
-        finite("Weld angle [rad]", self.angle)
+        plausible_angle("Weld angle", self.angle)
+        flag("Weld axis", self.axis)
 
     def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
         return turned(frame(self.second).normal, self.angle), frame(self.first).normal
@@ -122,7 +123,7 @@ class Prismatic(PairJoint):
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
-        finite("Prismatic angle [rad]", self.angle)
+        plausible_angle("Prismatic angle", self.angle)
 
     def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
         return turned(frame(self.second).normal, self.angle), frame(self.first).normal

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, non_negative
+from flexband.errors import InputError, function, non_negative, shown
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.compiled_laws import Law, compiled_law
 from flexband.mechanics.loads.load import Entries, InTime, LawEntry, Model, in_time
@@ -43,12 +44,14 @@ class ForceLaw:
     parameters: Sequence[InTime] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.points, str) or not len(self.points):
-            raise InputError(f"ForceLaw points must be a list of points; got {self.points!r}")
+        if not isinstance(self.points, list | tuple) or not self.points:
+            raise InputError(f"ForceLaw points must be a list of points; got {shown(self.points)}")
+        if not isinstance(self.parameters, list | tuple | np.ndarray):
+            given = shown(self.parameters)
+            raise InputError(f"ForceLaw parameters must be a list of numbers; got {given}")
         for k, value in enumerate(self.parameters):
             in_time(f"ForceLaw parameter {k}", value)
-        if not callable(self.law):
-            raise InputError(f"ForceLaw law must be a function; got {self.law!r}")
+        function("ForceLaw law", self.law)
         compiled_law(self.law, len(self.points), len(self.parameters))
 
     def enters(self, model: Model) -> Entries:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite
+from flexband.errors import finite, flag, function
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, TimeFunction, about, at_point
 from flexband.mechanics.joints.joint import PointName
@@ -76,6 +76,7 @@ class Force:
     def __post_init__(self) -> None:
         for name, value in (("x", self.x), ("y", self.y)):
             in_time(f"Force {name} [N]", value)
+        flag("Force following", self.following)
 
     @property
     def points(self) -> Sequence[PointName]:
@@ -152,8 +153,8 @@ class DistributedLoad:
         for name, value in (("x", self.x), ("y", self.y)):
             if not callable(value):
                 finite(f"DistributedLoad {name} [N/m]", value)
-        if self.factor is not None and not callable(self.factor):
-            raise InputError(f"DistributedLoad factor must be a function; got {self.factor!r}")
+        if self.factor is not None:
+            function("DistributedLoad factor", self.factor, " of time")
 
     @property
     def points(self) -> Sequence[PointName]:

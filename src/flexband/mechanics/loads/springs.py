@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from flexband.errors import finite, non_negative
+from flexband.errors import finite, non_negative, plausible_angle
 from flexband.mechanics.forms import subtract
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.load import Entries, InTime, Model, SpringEntry, in_time
@@ -100,7 +100,7 @@ class TorsionSpring:
         non_negative("TorsionSpring damping [N m s/rad]", self.damping)
         finite("TorsionSpring cubic [N m/rad³]", self.cubic)
         if self.rest_angle is not None:
-            finite("TorsionSpring rest_angle [rad]", self.rest_angle)
+            plausible_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
         in_time("TorsionSpring torque [N m]", self.torque)
 
     @property

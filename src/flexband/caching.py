@@ -19,7 +19,6 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from numba import njit
 from numba.core import config
@@ -27,6 +26,8 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
+
+from flexband.files import replaced
 
 SETTINGS: Any = config
 KEPT = 8
@@ -96,8 +97,8 @@ class _MachineCode(NullCache):
         name = self._name(sig, cres.codegen)
         for folder in self.folders:
             try:
-                folder.mkdir(parents=True, exist_ok=True)
-                _write(folder / name, hashlib.sha256(content).digest() + content)
+                with replaced(folder / name) as partial:
+                    partial.write_bytes(hashlib.sha256(content).digest() + content)
             except OSError:
                 continue
             self._drop_old(folder)
@@ -127,17 +128,6 @@ def _folders(source: Path) -> list[Path]:
     if SETTINGS.CACHE_DIR:
         return [Path(SETTINGS.CACHE_DIR) / "flexband"]
     return [source.parent / "__pycache__", Path(AppDirs("flexband", False).user_cache_dir)]
-
-
-def _write(file: Path, content: bytes) -> None:
-    """Write a file, complete or not at all, whatever other processes write at the same time."""
-    partial = file.with_name(f"{file.stem}-{uuid4().hex}")
-    try:
-        partial.write_bytes(content)
-        partial.replace(file)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
 
 
 @cache

@@ -148,6 +148,8 @@ def x_times(factor):
         (lambda x: np.full(2, 1e200), "not finite in 2 of 2 runs"),
         (lambda x: xr.DataArray(x_times(TIMES)(x), dims=("sample", "bound")), "got 'bound'"),
         (lambda x: xr.DataArray(x_times(TIMES)(x), dims=("sample", "a/b")), "got 'a/b'"),
+        (lambda x: xr.DataArray(x_times(TIMES[:2])(x), dims=("sample", "time"),
+                                coords={"time": [0.0, np.nan]}), "'time' .* must be finite"),
         (lambda x: xr.DataArray(x_times(TIMES[:2])(x), dims=("sample", "output"),
                                 coords={"output": ["u", "u"]}), "output .* got 'u' twice"),
     ],

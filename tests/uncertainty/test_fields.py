@@ -116,3 +116,9 @@ def test_expansions_that_are_not_possible():
         _ = fb.RandomField(0.0, 1.0, 1.0, terms=9, **rough).dimension
     with pytest.raises(fb.InputError, match="domain must be given"):
         _ = fb.RandomField(0.0, 1.0, 1.0).dimension
+
+
+def test_a_field_that_would_fill_the_memory_is_refused():
+    field = fb.RandomField(1.0, 0.1, correlation_length=1e-4, domain=(0.0, 1.0))
+    with pytest.raises(fb.InputError, match="nodes must be 4000 or less; got 80001"):
+        field.dimension  # noqa: B018

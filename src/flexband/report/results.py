@@ -7,6 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from flexband.files import replaced
 from flexband.report import figures, tables
 from flexband.report.html import write_report
 from flexband.study.comparison import Comparison
@@ -78,10 +79,8 @@ def write_comparison(
 
 def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     """Write a dataset as a NetCDF file, which appears only once it is complete."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    partial = file.with_suffix(".partial")
-    dataset.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
-    partial.replace(file)
+    with replaced(file) as partial:
+        dataset.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
 
 
 def _slug(name: str) -> str:

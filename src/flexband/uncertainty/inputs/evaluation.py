@@ -46,7 +46,7 @@ def evaluate(
         points = xi[here].copy(), eta[here].copy()  # the response may write into its arguments
         part = _labelled(response(**space.values(*points)), here.stop - first)
         if labels is None:
-            _check_labels(part)
+            check_labels(part)
             labels = part[:0].copy()
         else:
             part = _aligned(part, labels)
@@ -95,16 +95,19 @@ def _is_masked(result: Any) -> bool:
     return isinstance(result, np.ma.MaskedArray)
 
 
-def _check_labels(part: xr.DataArray) -> None:
+def check_labels(part: xr.DataArray) -> None:
     """Raise `InputError` if results cannot have the dims and coordinates of a response."""
-    if part.size == 0:
+    if 0 in part.shape[1:]:
         raise InputError(f"the response must return a number per run; got shape {part.shape}")
-    for name in (*part.dims, *part.coords):
+    for name in (*part.dims[1:], *part.coords):
         if name in RESERVED or not isinstance(name, str) or "/" in name or not name:
             raise InputError(
                 f"dims and coordinates of the response must have names without '/' other than "
                 f"{', '.join(RESERVED)}; got {name!r}"
             )
+    for name, values in part.coords.items():
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise InputError(f"coordinate {name!r} of the response must be finite")
     for name, index in part.indexes.items():
         if index.nlevels > 1:
             raise InputError(f"coordinate {name!r} of the response must have one level only")

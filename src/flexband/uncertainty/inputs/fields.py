@@ -16,6 +16,10 @@ from flexband.uncertainty.inputs.correlation import Correlation, exponential, sq
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
 
+MAX_NODES = 4000
+"""Of a field: the correlations of more do not fit into the memory of a small computer."""
+
+
 @dataclass(frozen=True)
 class Eole:
     """A field of zero mean and unit variance as Σ ξ_i b_i(x), b_i(x) = ρ(x)ᵀ φ_i / √χ_i.
@@ -126,8 +130,13 @@ class RandomField(Input):
         if self.domain is None:
             raise InputError("RandomField domain must be given here; got None")
         start, end = self.domain
-        count = self.nodes or max(21, int(np.ceil(8 * (end - start) / self.correlation_length)) + 1)
-        return Eole.of(self, np.linspace(start, end, count))
+        count = self.nodes or max(21, np.ceil(8 * (end - start) / self.correlation_length) + 1)
+        if count > MAX_NODES:
+            raise InputError(
+                f"RandomField nodes must be {MAX_NODES} or less; got {count:.0f}, eight per "
+                f"correlation length of {self.correlation_length:g} m on ({start:g}, {end:g}) m"
+            )
+        return Eole.of(self, np.linspace(start, end, int(count)))
 
     @property
     def dimension(self) -> int:

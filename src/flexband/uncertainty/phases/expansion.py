@@ -17,10 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.sequences import interval_sequence
+from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.rules import scan_points, smooth_index
@@ -83,6 +85,8 @@ class PhaseExpansion:
 
     @staticmethod
     def of_arrays(outputs: np.ndarray, carriers: np.ndarray, **parts: np.ndarray) -> PhaseExpansion:
+        if not 1 <= carriers <= MAX_CARRIERS:
+            raise InputError(f"carriers must be from 1 to {MAX_CARRIERS}; got {carriers}")
         columns = PartColumns.of(len(outputs), int(carriers))
         return PhaseExpansion(outputs, HybridExpansion(**parts), columns)
 

@@ -56,9 +56,9 @@ def resolving_rule(
         orders, reach = orders.copy(), reach.copy()
         reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
         orders[moving] = orders[moving].max() + 1
-    rules = list(_rules(orders, reach))
-    if math.prod(len(points) for points, _ in rules) > MAX_RULE_POINTS:
+    if math.prod(map(_rule_size, orders, reach)) > MAX_RULE_POINTS:
         return None
+    rules = list(_rules(orders, reach))
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
     return tensor_points([points for points, _ in rules]) @ axes, weights
 
@@ -74,12 +74,20 @@ def _rules(orders: np.ndarray, reach: np.ndarray) -> Iterator[tuple[np.ndarray, 
             yield np.zeros(1), np.ones(1)
             continue
         if a < SMALL_REACH:
-            x, w = hermite_e.hermegauss(int(order) + 1 + 2 * (a > 0))
+            x, w = hermite_e.hermegauss(_rule_size(order, a))
         else:
-            steps = math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi))
-            x = np.linspace(-TRAPEZOIDAL_END, TRAPEZOIDAL_END, steps + 1)
+            x = np.linspace(-TRAPEZOIDAL_END, TRAPEZOIDAL_END, _rule_size(order, a))
             w = np.exp(-x * x / 2)
         yield x, w / w.sum()
+
+
+def _rule_size(order: float, a: float) -> int:
+    """Return the number of points of one of the `_rules`."""
+    if order == 0:
+        return 1
+    if a < SMALL_REACH:
+        return int(order) + 1 + 2 * (a > 0)
+    return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi)) + 1
 
 
 def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -117,7 +125,7 @@ def smooth_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarr
     The tensor product up to the highest orders; if that is too large, terms with
     Σ_v order_v/highest_v ≤ 1, where the highest orders decrease until these are few enough.
     """
-    top = list(highest)
+    top = [min(order, MAX_TENSOR_TERMS) for order in highest]  # more are too many alone
     if math.prod(k + 1 for k in top) <= MAX_TENSOR_TERMS:
         return _closed(np.concatenate([tensor_index(top), interval_index]))
     while len(index := _simplex(top)) > MAX_SIMPLEX_TERMS and max(top) > 2:

@@ -13,6 +13,11 @@ from flexband.uncertainty.inputs.space import Space
 
 BOUNDS = ["lower", "upper"]
 
+VARIABLES = frozenset(
+    ("mean", "error_bar", "error_bar_lower", "error_bar_upper", "mean_at", "error_bar_at")
+)
+"""Names in the dataset of bands."""
+
 
 def bands(space: Space, labels: xr.DataArray, found: Sequence[Extremes]) -> xr.Dataset:
     """Return the dataset of bands.

@@ -1,13 +1,12 @@
-"""Surrogates as files: NumPy's .npz with a text that describes its arrays.
+"""Surrogates as files: arrays and a record that describes them.
 
-The text records inputs by the names of their classes and functions, which are looked up among the
-registered ones.
+The record gives inputs by the names of their classes and functions, which are looked up among the
+registered ones. Nothing in a file is executed, and all of it is checked.
 """
 
 from __future__ import annotations
 
-import json
-import zipfile
+import math
 from collections.abc import Mapping
 from dataclasses import fields
 from importlib import import_module
@@ -23,7 +22,12 @@ from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.archive import read_archive, write_archive
+from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+FORMAT = 2
+"""Version of the format; since 2 inputs are in the order of their names."""
 
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",
@@ -43,8 +47,9 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     """
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
-    named |= {f"diagnostics/{k}": v for k, v in diagnostics.variables.items()}
-    arrays: dict[str, Any] = {
+    own = diagnostics.drop_vars(labels.coords, errors="ignore").variables
+    named |= {f"diagnostics/{k}": v for k, v in own.items()}
+    arrays: dict[str, np.ndarray] = {
         name: values.values.astype(str) if values.dtype == object else values.values
         for name, values in named.items()
     }
@@ -57,21 +62,18 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     about = {
+        "format": FORMAT,
         "inputs": inputs,
         "dims": labels.dims,
         "shape": labels.shape,
-        "named": {name: (values.dims, values.attrs) for name, values in named.items()},
-        "attributes": diagnostics.attrs,
+        "named": {name: (v.dims, _attributes(v.attrs)) for name, v in named.items()},
+        "attributes": _attributes(diagnostics.attrs),
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
     file = Path(file)
     if file.is_dir():
         raise InputError(f"{file} is a folder; give the name of a file")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    partial = file.with_suffix(".partial")
-    with partial.open("wb") as opened:
-        np.savez_compressed(opened, about=np.array(json.dumps(about)), **arrays)
-    partial.replace(file)
+    write_archive(file, about, arrays)
 
 
 def load_surrogate(file: str | Path) -> Surrogate:
@@ -80,31 +82,44 @@ def load_surrogate(file: str | Path) -> Surrogate:
     Raises
     ------
     InputError
-        If there is no such file, it holds no surrogate, or an input in it is of a class that is not
-        defined yet.
+        If there is no such file, it holds no surrogate or a damaged one, it is of another version
+        of the format, or an input in it is of a class that is not defined yet.
     """
+    if not isinstance(file, str | Path):
+        raise InputError(f"file must be a path; got {file!r}")
     file = Path(file)
     if not file.is_file():
         raise InputError(f"there is no file {file}")
     try:
-        with np.load(file, allow_pickle=False) as opened:
-            arrays = dict(opened.items())
-        about = json.loads(str(arrays["about"]))
-        named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
-        coords, variables = _under("coords/", named), _under("diagnostics/", named)
-        return Surrogate(
-            Space({name: _restored(one) for name, one in about["inputs"].items()}),
-            xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords),
-            tuple(
-                _expansion(kind, _under(f"expansions/{k}/", arrays))
-                for k, kind in enumerate(about["expansions"])
-            ),
-            xr.Dataset(variables, attrs=about["attributes"]),
-        )
+        about, arrays = read_archive(file)
+        if about["format"] != FORMAT:
+            raise InputError(
+                f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
+                "save it again with this version of flexband"
+            )
+        return _surrogate(about, arrays)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
-    except (KeyError, TypeError, ValueError, OSError, zipfile.BadZipFile):
+    except Exception:  # whatever a damaged file raises
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
+
+
+def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surrogate:
+    """Return the surrogate of a record and its arrays, which must fit together."""
+    named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
+    coords, variables = _under("coords/", named), _under("diagnostics/", named)
+    labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
+    found = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
+    if len(arrays) != len(named) + sum(map(len, found)):
+        raise ValueError("arrays without a use")
+    surrogate = Surrogate(
+        Space({name: _restored(one) for name, one in about["inputs"].items()}),
+        labels,
+        tuple(map(_expansion, about["expansions"], found)),
+        xr.Dataset(variables, attrs=about["attributes"]),
+    )
+    check(surrogate)
+    return surrogate
 
 
 def _expansion(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
@@ -115,6 +130,21 @@ def _expansion(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
 def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entries whose names start so, without the start."""
     return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
+
+
+def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return attributes as finite numbers, texts, and lists of these."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray | np.generic):
+            value = value.tolist()
+        if isinstance(value, list | tuple):
+            return [plain(one) for one in value]
+        if isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value)):
+            return value
+        return str(value)
+
+    return {str(name): plain(value) for name, value in attributes.items()}
 
 
 def _recorded(value: Any) -> Any:

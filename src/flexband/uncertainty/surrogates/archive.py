@@ -1,0 +1,84 @@
+"""Named arrays and a text in one file: NumPy's .npz, read without trust in what it says."""
+
+from __future__ import annotations
+
+import json
+import math
+import zipfile
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexband.files import replaced
+
+TEXT = "about"
+"""Name of the array that holds the text."""
+
+MAX_RATIO = 200
+"""Largest ratio of the arrays' size to that of the file, if the arrays have more than
+`SMALL_SIZE` bytes: a small file cannot fill the memory."""
+
+SMALL_SIZE = 2**26
+
+
+def write_archive(file: Path, about: Any, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays and a record of numbers and texts, compressed unless that is suspicious."""
+    named: dict[str, Any] = {TEXT: np.array(json.dumps(about)), **arrays}
+    for save in (np.savez_compressed, np.savez):
+        with replaced(file) as partial:
+            with partial.open("wb") as opened:
+                save(opened, **named)
+            with zipfile.ZipFile(partial) as archive:
+                if _is_plausible(archive, partial):
+                    return
+
+
+def read_archive(file: Path) -> tuple[Any, dict[str, np.ndarray]]:
+    """Return the record and the arrays of numbers and texts.
+
+    Raises
+    ------
+    ValueError, KeyError, OSError, zipfile.BadZipFile and others
+        If the file is not as `write_archive` writes it.
+    """
+    with zipfile.ZipFile(file) as archive:
+        if not _is_plausible(archive, file):
+            raise ValueError("the file is much smaller than its content")
+        names = archive.namelist()
+        if len(set(names)) < len(names):
+            raise ValueError("two arrays of one name")
+        arrays = {name.removesuffix(".npy"): _array(archive.read(name)) for name in names}
+    text = str(arrays.pop(TEXT))
+    return json.loads(text, parse_constant=_refuse), arrays
+
+
+def _is_plausible(archive: zipfile.ZipFile, file: Path) -> bool:
+    size = sum(member.file_size for member in archive.infolist())
+    return size <= max(SMALL_SIZE, MAX_RATIO * file.stat().st_size)
+
+
+def _array(content: bytes) -> np.ndarray:
+    """Return the array of a .npy file, whose header must be true to the size of the content."""
+    opened = BytesIO(content)
+    version = np.lib.format.read_magic(opened)
+    read = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }[version]
+    shape, _, dtype = read(opened)
+    if dtype.kind not in "biufUMm" or min(shape, default=0) < 0:
+        raise ValueError(f"an array of {dtype} and shape {shape}")
+    if math.prod(shape) * dtype.itemsize != len(content) - opened.tell():
+        raise ValueError("an array that is not as large as it says")
+    opened.seek(0)
+    array = np.lib.format.read_array(opened, allow_pickle=False)
+    if dtype.kind == "f" and not np.isfinite(array).all():
+        raise ValueError("an array with numbers that are not finite")
+    return array
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no finite number")

@@ -1,0 +1,88 @@
+"""Checks that the parts of a surrogate from a file fit together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import InputError
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.inputs.evaluation import LARGEST, check_labels
+from flexband.uncertainty.surrogates.bands import VARIABLES
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+MAX_ORDER = 101
+"""That of the methods and the next one."""
+
+MAX_LOWER_TERMS = 10_000
+"""Most terms below one term, unless as many are given."""
+
+
+def check(surrogate: Surrogate) -> None:
+    """Raise `InputError` or another error if a surrogate cannot be evaluated or has no bands."""
+    space, labels, diagnostics = surrogate.space, surrogate.labels, surrogate.diagnostics
+    if not space.inputs or labels.dims[0] != "sample" or len(labels):
+        raise InputError("the surrogate must have inputs, and labels without runs")
+    check_labels(labels)
+    dimensions = space.random_dimension, space.interval_dimension
+    outputs = math.prod(labels.shape[1:-1])
+    times = labels.shape[-1] if labels.ndim > 1 else 1
+    for expansion in surrogate.expansions:
+        _check_expansion(expansion, *dimensions, times)
+    numbers = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
+    if not np.array_equal(np.sort(numbers), np.arange(outputs)):
+        raise InputError(f"the expansions must be those of {outputs} outputs, each once")
+    _check_attributes(diagnostics.attrs)
+    for variable in (*labels.coords.values(), *diagnostics.variables.values()):
+        _check_attributes(variable.attrs)
+    if VARIABLES & set(diagnostics.variables):
+        raise InputError("diagnostics must have names other than those of bands")
+    sizes = {**labels.sizes, "variable": sum(dimensions)}
+    for name, size in diagnostics.sizes.items():
+        if sizes.get(name, size) != size or name in ("sample", "bound", "input"):
+            raise InputError(f"diagnostics of the surrogate must fit its labels; got dim {name}")
+
+
+def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
+    """Check the shapes and orders of an expansion, and its values at some points."""
+    (parts,) = (v for v in vars(expansion).values() if isinstance(v, HybridExpansion))
+    outputs, beta = expansion.outputs, parts.coefficients
+    random, interval = parts.random_index, parts.interval_index
+    if outputs.ndim != 1 or outputs.dtype.kind not in "iu" or np.any(np.diff(outputs) <= 0):
+        raise InputError("outputs of an expansion must be increasing numbers")
+    for index, dimension in ((random, n), (interval, m)):
+        _check_index(index, dimension)
+    if beta.dtype != np.float64 or beta.shape[:2] != (len(interval), len(random)):
+        raise InputError("coefficients of an expansion must be one per product of polynomials")
+    if np.any(np.abs(parts.weighted) > LARGEST):
+        raise InputError("coefficients of an expansion are too large")
+    xi, eta = np.array([np.zeros(n), np.ones(n)]), np.array([np.zeros(m), np.ones(m)])
+    values = expansion.evaluate(xi, eta)
+    if values.shape != (2, len(outputs), times) or not np.all(np.abs(values) <= LARGEST):
+        raise InputError("values of an expansion must be finite, and those of the labels")
+
+
+def _check_index(index: np.ndarray, dimension: int) -> None:
+    """Check the orders of polynomials, shape (terms, dimension), the constant first."""
+    if index.ndim != 2 or index.shape[1] != dimension or index.dtype.kind not in "iu":
+        raise InputError(f"orders of an expansion must be whole numbers of {dimension} variables")
+    if not len(index) or index.min(initial=0) < 0 or index.max(initial=0) > MAX_ORDER:
+        raise InputError(f"orders of an expansion must be from 0 to {MAX_ORDER}")
+    if index[0].any() or len(np.unique(index, axis=0)) < len(index):
+        raise InputError("orders of an expansion must differ, and start with the constant")
+    if np.prod(index + 1.0, axis=1).max() > max(len(index), MAX_LOWER_TERMS):
+        raise InputError("orders of an expansion must be those of products of few variables")
+
+
+def _check_attributes(attributes: Mapping[Any, Any]) -> None:
+    """Check that attributes are numbers, texts, or lists of these."""
+    for name, value in attributes.items():
+        values = value if isinstance(value, list) else [value]
+        if not isinstance(name, str) or not all(isinstance(v, str | int | float) for v in values):
+            raise InputError(
+                f"attribute {name!r} must be a number, a text or a list; got {value!r}"
+            )

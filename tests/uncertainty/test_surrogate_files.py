@@ -1,0 +1,220 @@
+"""Files of surrogates: what is damaged or made to do harm is refused."""
+
+import io
+import json
+import tracemalloc
+import zipfile
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import flexband as fb
+from flexband.uncertainty.surrogates import archive
+
+TIMES = np.linspace(0.0, 1.0, 64)
+METHODS = {
+    "plain": fb.ImprovedPCCI(2, 1),
+    "phases": fb.PhaseResolvedPCCI(1, 1),
+    "adaptive": fb.AdaptivePCCI(1e-3, max_runs=24),
+}
+
+
+def ringing(x, e, f):
+    a = f(np.array([0.0, 0.5])).sum(axis=1)[:, None]
+    u = np.cos(2 * np.pi * (8 + 0.2 * (x + e))[:, None] * TIMES)
+    return xr.DataArray(
+        np.stack([u, a + 0 * u], axis=1),
+        dims=("sample", "output", "time"),
+        coords={
+            "output": ["u", "ü"],
+            "unit": ("output", ["m", "N"]),
+            "time": ("time", TIMES, {"units": "s"}),
+        },
+        attrs={"source": object()},
+    )
+
+
+INPUTS = {
+    "x": fb.Normal(0.0, 1.0),
+    "e": fb.Interval(-1.0, 1.0),
+    "f": fb.RandomField(1.0, 0.1, 2.0, domain=(0.0, 0.5), terms=1),
+}
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """Return the bytes of the file of each method, which loads as it was saved."""
+    found = {}
+    for name, method in METHODS.items():
+        surrogate = fb.expand(ringing, INPUTS, method)
+        file = tmp_path_factory.mktemp("saved") / "s.npz"
+        fb.save_surrogate(surrogate, file)
+        xr.testing.assert_identical(fb.load_surrogate(file).bands(), surrogate.bands())
+        found[name] = file.read_bytes()
+    return found
+
+
+def members(content):
+    with zipfile.ZipFile(io.BytesIO(content)) as opened:
+        return {name: opened.read(name) for name in opened.namelist()}
+
+
+def zipped(parts, compression=zipfile.ZIP_STORED):
+    opened = io.BytesIO()
+    with zipfile.ZipFile(opened, "w", compression) as written:
+        for name, content in parts.items():
+            written.writestr(name, content)
+    return opened.getvalue()
+
+
+def npy(array):
+    opened = io.BytesIO()
+    np.save(opened, array)
+    return opened.getvalue()
+
+
+def refused(file, content, text=r"\.npz"):
+    """Load a file that must be refused, by name."""
+    file.write_bytes(content)
+    with pytest.raises(fb.InputError, match=text) as error:
+        fb.load_surrogate(file)
+    assert str(file) in str(error.value)
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_a_file_that_is_cut_or_changed_is_refused(kind, saved, tmp_path):
+    content, file = saved[kind], tmp_path / "s.npz"
+    for end in range(0, len(content) - 1, len(content) // 20):
+        refused(file, content[:end])
+    with zipfile.ZipFile(io.BytesIO(content)) as opened:
+        data = [(m.header_offset + 60 + len(m.filename), m.compress_size) for m in opened.filelist]
+    for start, size in data:
+        changed = bytearray(content)
+        changed[start + size // 2] ^= 0x10
+        refused(file, bytes(changed))
+
+
+def variants(array):
+    """Yield arrays that may not stand in place of one that is numbers."""
+    yield array.astype(str)
+    yield array.astype(complex)
+    yield array[None]
+    if array.size:
+        yield np.concatenate([array, array]) if array.ndim else np.array([array, array])
+    if array.dtype.kind == "f" and array.size:
+        for bad in (np.nan, np.inf, 1e200):
+            changed = array.copy()
+            changed.flat[-1] = bad
+            yield changed
+    if array.dtype.kind in "iu" and array.size:
+        for bad in (-1, 10**9, 2**62):
+            changed = array.astype(np.int64)
+            changed.flat[-1] = bad
+            yield changed
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_every_array_is_checked(kind, saved, tmp_path):
+    parts, file = members(saved[kind]), tmp_path / "s.npz"
+    for name, content in parts.items():
+        refused(file, zipped({k: v for k, v in parts.items() if k != name}))
+        refused(file, zipped(parts | {name: npy(np.array([{}], dtype=object))}))
+        header = content[:10] + content[10:].replace(b"(", b"(99999999999, ", 1)
+        refused(file, zipped(parts | {name: header[: len(content)]}))
+        if name.startswith("expansions/"):
+            for changed in variants(np.load(io.BytesIO(content))):
+                if changed.dtype.kind == "f" and changed.size == 1 and changed.flat[0] == 1e200:
+                    continue
+                refused(file, zipped(parts | {name: npy(changed)}))
+    refused(file, zipped(parts | {"more.npy": npy(np.zeros(3))}))
+
+
+def replaced(record, path, value):
+    """Return a copy of a nested record with another value at a path."""
+    copy = json.loads(json.dumps(record))
+    at = copy
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = value
+    return copy
+
+
+def paths(record, before=()):
+    """Yield the paths of all values in a nested record, but not inside attributes."""
+    items = record.items() if isinstance(record, dict) else enumerate(record)
+    for key, value in items:
+        yield (*before, key)
+        if isinstance(value, dict | list) and key != "attributes":
+            yield from paths(value, (*before, key))
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_every_entry_of_the_record_is_checked(kind, saved, tmp_path):
+    """A changed entry is refused, or what is loaded can be evaluated."""
+    parts, file = members(saved[kind]), tmp_path / "s.npz"
+    about = json.loads(str(np.load(io.BytesIO(parts["about.npy"]))))
+    loaded = 0
+    for path in paths(about):
+        for value in (None, 10**18, "Ω", []):
+            record = json.dumps(replaced(about, path, value))
+            file.write_bytes(zipped(parts | {"about.npy": npy(np.array(record))}))
+            try:
+                surrogate = fb.load_surrogate(file)
+            except fb.InputError:
+                continue
+            loaded += 1
+            space = surrogate.space
+            middle = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
+            assert surrogate.standard(*middle).shape == (1, *surrogate.labels.shape[1:])
+    assert loaded < 200  # means, names of outputs, units
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1" * 5000])
+def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
+    parts = members(saved["plain"])
+    about = str(np.load(io.BytesIO(parts["about.npy"])))
+    record = about.replace('["mean", 0.0]', f'["mean", {number}]')
+    assert record != about
+    refused(tmp_path / "s.npz", zipped(parts | {"about.npy": npy(np.array(record))}))
+
+
+def test_the_format_has_a_version(saved, tmp_path):
+    parts = members(saved["plain"])
+    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 2', '"format": 3')
+    content = zipped(parts | {"about.npy": npy(np.array(about))})
+    refused(tmp_path / "s.npz", content, "the format of the surrogate is 3, not 2; save it again")
+
+
+def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
+    parts = members(saved["plain"])
+    content = zipped(parts | {"bomb.npy": npy(np.zeros(2**24))}, zipfile.ZIP_DEFLATED)
+    about = str(np.load(io.BytesIO(parts["about.npy"])))
+    records = [
+        "[" * 100_000,
+        about.replace('["nodes", null]', '["nodes", 100000]'),
+        about.replace('["correlation_length", 2.0]', '["correlation_length", 1e-5]'),
+    ]
+    assert records[1] != about
+    assert records[2] != about
+    files = [content, *(zipped(parts | {"about.npy": npy(np.array(r))}) for r in records)]
+    tracemalloc.start()
+    for content in files:
+        refused(tmp_path / "s.npz", content)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 1e8
+
+
+def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr(archive, "SMALL_SIZE", 2**20)
+    zeros = np.zeros(2**17)
+    surrogate = fb.expand(lambda x: x[:, None] * zeros, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 1))
+    fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    assert fb.load_surrogate(tmp_path / "s.npz").labels.shape == (0, len(zeros))
+
+
+@pytest.mark.parametrize("file", [None, 3, b"s.npz", ["s.npz"]])
+def test_a_file_is_a_path(file):
+    with pytest.raises(fb.InputError, match="file must be a path"):
+        fb.load_surrogate(file)

@@ -15,7 +15,6 @@ from flexband.errors import InputError, numbers, positive, whole
 from flexband.uncertainty.inputs.correlation import Correlation, exponential, squared_exponential
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
-
 MAX_NODES = 4000
 """Of a field: the correlations of more do not fit into the memory of a small computer."""
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
     from flexband.mechanics.loads.springs import Spring, TorsionSpring
     from flexband.mechanics.mechanism import Mechanism
-    from flexband.mechanics.modes import modes
+    from flexband.mechanics.modes import SteadyRotation, modes
     from flexband.mechanics.response import dynamic_response
     from flexband.mechanics.sensors.energies import (
         ElasticEnergy,

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
 from flexband.errors import numbers, whole
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.engine.balance import Balance, find_rest
 from flexband.mechanics.engine.batch import begin, derive, run
-from flexband.mechanics.engine.entries import SETTLE
-from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.entries import SENSE, SETTLE
+from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
+from flexband.mechanics.engine.linearize import Equations, Spin
+from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
@@ -23,7 +29,7 @@ def equilibrium(
     """Compute a static equilibrium of a mechanism under its loads.
 
     The search starts from the assembled guess. If there are several equilibria it finds one of
-    them, which may be unstable.
+    them, which may be unstable; the result says so.
 
     Parameters
     ----------
@@ -36,7 +42,9 @@ def equilibrium(
     Returns
     -------
     The outputs of the sensors, dim (output,), with a first dim "sample" if a parameter is an
-    array of more than one value. Coordinates: "output" (name), "unit".
+    array of more than one value. Coordinates: "output" (name), "unit", and "stable", whether no
+    small motion about the equilibrium grows. If constraints are redundant there,
+    ``attrs["not_unique"]`` lists the joints that share forces; those of least norm are given.
 
     Raises
     ------
@@ -51,34 +59,76 @@ def equilibrium(
     packed = pack(system, np.array([at, at + 1.0]))
     outputs = np.empty((system.samples, len(system.outputs)))
     failures = np.zeros((system.samples, 4))
+    stable = np.zeros(system.samples, dtype=bool)
+    redundant: dict[int, np.ndarray] = {}
+    at_rest = Spin(0.0, np.zeros(system.structure.state.coordinates))
 
     def settle(block: int) -> int:
-        here = slice(block * WIDTH, (block + 1) * WIDTH)
-        own = np.arange(system.samples)[here]
-        rows, failure, _ = rest(system, packed(block), steps)
-        outputs[here] = derive(system, rows[:, None])[:, 0].T[: len(own)]
-        failures[here] = failure.T[: len(own)]
+        own = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
+        rows, failure, found = rest(system, packed(block), steps, [at_rest] * len(own))
+        outputs[own] = derive(system, rows[:, None])[:, 0].T[: len(own)]
+        failures[own] = failure.T[: len(own)]
+        for sample, balance in zip(own, found, strict=True):
+            if failures[sample, 0] == 0:
+                stable[sample] = balance.stable()
+                if balance.redundant:
+                    redundant[sample] = balance.z
         return len(own)
 
-    while_compiling(lambda: rest(system, packed(0), 1))
+    while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))
     in_parallel(settle, -(-system.samples // WIDTH), system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
     result = xr.DataArray(
         outputs,
         dims=("sample", "output"),
-        coords={"output": system.outputs, "unit": ("output", system.units)},
+        coords={
+            "output": system.outputs,
+            "unit": ("output", system.units),
+            "stable": ("sample", stable),
+        },
     )
+    if redundant:
+        sample = min(redundant)
+        _, result.attrs["not_unique"] = dependent(system, redundant[sample], sample)
     return result if system.samples > 1 else result.isel(sample=0)
 
 
-def rest(system: System, values: Values, steps: int) -> tuple[np.ndarray, np.ndarray, Work]:
-    """Find the equilibrium of one block; return sensor rows (rows, WIDTH), failures and state."""
+def rest(
+    system: System, values: Values, steps: int, spins: Sequence[Spin]
+) -> tuple[np.ndarray, np.ndarray, list[Balance]]:
+    """Find the equilibria of the first samples of one block, each in its own steady rotation.
+
+    Returns the sensors' rows (rows, WIDTH), failures (4, WIDTH) and the balance of each sample.
+    """
     work, failure = begin(system, values)
     rows = np.zeros((system.sensed, WIDTH))
     state = system.structure.state
     work.z[state.multiplier : state.angle] = 0.0
+    start, failed = work.z.copy(), failure.copy()
     for k in range(1, steps + 1):
-        part = k / steps
-        raised = values._replace(weight=part * values.weight, forces=part * values.forces)
-        run(SETTLE, system, raised, work, rows[None], failure)
-    return rows, failure, work
+        if not any(spin.rate for spin in spins):
+            run(SETTLE, system, _raised(values, k / steps), work, rows[None], failure)
+    found = []
+    for lane, spin in enumerate(spins):
+        z, balance = work.z[:, lane], None
+        if failed[0, lane] or not np.isfinite(z).all():
+            z = start[:, lane]
+        for k in range(1 if spin.rate else steps, steps + 1):
+            equations = Equations(system, _raised(values, k / steps), lane)
+            balance, settled = find_rest(equations, z, spin.raised(k / steps))
+            z = balance.z
+        found.append(balance)
+        if not failed[0, lane]:
+            failed[0, lane] = 0.0 if settled else NOT_SETTLED
+            failed[2, lane] = -1.0 if settled else balance.weakest
+        work.z[:, lane] = z
+    run(SENSE, system, values, work, rows[None])
+    for condition in range(len(system.conditions)):
+        wrong = rows[system.sensed - len(system.conditions) + condition] < 0
+        failed[:3, wrong & (failed[0] == 0)] = [[WRONG_BRANCH], [0.0], [condition]]
+    return rows, failed, found
+
+
+def _raised(values: Values, part: float) -> Values:
+    """Return the numbers with a part of gravity, forces, moments and distributed loads."""
+    return values._replace(weight=part * values.weight, forces=part * values.forces)

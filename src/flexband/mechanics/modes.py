@@ -1,117 +1,223 @@
-"""Natural frequencies and mode shapes about a configuration, subject to the constraints.
+"""Natural frequencies, damping and mode shapes about a state, subject to the constraints.
 
-Small motions about an equilibrium satisfy M δq̈ + K δq + Φ_qᵀ δλ = 0 and Φ_q δq = 0, where K
-includes the curvature of the constraints under their multipliers. On the null space of Φ_q this is
-a symmetric eigenproblem.
+Small motions δq(t) about an equilibrium satisfy M δq̈ + D δq̇ + (K + L) δq + Φ_qᵀ δλ = 0 and
+Φ_q δq = 0, where K includes the curvature of the constraints under their multipliers, and L and D
+are those of all loads. About a steady rotation the same holds in axes that turn with it: every
+vector of the plane has the components R(Ωt)(q₀ + x), so that q̈ gives the Coriolis term 2ΩMJ ẋ and
+the centrifugal term −Ω²M x.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 import xarray as xr
-from scipy.linalg import eigh, null_space
+from numpy.typing import ArrayLike
 
-from flexband.errors import known, whole
+from flexband.errors import InputError, finite, known, warn, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
-from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.stacking import count_samples
+from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.bodies.body import Point, point
+from flexband.mechanics.engine.balance import Balance
 from flexband.mechanics.engine.batch import begin, derive, run
-from flexband.mechanics.engine.entries import LINEARIZE, SENSE
+from flexband.mechanics.engine.eigenmodes import Eigenmodes, eigenmodes
+from flexband.mechanics.engine.entries import SENSE
 from flexband.mechanics.engine.failures import raise_failures
-from flexband.mechanics.engine.redundancy import RANK
-from flexband.mechanics.engine.threads import interruptible, while_compiling
+from flexband.mechanics.engine.linearize import Equations, Spin
+from flexband.mechanics.engine.rotation import check_rotation
+from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.equilibrium import rest
-from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 
 NUDGE = 1e-6
-"""Displacement of the central differences that differentiate the sensors."""
+"""Displacement of the central differences that differentiate the sensors, relative to the size."""
+
+STILL = 1e-7
+"""Velocity, relative to the size of the mechanism per second, that counts as none."""
+
+UNBALANCED = 1e3
+"""Excess of the forces, as `Balance` measures it, from which on the start is no equilibrium."""
+
+
+@dataclass(frozen=True)
+class SteadyRotation:
+    """A steady rotation of the whole mechanism, about which `modes` finds small motions.
+
+    Parameters
+    ----------
+    rate : Ω [rad/s], positive from X to Y: a number or an array of shape (n,).
+    center : centre of the rotation (X, Y) [m].
+
+    Raises
+    ------
+    InputError
+        If a number is not finite.
+    """
+
+    rate: ArrayLike
+    center: Point = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        finite("SteadyRotation rate [rad/s]", self.rate)
+        point("SteadyRotation center", self.center)
 
 
 def modes(
     mechanism: Mechanism,
     count: int,
     *,
-    about: Literal["start", "equilibrium"] = "equilibrium",
+    about: Literal["start", "equilibrium"] | SteadyRotation = "equilibrium",
     steps: int = 1,
 ) -> xr.Dataset:
-    """Compute the lowest natural frequencies of a mechanism, without damping.
+    """Compute the modes of lowest frequency of a mechanism, with damping.
+
+    A mode is a small motion exp(st) φ about a state at rest or in steady rotation. All loads enter
+    with their derivatives by position and velocity, whether they have a potential or not.
 
     Parameters
     ----------
     count : number of modes; all are returned if there are fewer.
-    about : "equilibrium" (as `equilibrium` finds it) or "start", the assembled guess.
-    steps : as in `equilibrium`.
+    about : "equilibrium" (as `equilibrium` finds it), "start", the assembled guess, which must not
+        move, or a `SteadyRotation`. The last one is about the state in which everything turns with
+        the given rate, whatever the velocities at the start; frequencies and shapes are those that
+        an observer sees who turns with it.
+    steps : as in `equilibrium`; centrifugal forces are raised as well.
 
     Returns
     -------
-    Dataset with `frequency` [Hz], dim (mode,), in ascending order: negative if a small motion
-    grows, and 0 up to rounding if it is free; and `shape`, dims (mode, output): the change of the
-    sensors' outputs with a mode of modal mass 1 kg. There is a first dim "sample" if a parameter is
-    an array of more than one value.
+    Dataset with the dims "mode" and "output", and the variables
+
+    - `eigenvalue`, s [1/s], with one of each conjugate pair;
+    - `frequency`, |s|/2π [Hz], in ascending order: negative if the motion grows without
+      oscillating, 0 if it is free;
+    - `damping_ratio`, −Re s/|s|, negative if the motion grows;
+    - `unstable`, whether the motion grows;
+    - `shape`, dims (mode, output), the change of the sensors' outputs with a mode φ of modal mass
+      φᴴMφ = 1 kg. It is complex if parts of the mechanism move out of phase.
+
+    An overdamped motion is two modes with damping ratio 1. There is a first dim "sample" if a
+    parameter is an array of more than one value; a sample with fewer modes than others ends with
+    NaN.
 
     Raises
     ------
     InputError
-        If a number is out of its range or numbers of samples do not fit.
+        If a number is out of its range, numbers of samples do not fit, the mechanism has no degree
+        of freedom, it moves at the start although `about` is "start", or it cannot rotate steadily.
     AssemblyError
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
     whole("count", count, 1)
-    known("about", about, ["start", "equilibrium"])
-    system = assemble(mechanism)
+    system, spins = assemble(mechanism), None
+    if isinstance(about, SteadyRotation):
+        system, spins = _spins(mechanism, system, about)
+    else:
+        known("about", about, ["start", "equilibrium"])
     packed = pack(system, AT_START)
     failures = np.zeros((system.samples, 4))
-    found = []
+    found, moving = [], False
     for block in range(-(-system.samples // WIDTH)):
-        values, own = packed(block), np.arange(system.samples)[block * WIDTH :][:WIDTH]
-        work, failure, M, K, Phi = while_compiling(partial(_linear, system, values, about, steps))
+        own = np.arange(system.samples)[block * WIDTH :][:WIDTH]
+        own_spins = None if spins is None else spins[own[0] : own[-1] + 1]
+        solve = partial(
+            _solve, system, packed(block), about == "start", steps, own, own_spins, count
+        )
+        failure, results, moves = while_compiling(solve)
         failures[own] = failure.T[: len(own)]
-        for lane in range(len(own)):
-            if failures[own[lane], 0] == 0:
-                one = partial(_solve, M[lane], K[lane], Phi[lane], count)
-                squares, vectors = interruptible(one)
-                found.append((squares, _shapes(system, values, work, lane, vectors)))
+        found += results
+        moving = moving or moves
     raise_failures(failures, system, np.zeros(1))
-    squares, shapes = (np.stack(parts) for parts in zip(*found, strict=True))
-    frequency = np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi)
-    result = xr.Dataset(
-        {
-            "frequency": (("sample", "mode"), frequency, {"units": "Hz"}),
-            "shape": (("sample", "mode", "output"), shapes),
-        },
-        coords={"output": system.outputs, "unit": ("output", system.units)},
-    )
-    return result if system.samples > 1 else result.isel(sample=0)
+    if moving:
+        warn(
+            "the mechanism moves at the start; modes(about='equilibrium') are those at rest. "
+            "For a rotation give about=SteadyRotation(rate)"
+        )
+    return _dataset(system, found)
 
 
-def _solve(M: np.ndarray, K: np.ndarray, Phi: np.ndarray, count: int):
-    """Return the lowest ω², and their vectors as columns, normalized by the mass matrix."""
-    free = null_space(Phi, rcond=RANK) if len(Phi) else np.eye(len(M))
-    last = min(count, free.shape[1]) - 1
-    squares, vectors = eigh(free.T @ K @ free, free.T @ M @ free, subset_by_index=[0, last])
-    return squares, free @ vectors
+def _spins(
+    mechanism: Mechanism, system: System, about: SteadyRotation
+) -> tuple[System, list[Spin]]:
+    """Return the rotation of each sample, and the system with as many samples."""
+    rate, (x, y) = np.asarray(about.rate, dtype=float), about.center
+    given = [np.atleast_1d(np.asarray(v, dtype=float)) for v in (rate, x, y)]
+    samples = count_samples([*given, np.zeros(system.samples)])
+    centre = np.zeros((system.structure.state.coordinates, samples))
+    for name, body in mechanism.bodies.items():
+        for node in body.nodes:
+            first = mechanism.first_coordinates[name] + node - 1
+            centre[first], centre[first + 1] = given[1], given[2]
+    rates = np.broadcast_to(given[0], samples)
+    spins = [Spin(float(rates[k]), centre[:, k]) for k in range(samples)]
+    return replace(system, samples=samples), spins
 
 
-def _shapes(system: System, values, work: Work, lane: int, vectors: np.ndarray):
+def _solve(
+    system: System, values: Values, at_start: bool, steps: int, own: np.ndarray,
+    spins: Sequence[Spin] | None, count: int,
+):  # fmt: skip
+    """Return failures (4, WIDTH), modes and shapes of the samples, and whether they move."""
+    work, failure = begin(system, values)
+    state = system.structure.state
+    v = work.z[state.velocity + 1 : state.acceleration, : len(own)]
+    scale = values.inverse_scale[1 : 1 + state.coordinates, : len(own)]
+    moving = bool(np.any(np.abs(v * scale) > STILL)) and spins is None
+    at_rest = [Spin(0.0, np.zeros(state.coordinates))] * len(own)
+    if at_start:
+        if moving:
+            raise InputError(
+                "about must not be 'start' if the mechanism moves at the start; give "
+                "about='equilibrium', or about=SteadyRotation(rate) for a rotation"
+            )
+        balances = [
+            Balance(Equations(system, values, k), work.z[:, k], still)
+            for k, still in enumerate(at_rest)
+        ]
+        if any(balance.excess > UNBALANCED for balance in balances):
+            warn(
+                "the loads are not in equilibrium at the start; modes(about='start') are those "
+                "of a mechanism that is held there"
+            )
+    else:
+        _, failure, balances = rest(system, values, steps, spins or at_rest)
+    results = []
+    for lane, balance in enumerate(balances):
+        if failure[0, lane]:
+            continue
+        if not balance.free:
+            raise InputError("the mechanism has no degree of freedom, so it has no modes")
+        found = eigenmodes(balance.linear, balance.basis, count)
+        if spins is not None and spins[lane].rate:
+            check_rotation(system, int(own[lane]), balance, found, spins[lane])
+        results.append((found, _shapes(balance.equations, balance.z, found.vectors)))
+    return failure, results, moving
+
+
+def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
-    rows, z = np.zeros((system.sensed, WIDTH)), work.z.copy()
+    system, work = equations.system, equations.work
+    rows = np.zeros((system.sensed, WIDTH))
     shapes = []
     for vector in vectors.T:
-        size = NUDGE / np.abs(vector).max()
-        sides = []
-        for sign in (1.0, -1.0):
-            z[1 : 1 + len(vector), lane] = work.z[1 : 1 + len(vector), lane] + sign * size * vector
-            run(SENSE, system, values, work._replace(z=z), rows[None])
-            sides.append(derive(system, rows[:, None].copy())[:, 0, lane])
-        shapes.append((sides[0] - sides[1]) / (2 * size))
+        size = NUDGE / np.abs(vector / equations.size).max()
+        work.z[:] = z[:, None]
+        for lane, step in enumerate((1.0, -1.0, 1.0j, -1.0j)):
+            work.z[equations.q, lane] += (step.conjugate() * size * vector).real
+        run(SENSE, system, equations.values, work, rows[None])
+        found = derive(system, rows[:, None].copy())[:, 0]
+        parts = [(found[:, k] - found[:, k + 1]) / (2 * size) for k in (0, 2)]
+        shapes.append(parts[0] + 1j * parts[1] if np.iscomplexobj(vectors) else parts[0])
     return np.stack(shapes)
 
 
+<<<<<<< HEAD
 def _linear(system: System, values: Values, about: str, steps: int):
     """Return the state, failures, and M, K and Φ_q for every lane, shapes (WIDTH, …)."""
     if about == "equilibrium":
@@ -125,3 +231,31 @@ def _linear(system: System, values: Values, about: str, steps: int):
     q, multipliers = slice(0, count), slice(count, None)
     K = (dense[1] - dense[0])[:, q, q]
     return work, failure, dense[0][:, q, q], K, dense[0][:, multipliers, q]
+=======
+def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.Dataset:
+    """Return the results of all samples, those with fewer modes than others filled up by NaN."""
+    most = max(len(modes.s) for modes, _ in found)
+    complex_shapes = any(np.iscomplexobj(shapes) for _, shapes in found)
+    kinds = {
+        "eigenvalue": (complex, lambda modes: modes.s, {"units": "1/s"}),
+        "frequency": (float, lambda modes: modes.frequency, {"units": "Hz"}),
+        "damping_ratio": (float, lambda modes: modes.damping_ratio, {}),
+        "unstable": (bool, lambda modes: modes.s.real > 0, {}),
+    }
+    variables = {}
+    for name, (kind, of, attrs) in kinds.items():
+        array = np.full((len(found), most), False if kind is bool else np.nan, dtype=kind)
+        for own, (modes, _) in zip(array, found, strict=True):
+            own[: len(modes.s)] = of(modes)
+        variables[name] = (("sample", "mode"), array, attrs)
+    shape = np.full(
+        (len(found), most, len(system.outputs)), np.nan, dtype=complex if complex_shapes else float
+    )
+    for own, (_, shapes) in zip(shape, found, strict=True):
+        own[: len(shapes)] = shapes
+    result = xr.Dataset(
+        {**variables, "shape": (("sample", "mode", "output"), shape)},
+        coords={"output": system.outputs, "unit": ("output", system.units)},
+    )
+    return result if system.samples > 1 else result.isel(sample=0)
+>>>>>>> 412794f (WIP complete linearization)

@@ -11,10 +11,10 @@ import numpy as np
 from flexband.mechanics.engine.generalized_alpha import march
 from flexband.mechanics.engine.settle import settle
 from flexband.mechanics.engine.start import start
-from flexband.mechanics.kernels.equations import sense, tangent
+from flexband.mechanics.kernels.equations import loads, residual, sense, tangent
 from flexband.mechanics.kernels.lanes import cached, filled
 
-START, MARCH, SETTLE, LINEARIZE, SENSE = range(5)
+START, MARCH, SETTLE, SENSE, RESIDUAL, LOADS, LINEARIZE = range(7)
 
 
 @cached
@@ -41,15 +41,18 @@ def dynamics(task, structure, method, number, values, work, outputs, failure, st
 def statics(task, structure, method, number, values, work, outputs, failure, stop):
     """Perform a task for one block of samples at rest; parameters are those of `dynamics`.
 
-    SETTLE moves to an equilibrium; LINEARIZE sets the matrix to that of Newton's method, where
-    `number` is the weight of the stiffness; SENSE reads the sensors. Only the first outputs are
-    filled.
+    SETTLE moves to an equilibrium and reads the sensors, as SENSE does; only the first outputs are
+    filled. RESIDUAL and LOADS set `work.r`. LINEARIZE sets the matrix to
+    [M + K + number × C, Φ_qᵀ; Φ_q, 0].
     """
     now = np.int64(0)
     if task == SETTLE:
         settle(structure, values, work, outputs[0], failure, stop)
-    elif task == LINEARIZE:
-        weight = filled(number)
-        tangent(structure, values, now, work.z, weight, 0.0, work.matrix, work.blocks)
-    else:
+    elif task == SENSE:
         sense(structure, values, now, work.z, outputs[0], work.blocks)
+    elif task == LOADS:
+        loads(structure, values, now, work.z, work.r, work.blocks)
+    else:
+        residual(structure, values, now, work.z, work.r, work.blocks)
+        if task == LINEARIZE:
+            tangent(structure, values, now, work.z, filled(1.0), number, work.matrix, work.blocks)

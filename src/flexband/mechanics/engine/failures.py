@@ -49,7 +49,13 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
             WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; the body must "
             "start within 90° of the prescribed angle",
             DIVERGED: "Newton's method diverged, also with half the step",
-            NOT_SETTLED: "no equilibrium was found; apply the loads in more steps",
+            NOT_SETTLED: "no equilibrium was found; "
+            + (
+                f"{where} is in a position where constraints depend on each other and cannot "
+                "carry every load"
+                if where
+                else "there may be none, or the loads have to be applied in more steps"
+            ),
             LAW_FAILED: where,
             CONTRADICTED: f"constraints contradict each other; the worst is {where}",
         }[code[sample]]

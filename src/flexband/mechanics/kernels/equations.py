@@ -149,6 +149,27 @@ def residual(structure, values, now, z, r, memory):
 
 
 @inlined
+def loads(structure, values, now, z, r, memory):
+    """Set r to −Q of the forces that are products of z or force laws; springs are not among them.
+
+    `memory` is work space of force laws.
+    """
+    state, functions = structure.state, values.functions
+    update_angles(structure.vectors, values.vectors, state, z)
+    update_springs(
+        structure.springs, values.springs, structure.vectors, values.vectors, state,
+        values.functions, now, z,
+    )  # fmt: skip
+    clear(r, state.velocity)
+    add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
+    add_law_forces(
+        structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z, r,
+        memory,
+    )  # fmt: skip
+    pass_on_moments(structure.vectors, values.vectors, state, z, r)
+
+
+@inlined
 def to_right_side(structure, r, weight):
     """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
     for i in range(1, structure.state.angle):

@@ -38,15 +38,16 @@ It is relative to the sum of the magnitudes of the terms of the pivot.
 def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
     """Return the matrix before its factorization, shape (WIDTH, unknowns, unknowns)."""
     pairs = np.stack([pattern.first, pattern.second], axis=1)
+    diagonal = np.arange(pattern.tiles)
+    row = np.append(diagonal, pattern.entry_row)
+    column = np.append(diagonal, np.repeat(diagonal, np.diff(pattern.column_start)))
+    tiles = matrix[: 4 * len(row)].T.reshape(-1, len(row), 2, 2)
+    flipped = tiles.transpose(0, 1, 3, 2)
     dense = np.zeros((matrix.shape[1], pattern.unknowns + 1, pattern.unknowns + 1))
-    for k in range(pattern.tiles):
-        below = range(pattern.column_start[k], pattern.column_start[k + 1])
-        for t, row in [(k, k), *((t, pattern.entry_row[t - pattern.tiles]) for t in below)]:
-            tile = matrix[4 * t : 4 * t + 4].T.reshape(-1, 2, 2)
-            if row == k:
-                tile = np.tril(tile) + np.tril(tile, -1).transpose(0, 2, 1)
-            dense[:, pairs[row][:, None], pairs[k]] = tile
-            dense[:, pairs[k][:, None], pairs[row]] = tile.transpose(0, 2, 1)
+    dense[:, pairs[column][:, :, None], pairs[row][:, None]] = flipped
+    dense[:, pairs[row][:, :, None], pairs[column][:, None]] = tiles
+    upper = (pairs[:, 0], pairs[:, 1])  # of a tile on the diagonal only the lower part is set
+    dense[:, *upper] = dense[:, *upper[::-1]]
     return dense[:, 1:, 1:]
 
 

@@ -1,0 +1,186 @@
+"""The equations of one sample about a state: the residual, and its complete linearization.
+
+    M δq̈ + D δq̇ + (K + L) δq + Φ_qᵀ δλ = 0,   Φ_q δq = 0
+
+K is symmetric, L is the stiffness of loads. L and D contain what Newton's matrix of the integrator
+leaves out: forces that are products of the state, such as those that turn with a body, and the part
+of force laws that is not symmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.mechanics.assembly.stacking import mapped
+from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.batch import run
+from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
+from flexband.mechanics.kernels.factorization import to_dense
+from flexband.mechanics.kernels.lane_type import WIDTH, zeros
+
+NUDGE = 1e-6
+"""Displacement of the central differences of loads, relative to the size of the mechanism."""
+
+FAST = 1e9
+"""Weight of the damping against the stiffness [1/s] in the matrix that damping is taken from."""
+
+
+class Linear(NamedTuple):
+    """The matrices of small motions."""
+
+    M: np.ndarray
+    D: np.ndarray
+    K: np.ndarray
+    L: np.ndarray
+    Phi: np.ndarray  # (multipliers, coordinates)
+
+
+@dataclass(frozen=True)
+class Spin:
+    """A steady rotation of everything at `rate` Ω [rad/s], or none.
+
+    Attributes
+    ----------
+    centre : the coordinates of a mechanism shrunk to the centre of rotation: its position in the
+        rows of positions, zero in those of directions.
+    """
+
+    rate: float
+    centre: np.ndarray
+
+    def raised(self, part: float) -> Spin:
+        """Return the rotation that has this part of the centrifugal forces."""
+        return Spin(np.sqrt(part) * self.rate, self.centre)
+
+    def velocity(self, q: np.ndarray) -> np.ndarray:
+        """Return Ω J (q − centre)."""
+        return self.rate * turned(q - self.centre)
+
+    def acceleration(self, q: np.ndarray) -> np.ndarray:
+        """Return −Ω² (q − centre)."""
+        return -(self.rate**2) * (q - self.centre)
+
+
+def turned(q: np.ndarray) -> np.ndarray:
+    """Return J q: all vectors of the plane, which are pairs of rows, turned by 90°."""
+    pairs = q.reshape(-1, 2, *q.shape[1:])
+    return np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).reshape(q.shape)
+
+
+def turning(matrix: np.ndarray) -> np.ndarray:
+    """Return `matrix` J, what a matrix gives for turned vectors."""
+    return -turned(matrix.T).T
+
+
+class Equations:
+    """The equations of motion of one sample, of which the engine computes eight copies."""
+
+    def __init__(self, system: System, values: Values, lane: int):
+        self.system, self.state = system, system.structure.state
+        self.values = mapped(lambda rows: _copies(rows[:, lane]), values)
+        self.work = Work.of(system.structure)
+        self.q = slice(1, 1 + self.state.coordinates)
+        self.v = slice(self.state.velocity + 1, self.state.acceleration)
+        self.a = slice(self.state.acceleration + 1, self.state.energy)
+        self.multipliers = slice(self.state.multiplier, self.state.angle)
+        self.size = 1.0 / self.values.inverse_scale[self.q, 0]
+
+    @cached_property
+    def _bare(self) -> System:
+        """The system without the loads that `LOADS` computes."""
+        structure = self.system.structure
+        none = np.zeros(0, dtype=np.int64)
+        structure = structure._replace(
+            forces=type(structure.forces)(*(none for _ in structure.forces)),
+            laws=structure.laws._replace(address=structure.laws.address[:0]),
+        )
+        return replace(self.system, structure=structure)
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """The mass matrix."""
+        mass, count = self.system.structure.mass, self.state.coordinates
+        M = np.zeros((count + 1, count + 1))
+        M[mass.i, mass.j] = M[mass.j, mass.i] = self.values.mass[:, 0]
+        return M[1:, 1:]
+
+    def spun(self, z: np.ndarray, spin: Spin) -> np.ndarray:
+        """Return the state with the velocities and accelerations of a steady rotation."""
+        z = z.copy()
+        z[self.v], z[self.a] = spin.velocity(z[self.q]), spin.acceleration(z[self.q])
+        return z
+
+    def residual(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return M a + Φ_qᵀλ + F − Q, and Φ."""
+        self.work.z[:] = z[:, None]
+        run(RESIDUAL, self.system, self.values, self.work)
+        r = self.work.r[:, 0].copy()
+        return r[self.q], r[self.multipliers]
+
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
+        """Return Φ_q."""
+        return self._matrix(z, 0.0)[self.state.coordinates :, : self.state.coordinates]
+
+    def given(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the constant forces, and those of products and force laws."""
+        return self.values.weight[self.q, 0], self.loads(z[:, None])[:, 0]
+
+    def inertia(self, z: np.ndarray) -> np.ndarray:
+        """Return M a."""
+        return self.mass @ z[self.a]
+
+    def _matrix(self, z: np.ndarray, rate: float) -> np.ndarray:
+        self.work.z[:] = z[:, None]
+        run(LINEARIZE, self._bare, self.values, self.work, number=rate)
+        return to_dense(self.system.structure.pattern, self.work.matrix)[0]
+
+    def loads(self, z: np.ndarray) -> np.ndarray:
+        """Return the generalized forces Q of products and force laws for eight states."""
+        self.work.z[:] = z
+        run(LOADS, self.system, self.values, self.work)
+        return -self.work.r[self.q]
+
+    def linear(self, z: np.ndarray, spin: Spin) -> Linear:
+        """Return the matrices about a state, in axes that turn with `spin`."""
+        n, M, matrix = self.state.coordinates, self.mass, self._matrix(z, 0.0)
+        K, Phi = matrix[:n, :n] - M, matrix[n:, :n]
+        D = (self._matrix(z, FAST) - matrix)[:n, :n] / FAST
+        by_place, by_rate = self._load_derivatives(z, spin)
+        omega = spin.rate
+        K, D = K - omega**2 * M, D - by_rate + 2 * omega * turning(M)
+        return Linear(M, D, K, -by_place - omega * turning(by_rate), Phi)
+
+    def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
+        """Return ∂Q/∂q and ∂Q/∂v by central differences, four columns at a time."""
+        n, structure = self.state.coordinates, self.system.structure
+        found = np.zeros((2, n, n))
+        if not (len(structure.forces.row) or len(structure.laws.address)):
+            return found[0], found[1]
+        half = WIDTH // 2
+        pace = NUDGE * max(1.0, abs(spin.rate))
+        for part, first, steps in (
+            (0, self.q.start, NUDGE * self.size),
+            (1, self.v.start, pace * self.size),
+        ):
+            for begin in range(0, n, half):
+                columns = np.arange(begin, min(begin + half, n))
+                place, lanes = first + columns, np.arange(len(columns))
+                states = _copies(z)
+                states[place, lanes] += steps[columns]
+                states[place, half + lanes] -= steps[columns]
+                width = states[place, lanes] - states[place, half + lanes]  # as rounded
+                Q = self.loads(states)
+                found[part][:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
+        return found[0], found[1]
+
+
+def _copies(column: np.ndarray) -> np.ndarray:
+    """Return a column in all lanes."""
+    lanes = zeros(len(column))
+    lanes[:] = column[:, None]
+    return lanes

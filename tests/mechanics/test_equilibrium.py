@@ -52,3 +52,131 @@ def test_bad_requests_are_refused():
     model = fb.Mechanism(bodies={"m": fb.PointMass(mass=1.0)})
     with pytest.raises(fb.InputError, match="steps must be 1 or more; got 0"):
         fb.equilibrium(model, steps=0)
+
+
+def hung(spring, **parts):
+    """A mass of 1 kg on a spring under gravity."""
+    return fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, **parts)},
+        loads={"s": spring, "gravity": fb.Gravity()},
+        sensors={"m": fb.Position("m"), "s": fb.SpringForce("s")},
+    )
+
+
+def test_a_spring_that_starts_without_length_is_stretched():
+    """It pulls in no direction, or pushes: the mass falls until the spring carries its weight."""
+    for pull, rest in ((5.0, 0.0), (0.0, 0.3), (9.0, 0.0)):
+        found = fb.equilibrium(hung(fb.Spring("m", (0.0, 0.0), 20.0, rest, pull=pull)))
+        exact = [0.0, -(9.81 - pull) / 20.0 - rest]
+        np.testing.assert_allclose(found[:2], exact, atol=1e-9)
+        assert found["stable"]
+
+
+def test_a_spring_holds_what_is_lighter_than_its_pull_where_it_is():
+    found = fb.equilibrium(hung(fb.Spring("m", (0.0, 0.0), 20.0, 0.0, pull=15.0)))
+    np.testing.assert_allclose(found[:2], 0.0, atol=1e-9)
+    assert found["stable"]
+
+
+def test_a_mass_falls_far_onto_a_soft_spring():
+    found = fb.equilibrium(hung(fb.Spring("m", (0.0, 0.0), 0.01, 1.0), position=(0.0, -1.0)))
+    np.testing.assert_allclose(found.sel(output="m_Y"), -982.0, rtol=1e-9)
+
+
+def taut(x, y):
+    """A mass between two rods on one line, which lock it to second order only."""
+    return fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0)},
+        joints={"a": fb.Distance("m", (-1.0, 0.0), 1.0), "b": fb.Distance("m", (1.0, 0.0), 1.0)},
+        loads={"f": fb.Force("m", x=x, y=y)},
+        sensors={"a": fb.Reaction("a"), "b": fb.Reaction("b")},
+    )
+
+
+def test_a_position_that_can_carry_no_load_is_named():
+    with pytest.raises(fb.AssemblyError, match="joint 'a' is in a position where constraints dep"):
+        fb.equilibrium(taut(0.0, -9.81))
+    found = fb.equilibrium(taut(2.0, 0.0))
+    np.testing.assert_allclose(found, [-1.0, 0.0, -1.0, 0.0], atol=1e-9)  # the least norm
+    assert found.attrs["not_unique"] == ["joint 'a'", "joint 'b'"]
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 1e-9, 1e-12])
+def test_members_of_very_different_stiffness(ratio):
+    """The soft one bends as if it were clamped, a = PL²/EI = 1; the stiff one stays straight."""
+
+    def cable(part, x):
+        return fb.Cable(
+            length=1.0, mass_per_length=1.0, axial_stiffness=1e6 * part, bending_stiffness=part,
+            elements=8, start=(x, 0.0),
+        )  # fmt: skip
+
+    def bent(bodies, joints, force):
+        return fb.equilibrium(
+            fb.Mechanism(
+                bodies=bodies, joints=joints, loads={"P": fb.Force("b.end", y=-force)},
+                sensors={"tip": fb.Position("b.end"), "M": fb.ReactionMoment("root")},
+            )
+        )  # fmt: skip
+
+    alone = bent({"b": cable(1.0, 1.0)}, {"root": fb.Weld("b.start", (1.0, 0.0))}, 1.0)
+    np.testing.assert_allclose(alone[:2], [2.0 - 0.0564332, -0.3017208], rtol=1.5e-3)
+    bodies = {"a": cable(1.0, 0.0), "b": cable(ratio, 1.0)}
+    joints = {"clamp": fb.Weld("a.start", (0.0, 0.0)), "root": fb.Weld("b.start", "a.end")}
+    found = bent(bodies, joints, ratio)
+    np.testing.assert_allclose(found, alone * [1.0, 1.0, ratio], rtol=10 * ratio + 1e-7)
+    assert found["stable"]
+
+
+def test_huge_and_tiny_mechanisms_settle():
+    size = np.array([1e-6, 1e-3, 1.0, 1e3])
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=size**3, position=(0.0 * size, -size))},
+        loads={"s": fb.Spring("m", (0.0, 0.0), 100.0 * size**2, size), "gravity": fb.Gravity()},
+        sensors={"m": fb.Position("m")},
+    )
+    found = fb.equilibrium(model).sel(output="m_Y")
+    np.testing.assert_allclose(found, -size - size * 9.81 / 100.0, rtol=1e-9)
+
+
+def test_a_pendulum_upside_down_and_a_column_are_not_stable():
+    """Euler's load of a clamped column, π²EI/4L², is 2.467."""
+    angle = np.array([-np.pi / 2, np.pi / 2])
+    bar = fb.RigidBody.bar(length=1.0, height=0.02, width=0.02, density=1000.0, angle=angle)
+    pendulum = fb.Mechanism(
+        bodies={"bar": bar},
+        joints={"pin": fb.Revolute("bar.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+    )
+    np.testing.assert_array_equal(fb.equilibrium(pendulum)["stable"], [True, False])
+    cable = fb.Cable(
+        length=1.0, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=1.0, elements=8
+    )
+    column = fb.Mechanism(
+        bodies={"c": cable},
+        joints={"clamp": fb.Weld("c.start", (0.0, 0.0))},
+        loads={"P": fb.Force("c.end", x=-np.array([2.466, 2.469]))},
+    )
+    np.testing.assert_array_equal(fb.equilibrium(column)["stable"], [True, False])
+    free = fb.Mechanism(bodies={"c": cable})
+    assert fb.equilibrium(free)["stable"]
+
+
+def test_a_truss_snaps_through():
+    """Two springs of length ℓ₀ on a height of 0.1 m: 2k (ℓ₀/ℓ − 1) y = P, at most 0.038 N."""
+    load, k = np.array([0.03, 0.04, 0.1]), 100.0
+    rest = np.hypot(1.0, 0.1)
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(0.0, 0.1))},
+        loads={
+            "a": fb.Spring("m", (-1.0, 0.0), k, rest),
+            "b": fb.Spring("m", (1.0, 0.0), k, rest),
+            "P": fb.Force("m", y=-load),
+        },
+        sensors={"m": fb.Position("m")},
+    )
+    found = fb.equilibrium(model)
+    y = found.sel(output="m_Y").values
+    np.testing.assert_allclose(2 * k * (rest / np.hypot(1.0, y) - 1) * y, load, rtol=1e-7)
+    np.testing.assert_array_equal(y > 0, [True, False, False])
+    assert found["stable"].all()

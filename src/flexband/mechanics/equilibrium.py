@@ -110,18 +110,18 @@ def rest(
             run(SETTLE, system, _raised(values, k / steps), work, rows[None], failure)
     found = []
     for lane, spin in enumerate(spins):
-        z, balance = work.z[:, lane], None
+        z = work.z[:, lane]
         if failed[0, lane] or not np.isfinite(z).all():
             z = start[:, lane]
-        for k in range(1 if spin.rate else steps, steps + 1):
+        for k in range(1, steps if spin.rate else 1):
             equations = Equations(system, _raised(values, k / steps), lane)
-            balance, settled = find_rest(equations, z, spin.raised(k / steps))
-            z = balance.z
+            z = find_rest(equations, z, spin.raised(k / steps))[0].z
+        balance, settled = find_rest(Equations(system, values, lane), z, spin)
         found.append(balance)
         if not failed[0, lane]:
             failed[0, lane] = 0.0 if settled else NOT_SETTLED
             failed[2, lane] = -1.0 if settled else balance.weakest
-        work.z[:, lane] = z
+        work.z[:, lane] = balance.z
     run(SENSE, system, values, work, rows[None])
     for condition in range(len(system.conditions)):
         wrong = rows[system.sensed - len(system.conditions) + condition] < 0

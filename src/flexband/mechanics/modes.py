@@ -27,11 +27,11 @@ from flexband.mechanics.bodies.body import Point, point
 from flexband.mechanics.engine.balance import Balance
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.eigenmodes import Eigenmodes, eigenmodes
-from flexband.mechanics.engine.entries import SENSE
+from flexband.mechanics.engine.entries import SENSE, statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.linearize import Equations, Spin
 from flexband.mechanics.engine.rotation import check_rotation
-from flexband.mechanics.engine.threads import while_compiling
+from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import rest
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.mechanism import Mechanism
@@ -104,7 +104,8 @@ def modes(
 
     An overdamped motion is two modes with damping ratio 1. There is a first dim "sample" if a
     parameter is an array of more than one value; a sample with fewer modes than others ends with
-    NaN.
+    NaN. ``attrs["unbalanced"]`` lists samples whose loads are not in equilibrium at the start:
+    modes about the start lack the stresses that these loads would cause.
 
     Raises
     ------
@@ -119,19 +120,19 @@ def modes(
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
     else:
-        known("about", about, ["start", "equilibrium"])
+        known("about", about if isinstance(about, str) else repr(about), ["start", "equilibrium"])
     packed = pack(system, AT_START)
     failures = np.zeros((system.samples, 4))
-    found, moving = [], False
+    found, unbalanced, moving = [], [], False
     for block in range(-(-system.samples // WIDTH)):
         own = np.arange(system.samples)[block * WIDTH :][:WIDTH]
         own_spins = None if spins is None else spins[own[0] : own[-1] + 1]
-        solve = partial(
-            _solve, system, packed(block), about == "start", steps, own, own_spins, count
-        )
-        failure, results, moves = while_compiling(solve)
+        solve = partial(_solve, system, packed(block), about, steps, own, own_spins, count)
+        wait = interruptible if statics.signatures else while_compiling
+        failure, results, forced, moves = wait(solve)
         failures[own] = failure.T[: len(own)]
         found += results
+        unbalanced += forced
         moving = moving or moves
     raise_failures(failures, system, np.zeros(1))
     if moving:
@@ -139,7 +140,10 @@ def modes(
             "the mechanism moves at the start; modes(about='equilibrium') are those at rest. "
             "For a rotation give about=SteadyRotation(rate)"
         )
-    return _dataset(system, found)
+    result = _dataset(system, found)
+    if unbalanced:
+        result.attrs["unbalanced"] = unbalanced
+    return result if system.samples > 1 else result.isel(sample=0)
 
 
 def _spins(
@@ -160,44 +164,49 @@ def _spins(
 
 
 def _solve(
-    system: System, values: Values, at_start: bool, steps: int, own: np.ndarray,
-    spins: Sequence[Spin] | None, count: int,
-):  # fmt: skip
-    """Return failures (4, WIDTH), modes and shapes of the samples, and whether they move."""
+    system: System,
+    values: Values,
+    about: object,
+    steps: int,
+    own: np.ndarray,
+    spins: Sequence[Spin] | None,
+    count: int,
+) -> tuple[np.ndarray, list[tuple[Eigenmodes, np.ndarray]], list[int], bool]:
+    """Return failures (4, WIDTH), modes with shapes, unbalanced samples, and whether they move."""
     work, failure = begin(system, values)
     state = system.structure.state
     v = work.z[state.velocity + 1 : state.acceleration, : len(own)]
     scale = values.inverse_scale[1 : 1 + state.coordinates, : len(own)]
     moving = bool(np.any(np.abs(v * scale) > STILL)) and spins is None
-    at_rest = [Spin(0.0, np.zeros(state.coordinates))] * len(own)
-    if at_start:
+    still = Spin(0.0, np.zeros(state.coordinates))
+    if about == "start":
         if moving:
             raise InputError(
                 "about must not be 'start' if the mechanism moves at the start; give "
                 "about='equilibrium', or about=SteadyRotation(rate) for a rotation"
             )
         balances = [
-            Balance(Equations(system, values, k), work.z[:, k], still)
-            for k, still in enumerate(at_rest)
-        ]
-        if any(balance.excess > UNBALANCED for balance in balances):
-            warn(
-                "the loads are not in equilibrium at the start; modes(about='start') are those "
-                "of a mechanism that is held there"
-            )
+            Balance(Equations(system, values, lane), z, still) for lane, z in enumerate(work.z.T)
+        ][: len(own)]
     else:
-        _, failure, balances = rest(system, values, steps, spins or at_rest)
-    results = []
+        _, failure, balances = rest(system, values, steps, spins or [still] * len(own))
+    results, unbalanced = [], []
     for lane, balance in enumerate(balances):
         if failure[0, lane]:
             continue
         if not balance.free:
             raise InputError("the mechanism has no degree of freedom, so it has no modes")
-        found = eigenmodes(balance.linear, balance.basis, count)
+        z, linear, sample = balance.z, balance.linear, int(own[lane])
+        if about == "start":
+            z = work.z[:, lane]
+            linear = balance.equations.linear(z, still)  # with the multipliers of the motion
+            if balance.excess > UNBALANCED:
+                unbalanced.append(sample)
+        found = eigenmodes(linear, balance.basis, count)
         if spins is not None and spins[lane].rate:
-            check_rotation(system, int(own[lane]), balance, found, spins[lane])
-        results.append((found, _shapes(balance.equations, balance.z, found.vectors)))
-    return failure, results, moving
+            check_rotation(system, sample, balance, found, spins[lane])
+        results.append((found, _shapes(balance.equations, z, found.vectors)))
+    return failure, results, unbalanced, moving
 
 
 def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -240,7 +249,7 @@ def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.D
         "eigenvalue": (complex, lambda modes: modes.s, {"units": "1/s"}),
         "frequency": (float, lambda modes: modes.frequency, {"units": "Hz"}),
         "damping_ratio": (float, lambda modes: modes.damping_ratio, {}),
-        "unstable": (bool, lambda modes: modes.s.real > 0, {}),
+        "unstable": (bool, lambda modes: modes.unstable, {}),
     }
     variables = {}
     for name, (kind, of, attrs) in kinds.items():
@@ -253,9 +262,12 @@ def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.D
     )
     for own, (_, shapes) in zip(shape, found, strict=True):
         own[: len(shapes)] = shapes
-    result = xr.Dataset(
+    return xr.Dataset(
         {**variables, "shape": (("sample", "mode", "output"), shape)},
         coords={"output": system.outputs, "unit": ("output", system.units)},
     )
+<<<<<<< HEAD
     return result if system.samples > 1 else result.isel(sample=0)
 >>>>>>> 412794f (WIP complete linearization)
+=======
+>>>>>>> 099ba36 (Modes with all loads, damping and rotation; equilibria judged by their forces)

@@ -8,15 +8,23 @@ the size of the mechanism, so that r [N m] and displacements compare.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lstsq
+from scipy.linalg import eigh, get_lapack_funcs
 
-from flexband.mechanics.engine.eigenmodes import allowed, eigenmodes
+from flexband.mechanics.engine.eigenmodes import (
+    allowed,
+    eigenmodes,
+    is_symmetric,
+    reduced,
+)
 from flexband.mechanics.engine.linearize import Equations, Linear, Spin
 from flexband.mechanics.engine.threads import stop_flag
 
-ITERATIONS = 200
+ITERATIONS = 100
 LONGEST_STEP = 0.1
-"""Relative to the size of the mechanism; longer steps are shortened."""
+"""Relative to the size of the mechanism; longer steps are shortened.
+
+The length grows by a fifth with every step that is.
+"""
 
 UNBALANCED = 1e-9
 """Force that counts as none, relative to the largest one."""
@@ -30,8 +38,17 @@ STEP, STUCK = 1e-8, 1e-11
 RANK = 1e-6
 """Relative size below which a direction of Φ_qᵀ cannot carry a force."""
 
-PUSH, MAX_PUSHES = 1e-3, 3
-"""Displacement, relative to the size, out of a place where Newton's method makes no progress."""
+VIOLATION = 1e-9
+"""Of the constraints, relative to the size of the mechanism."""
+
+SINGULAR = 1e-14
+"""Relative size of a stiffness that counts as none, once each is scaled by its diagonal."""
+
+PUSH, MAX_PUSHES = 1e-4, 3
+"""Displacement, relative to the size, out of a place where Newton's method makes no progress.
+
+The next ones are ten times as large.
+"""
 
 GROWTH = 100.0
 """Of the weight of the stiffness against the inertia, with every step that succeeds."""
@@ -49,21 +66,23 @@ class Balance:
     """
 
     def __init__(self, equations: Equations, z: np.ndarray, spin: Spin):
-        self.equations, size = equations, equations.size
+        self.equations, self.spin, size = equations, spin, equations.size
         z = equations.spun(z, spin)
         z[equations.multipliers] = 0.0
         r, Phi = equations.residual(z)
+        self.directionless, loose = equations.directionless(z)
         rows = equations.jacobian(z) * size
         norms = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
         self.rows, self.violation = rows / norms[:, None], Phi / norms
         self.carried = np.zeros(0)
         if len(rows):
-            self.carried = lstsq(self.rows.T, -size * r, cond=RANK)[0]
+            self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=RANK)[0]
             z[equations.multipliers] = self.carried / norms
         self.z = z
         self.linear = equations.linear(z, spin)
         self.basis = allowed(self.linear.Phi, size, RANK)
         self.forces = self.basis.T @ r
+        self.loose = self.basis.T @ loose
         self.pull = equations.inertia(z)
 
     @property
@@ -91,9 +110,8 @@ class Balance:
         equations, size = self.equations, self.equations.size
         single = np.abs(self.rows.T * self.carried).max(initial=0.0)
         given = [np.abs(size * force).max() for force in (*equations.given(self.z), self.pull)]
-        stiffness = np.abs(self.linear.K) + np.abs(self.linear.L)
-        position = np.abs(self.z[equations.q])
-        noise = ROUNDING * np.abs(self.basis).T @ (stiffness @ position)
+        position = np.abs(self.z[equations.q]) + size
+        noise = ROUNDING * np.abs(self.basis).T @ (self.linear.terms @ position)
         reach = np.abs(self.basis / size[:, None]).max(axis=0, initial=0.0)
         tolerated = UNBALANCED * max(single, *given) * reach + noise + np.finfo(float).tiny
         return float(np.max(np.abs(self.forces) / tolerated, initial=0.0))
@@ -104,60 +122,124 @@ class Balance:
         K = self.linear.K + self.linear.L
         back = np.zeros(len(size))
         if len(self.rows):
-            back = -lstsq(self.rows, self.violation, cond=RANK)[0] * size
+            back = -np.linalg.lstsq(self.rows, self.violation, rcond=RANK)[0] * size
         H = self.basis.T @ (K + self.linear.M / weight) @ self.basis
         right = -self.forces - self.basis.T @ (K @ back)
         scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(H)), np.finfo(float).tiny))
-        y = lstsq(H * scale * scale[:, None], scale * right, cond=1e-14)[0] if self.free else right
-        return (back + self.basis @ (scale * y)) / size
+        y = scale * _solution(H * scale * scale[:, None], scale * right)
+        return (back + self.basis @ y) / size
+
+    def moved(self, step: np.ndarray) -> Balance:
+        """Return the balance after a step, relative to the size."""
+        z = self.z.copy()
+        z[self.equations.q] += step * self.equations.size
+        return Balance(self.equations, z, self.spin)
 
     def push(self) -> np.ndarray:
-        """Return the direction, of length one, in which the forces accelerate the mechanism."""
-        M = self.basis.T @ self.linear.M @ self.basis
-        direction = -self.basis @ np.linalg.solve(M, self.forces) / self.equations.size
+        """Return the direction, of length one, in which the forces accelerate the mechanism.
+
+        Springs without a direction are left out.
+        """
+        M = reduced(self.linear.M, self.basis)
+        forces = self.forces - self.loose
+        if not np.abs(forces).max(initial=0.0) > 0:
+            forces = np.ones(self.free)
+        direction = -self.basis @ np.linalg.solve(M, forces) / self.equations.size
         return direction / np.abs(direction).max()
 
+    def lowest(self) -> float:
+        """Return the lowest ω² [1/s²] of the symmetric part of the stiffness, or 0."""
+        if not self.free:
+            return 0.0
+        K = reduced(self.linear.K + self.linear.L, self.basis)
+        M = reduced(self.linear.M, self.basis)
+        return float(eigh((K + K.T) / 2, M, eigvals_only=True, subset_by_index=[0, 0])[0])
+
     def stable(self) -> bool:
-        """Return whether no small motion grows."""
-        return is_stable(self.linear, self.basis)
+        """Return whether no small motion grows, but for rounding of the multipliers."""
+        floor = ROUNDING * np.abs(self.carried).max(initial=0.0) / self.equations.size**2
+        return is_stable(self.linear._replace(K=self.linear.K + np.diag(floor)), self.basis)
+
+
+def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return x of least norm with matrix @ x = right, where directions without stiffness rest."""
+    if not len(right):
+        return right
+    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (matrix,))
+    lu, order, _ = getrf(matrix)
+    pivots = np.abs(np.diag(lu))
+    if pivots.min() > SINGULAR * pivots.max():
+        return getrs(lu, order, right)[0]
+    return np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0]
 
 
 def is_stable(linear: Linear, basis: np.ndarray) -> bool:
     """Return whether no small motion grows: energy has a minimum, or no eigenvalue is positive."""
     if not basis.shape[1]:
         return True
-    damping = np.linalg.eigvalsh(basis.T @ (linear.D + linear.D.T) @ basis)
-    if damping[0] >= -1e-9 * abs(damping[-1]):
-        still = eigenmodes(linear._replace(D=np.zeros_like(linear.D)), basis, 1)
-        if still.conservative:
-            return not np.any(still.s.real > 0)
-    return not np.any(eigenmodes(linear, basis, 2 * basis.shape[1]).s.real > 0)
+    D, L = (reduced(part, basis) for part in (linear.D, linear.L))
+    count = 2 * basis.shape[1]
+    if is_symmetric(L) and _no_growth(D + D.T):
+        K = reduced(linear.K + linear.L, basis)
+        try:
+            np.linalg.cholesky(K + K.T)
+            return True
+        except np.linalg.LinAlgError:
+            linear, count = linear._replace(D=np.zeros_like(linear.D)), 1
+    return not np.any(eigenmodes(linear, basis, count).unstable)
+
+
+def _no_growth(damping: np.ndarray) -> bool:
+    """Return whether damping never gives energy."""
+    if not damping.any():
+        return True
+    powers = np.linalg.eigvalsh(damping)
+    return bool(powers[0] >= -1e-9 * abs(powers[-1]))
 
 
 def find_rest(equations: Equations, z: np.ndarray, spin: Spin) -> tuple[Balance, bool]:
-    """Move to an equilibrium; return the balance there, or where the search ended, and success.
+    """Move to an equilibrium; return the balance there, or where the search ended, and success."""
+    found = _search(equations, z, spin, downhill=False)
+    return found if found[1] else _search(equations, z, spin, downhill=True)
 
-    Inertia keeps the first steps short. It loses weight while the forces become smaller.
+
+def _search(
+    equations: Equations, z: np.ndarray, spin: Spin, downhill: bool
+) -> tuple[Balance, bool]:
+    """Move to an equilibrium, any one or, if `downhill`, one that is stable.
+
+    Inertia keeps the first steps short and loses weight as the forces become smaller. Downhill it
+    keeps so much weight that the energy decreases.
     """
-    weight, pushes, before = 1e3 * float(equations.values.rigidity[0, 0]), 0, np.inf
-    balance = Balance(equations, z, spin)
+    rigidity, pushes, before = float(equations.values.rigidity[0, 0]), 0, np.inf
+    weight = rigidity if downhill else 1e3 * rigidity
+    balance, longest = Balance(equations, z, spin), LONGEST_STEP
     for _ in range(ITERATIONS):
-        excess, step = balance.excess, balance.step(weight)
-        largest = np.abs(step).max()
-        if not np.isfinite(excess + largest) or stop_flag().any():
+        excess = balance.excess
+        if not np.isfinite(excess) or stop_flag().any():
             break
-        if excess <= 1.0 and np.abs(balance.violation).max(initial=0.0) < 1e-9:
-            if np.abs(balance.step(np.inf)).max() < STEP:
-                return balance, True
-        elif largest < STUCK and np.abs(balance.step(np.inf)).max() < STUCK:
+        at_rest = excess <= 1.0 and np.abs(balance.violation).max(initial=0.0) < VIOLATION
+        if at_rest and not balance.directionless:
+            step = balance.step(np.inf)
+            if np.abs(step).max() < STEP:
+                last = balance if excess < 0.01 and not spin.rate else balance.moved(step)
+                return last if last.excess < excess else balance, True
+        if downhill:
+            weight = min(weight, 0.5 / max(-balance.lowest(), 1e-250))
+        step = balance.step(weight)
+        largest = np.abs(step).max()
+        if balance.directionless or (
+            not at_rest and largest < STUCK and np.abs(balance.step(np.inf)).max() < STUCK
+        ):
             if pushes == MAX_PUSHES:
                 break
-            pushes, before = pushes + 1, np.inf
-            weight = float(equations.values.rigidity[0, 0])
-            step, largest = 10.0**pushes * 0.1 * PUSH * balance.push(), 0.0
-        weight = min(weight * GROWTH, 1e250) if excess <= before else weight / 10.0
+            step, largest = 10.0**pushes * PUSH * balance.push(), 0.0
+            pushes, before, weight = pushes + 1, np.inf, rigidity
+        if excess <= before or downhill:
+            weight = min(weight * (10.0 if downhill else GROWTH), 1e250)
+        else:
+            weight = weight / 10.0
         before = excess
-        q = balance.z.copy()
-        q[equations.q] += min(1.0, LONGEST_STEP / max(largest, 1e-300)) * step * equations.size
-        balance = Balance(equations, q, spin)
+        balance = balance.moved(min(1.0, longest / max(largest, 1e-300)) * step)
+        longest = 1.2 * longest if largest > longest else LONGEST_STEP
     return balance, False

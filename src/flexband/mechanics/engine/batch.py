@@ -113,8 +113,8 @@ def run(
     )
     # There is one signature. Dispatch on the types of a hundred arguments takes 0.2 ms per call.
     entry = dynamics if task in (START, MARCH) else statics
-    known = entry.signatures
-    (entry.overloads[known[0]].entry_point if known else entry)(*arguments)
+    ready = next(iter(entry.overloads.values()), None)
+    (entry if ready is None else ready.entry_point)(*arguments)
     if system.laws and failure is not NOTHING:
         blame_laws(system, failure, method.step if task == MARCH else 0.0)
 

@@ -6,7 +6,7 @@ real and found by the symmetric eigenproblem; otherwise s is complex in general.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh, qr, solve_triangular
@@ -33,18 +33,22 @@ class Eigenmodes(NamedTuple):
 
     s: np.ndarray
     vectors: np.ndarray
-    conservative: bool
 
     @property
     def frequency(self) -> np.ndarray:
         """|s|/2π [Hz], negative for a motion that grows without oscillating."""
-        growing = (self.s.imag == 0) & (self.s.real > 0)
+        growing = (np.imag(self.s) == 0) & self.unstable
         return np.where(growing, -1.0, 1.0) * np.abs(self.s) / (2 * np.pi)
+
+    @property
+    def unstable(self) -> np.ndarray:
+        """Whether the motion grows."""
+        return np.real(self.s) > 0
 
     @property
     def damping_ratio(self) -> np.ndarray:
         """−Re s/|s|, 0 where s is."""
-        return -self.s.real / np.maximum(np.abs(self.s), np.finfo(float).tiny)
+        return 0.0 - np.real(self.s) / np.maximum(np.abs(self.s), np.finfo(float).tiny)
 
 
 def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray:
@@ -58,7 +62,7 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
         return np.diag(size)
     rows = Phi * size
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    _, R, order = qr(rows, mode="economic", pivoting=True)
+    R, order = _pivoted(rows)
     count = int(np.sum(np.abs(np.diag(R)) > rank * max(abs(R[0, 0]), rank)))
     basis = np.zeros((n, n - count))
     basis[order[count:]] = np.eye(n - count)
@@ -68,24 +72,39 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
     return basis * size[:, None]
 
 
+def reduced(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Return a matrix on the directions of a basis."""
+    return basis.T @ matrix @ basis if matrix.any() else np.zeros((basis.shape[1],) * 2)
+
+
+def _pivoted(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return R of a QR factorization with exchanged columns, and their order."""
+    found: Any = qr(matrix, mode="economic", pivoting=True)
+    return found[1], found[2]
+
+
+def is_symmetric(loads: np.ndarray) -> bool:
+    """Return whether the stiffness of loads is symmetric, so that they have a potential."""
+    return bool(np.abs(loads - loads.T).max() <= SYMMETRY * np.abs(loads).max())
+
+
 def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
     """Return the `count` modes of lowest frequency, or all if there are fewer."""
-    M, D, L = (basis.T @ part @ basis for part in (linear.M, linear.D, linear.L))
-    symmetric = np.abs(L - L.T).max() <= SYMMETRY * np.abs(L).max()
+    M, D, L = (reduced(part, basis) for part in (linear.M, linear.D, linear.L))
+    symmetric = is_symmetric(L)
     if symmetric:
         linear = linear._replace(L=(linear.L + linear.L.T) / 2)
-    K = basis.T @ (linear.K + linear.L) @ basis
+    K = reduced(linear.K + linear.L, basis)
     if D.any():
-        s, vectors = _general(linear, M, D, K, basis, count)
+        s, vectors = _general(linear, M, D, K, basis, count, symmetric)
     elif symmetric:
         s, vectors = _conservative(linear, M, (K + K.T) / 2, basis, count)
     else:
         s, vectors = _circulatory(linear, M, K, basis, count)
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=0)[None], axis=0)
-    vectors = vectors * np.where(largest.real < 0, -1.0, 1.0)
-    found = Eigenmodes(s, vectors, symmetric and not D.any())
-    order = np.argsort(found.frequency, kind="stable")[:count]
-    return found._replace(s=s[order], vectors=vectors[:, order])
+    vectors = vectors * np.where(np.real(largest) < 0, -1.0, 1.0)
+    order = np.argsort(Eigenmodes(s, vectors).frequency, kind="stable")[:count]
+    return Eigenmodes(s[order], vectors[:, order])
 
 
 def _conservative(linear: Linear, M, K, basis: np.ndarray, count: int):
@@ -95,7 +114,7 @@ def _conservative(linear: Linear, M, K, basis: np.ndarray, count: int):
     squares, z = eigh(soft.T @ (linear.K + linear.L) @ soft, soft.T @ linear.M @ soft)
     vectors = soft @ z
     squares = np.where(np.abs(squares) > rounding(linear, vectors), squares, 0.0)
-    return np.sqrt(-squares.astype(complex)), vectors
+    return np.sqrt(np.abs(squares)) * np.where(squares > 0, 1j, 1.0), vectors
 
 
 def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
@@ -104,17 +123,21 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
     shift = 1.3 * far[min(count, len(far)) - 1] + np.finfo(float).tiny
     inverse, y = np.linalg.eig(np.linalg.solve(K + shift * M, shift * M))
     squares = shift / inverse - shift
-    squares, y = squares[squares.imag >= 0], y[:, squares.imag >= 0]
+    upper = np.imag(squares) >= 0
+    squares, y = squares[upper], y[:, upper]
     vectors = _normalized(linear, basis @ y)
-    squares = np.where(np.abs(squares) > rounding(linear, vectors), squares, 0.0)
+    noise = rounding(linear, vectors)
+    squares = np.where(np.abs(squares) > noise, squares, 0.0)
+    pure = np.abs(np.imag(squares)) <= PURE * np.abs(squares) + noise
+    squares = np.where(pure, np.real(squares), squares)
     s = np.sqrt(-squares.astype(complex))
-    s = np.where(s.imag < 0, -s, s)
-    flutter = squares.imag > 0
+    s = np.where(np.imag(s) < 0, -s, s)
+    flutter = np.imag(squares) > 0
     vectors = np.hstack([vectors, np.conj(vectors[:, flutter])])
     return np.append(s, -np.conj(s[flutter])), vectors
 
 
-def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int):
+def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: bool):
     """Solve (s² M + s D + K) φ = 0, shifted to the modes of low frequency and inverted."""
     n = len(M)
     one, none = np.eye(n), np.zeros((n, n))
@@ -127,16 +150,19 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int):
     inverse, y = np.linalg.eig(np.block([upper, [one + upper[0], upper[1]]]))
     inverse = np.where(inverse == 0, np.finfo(float).tiny, inverse)
     s = shift * (1 + 1 / inverse)
-    s, vectors = s[s.imag >= 0], _normalized(linear, basis @ y[:n, s.imag >= 0])
+    kept = np.imag(s) >= 0
+    s, vectors = s[kept], _normalized(linear, basis @ y[:n, kept])
     noise, size = rounding(linear, vectors), np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
     resting = np.maximum(size**2, size * damping) <= noise
     s[resting] = 0.0
-    pure = np.abs(s.real) * size <= PURE * size**2 + noise
-    s = np.where(pure, 1j * s.imag, s)
+    pure = np.abs(np.real(s)) * size <= PURE * size**2 + noise
+    if symmetric and np.abs(D + D.T).max() <= PURE * np.abs(D).max():
+        pure |= np.real(s) ** 2 <= noise  # a double eigenvalue, which rounding divides
+    s = np.where(pure, 1j * np.imag(s), s)
     keep = np.flatnonzero(~resting)
     if resting.any():  # a motion that is free has the eigenvalue 0 twice, with one vector
-        _, R, order = qr(vectors[:, resting], mode="economic", pivoting=True)
+        R, order = _pivoted(vectors[:, resting])
         own = np.abs(np.diag(R)) > 1e-3 * abs(R[0, 0])
         keep = np.append(np.flatnonzero(resting)[order[: len(own)][own]], keep)
     return s[keep], vectors[:, keep]
@@ -148,11 +174,16 @@ def _normalized(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     turn = np.exp(-0.5j * np.angle(np.sum(vectors * weighted, axis=0)))
     size = np.sqrt(np.sum(np.conj(vectors) * weighted, axis=0).real)
     vectors = vectors * (turn / size)
-    small = np.abs(vectors.imag).max(axis=0) < PURE * np.abs(vectors).max(axis=0)
-    return vectors.real if small.all() else vectors
+    small = np.abs(np.imag(vectors)).max(axis=0) < PURE * np.abs(vectors).max(axis=0)
+    return np.real(vectors) if small.all() else vectors
 
 
 def rounding(linear: Linear, vectors: np.ndarray) -> np.ndarray:
-    """Return what rounding of the stiffness makes of s² of each mode."""
-    size = np.abs(vectors)
-    return ROUNDING * np.einsum("im,ij,jm->m", size, np.abs(linear.K) + np.abs(linear.L), size)
+    """Return what rounding of the stiffness makes of s² of each mode.
+
+    The force in a stretched member is rounded relative to its axial stiffness and resists motions
+    across it, so both components of a vector of the plane count as one.
+    """
+    size = np.abs(vectors).reshape(-1, 2, vectors.shape[1]).max(axis=1)
+    pairs = linear.terms.reshape(len(size), 2, len(size), 2).max(axis=(1, 3))
+    return ROUNDING * np.einsum("im,ij,jm->m", size, pairs, size)

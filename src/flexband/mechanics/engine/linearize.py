@@ -26,6 +26,9 @@ from flexband.mechanics.kernels.lane_type import WIDTH, zeros
 NUDGE = 1e-6
 """Displacement of the central differences of loads, relative to the size of the mechanism."""
 
+NO_LENGTH = 1e-12
+"""Length of a spring, relative to the size of the mechanism, that counts as none."""
+
 FAST = 1e9
 """Weight of the damping against the stiffness [1/s] in the matrix that damping is taken from."""
 
@@ -38,6 +41,7 @@ class Linear(NamedTuple):
     K: np.ndarray
     L: np.ndarray
     Phi: np.ndarray  # (multipliers, coordinates)
+    terms: np.ndarray  # magnitudes of the terms of K + L, whose rounding matters
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,27 @@ class Equations:
         """Return the constant forces, and those of products and force laws."""
         return self.values.weight[self.q, 0], self.loads(z[:, None])[:, 0]
 
+    def directionless(self, z: np.ndarray) -> tuple[bool, np.ndarray]:
+        """Return whether springs of no length pull with a force that they cannot have.
+
+        The other result is the residual's part that stems from springs of no length. Their pull
+        has no direction, so they hold any force up to their tension, and none if they push.
+        """
+        springs, vectors = self.system.structure.springs, self.system.structure.vectors
+        wrong, part = False, np.zeros(self.state.coordinates)
+        for s in range(springs.translational):
+            own = slice(vectors.start[springs.vector[s]], vectors.start[springs.vector[s] + 1])
+            columns = vectors.coordinate[own]
+            x, y = self.values.vectors.x[own, 0], self.values.vectors.y[own, 0]
+            d = np.array([x @ z[columns], y @ z[columns]])
+            length = self.work.z[self.state.elongation + s, 0]
+            tension = self.work.z[self.state.tension + s, 0]
+            if length < NO_LENGTH * self.size.max() and abs(tension) > 0:
+                pull = tension * d / length
+                wrong |= tension < 0 or np.hypot(*d) > length
+                np.add.at(part, columns - 1, pull[0] * x + pull[1] * y)
+        return wrong, part
+
     def inertia(self, z: np.ndarray) -> np.ndarray:
         """Return M a."""
         return self.mass @ z[self.a]
@@ -151,9 +176,10 @@ class Equations:
         K, Phi = matrix[:n, :n] - M, matrix[n:, :n]
         D = (self._matrix(z, FAST) - matrix)[:n, :n] / FAST
         by_place, by_rate = self._load_derivatives(z, spin)
-        omega = spin.rate
-        K, D = K - omega**2 * M, D - by_rate + 2 * omega * turning(M)
-        return Linear(M, D, K, -by_place - omega * turning(by_rate), Phi)
+        centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)
+        L = -by_place - spin.rate * turning(by_rate)
+        terms = np.abs(K) + np.abs(L) + np.abs(centrifugal)
+        return Linear(M, D - by_rate + coriolis, K - centrifugal, L, Phi, terms)
 
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
         """Return ∂Q/∂q and ∂Q/∂v by central differences, four columns at a time."""

@@ -14,7 +14,7 @@ from flexband.mechanics.engine.linearize import Equations, Spin, turned
 ANGLES = (1.0, 2.4)
 """By which the mechanism is turned [rad]; no mechanism is symmetric under both by chance."""
 
-DIFFERENCE = 1e-6
+DIFFERENCE = 1e-5
 """Relative difference of the equations from which on they count as different."""
 
 UNBALANCED = 1e3
@@ -58,7 +58,7 @@ def check_rotation(
             np.abs(_seen(b, other[1]) - _seen(a, one[1]))
             for a, b in ((one[0].K + one[0].L, other[0].K + other[0].L), (one[0].D, other[0].D))
         )
-        allowed = DIFFERENCE * np.outer(pace, pace) + 10 * np.outer(noise, noise)
+        allowed = DIFFERENCE * np.outer(pace, pace) + np.outer(noise, noise)
         if np.any(stiffness > allowed) or np.any(damping > DIFFERENCE * np.add.outer(pace, pace)):
             raise InputError(f"{refused}its stiffness or damping depends on its angle")
 

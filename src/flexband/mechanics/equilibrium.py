@@ -121,8 +121,11 @@ def rest(
         if not failed[0, lane]:
             failed[0, lane] = 0.0 if settled else NOT_SETTLED
             failed[2, lane] = -1.0 if settled else balance.weakest
+            balance.equations.residual(balance.z)
+            if balance.equations.failure[0, 0]:
+                failed[:, lane] = balance.equations.failure[:, 0]
         work.z[:, lane] = balance.z
-    run(SENSE, system, values, work, rows[None])
+    run(SENSE, system, values, work, rows[None], failed)
     for condition in range(len(system.conditions)):
         wrong = rows[system.sensed - len(system.conditions) + condition] < 0
         failed[:3, wrong & (failed[0] == 0)] = [[WRONG_BRANCH], [0.0], [condition]]

@@ -120,7 +120,7 @@ def modes(
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
     else:
-        known("about", about if isinstance(about, str) else repr(about), ["start", "equilibrium"])
+        known("about", about, ["start", "equilibrium"])
     packed = pack(system, AT_START)
     failures = np.zeros((system.samples, 4))
     found, unbalanced, moving = [], [], False
@@ -219,28 +219,13 @@ def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndar
         work.z[:] = z[:, None]
         for lane, step in enumerate((1.0, -1.0, 1.0j, -1.0j)):
             work.z[equations.q, lane] += (step.conjugate() * size * vector).real
-        run(SENSE, system, equations.values, work, rows[None])
+        run(SENSE, system, equations.values, work, rows[None], equations.failure)
         found = derive(system, rows[:, None].copy())[:, 0]
         parts = [(found[:, k] - found[:, k + 1]) / (2 * size) for k in (0, 2)]
         shapes.append(parts[0] + 1j * parts[1] if np.iscomplexobj(vectors) else parts[0])
     return np.stack(shapes)
 
 
-<<<<<<< HEAD
-def _linear(system: System, values: Values, about: str, steps: int):
-    """Return the state, failures, and M, K and Φ_q for every lane, shapes (WIDTH, …)."""
-    if about == "equilibrium":
-        _, failure, work = rest(system, values, steps)
-    else:
-        work, failure = begin(system, values)
-    count, dense = system.structure.state.coordinates, []
-    for weight in (0.0, 1.0):
-        run(LINEARIZE, system, values, work, failure=failure, number=weight)
-        dense.append(to_dense(system.structure.pattern, work.matrix))
-    q, multipliers = slice(0, count), slice(count, None)
-    K = (dense[1] - dense[0])[:, q, q]
-    return work, failure, dense[0][:, q, q], K, dense[0][:, multipliers, q]
-=======
 def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.Dataset:
     """Return the results of all samples, those with fewer modes than others filled up by NaN."""
     most = max(len(modes.s) for modes, _ in found)
@@ -266,8 +251,3 @@ def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.D
         {**variables, "shape": (("sample", "mode", "output"), shape)},
         coords={"output": system.outputs, "unit": ("output", system.units)},
     )
-<<<<<<< HEAD
-    return result if system.samples > 1 else result.isel(sample=0)
->>>>>>> 412794f (WIP complete linearization)
-=======
->>>>>>> 099ba36 (Modes with all loads, damping and rotation; equilibria judged by their forces)

@@ -88,6 +88,7 @@ class Equations:
         self.system, self.state = system, system.structure.state
         self.values = mapped(lambda rows: _copies(rows[:, lane]), values)
         self.work = Work.of(system.structure)
+        self.failure = np.zeros((4, WIDTH))  # of force laws, in the last evaluation
         self.q = slice(1, 1 + self.state.coordinates)
         self.v = slice(self.state.velocity + 1, self.state.acceleration)
         self.a = slice(self.state.acceleration + 1, self.state.energy)
@@ -122,7 +123,7 @@ class Equations:
     def residual(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return M a + Φ_qᵀλ + F − Q, and Φ."""
         self.work.z[:] = z[:, None]
-        run(RESIDUAL, self.system, self.values, self.work)
+        self._run(RESIDUAL, self.system)
         r = self.work.r[:, 0].copy()
         return r[self.q], r[self.multipliers]
 
@@ -159,15 +160,19 @@ class Equations:
         """Return M a."""
         return self.mass @ z[self.a]
 
+    def _run(self, task: int, system: System, number: float = 0.0) -> None:
+        self.failure[:] = 0.0
+        run(task, system, self.values, self.work, failure=self.failure, number=number)
+
     def _matrix(self, z: np.ndarray, rate: float) -> np.ndarray:
         self.work.z[:] = z[:, None]
-        run(LINEARIZE, self._bare, self.values, self.work, number=rate)
+        self._run(LINEARIZE, self._bare, rate)
         return to_dense(self.system.structure.pattern, self.work.matrix)[0]
 
     def loads(self, z: np.ndarray) -> np.ndarray:
         """Return the generalized forces Q of products and force laws for eight states."""
         self.work.z[:] = z
-        run(LOADS, self.system, self.values, self.work)
+        self._run(LOADS, self.system)
         return -self.work.r[self.q]
 
     def linear(self, z: np.ndarray, spin: Spin) -> Linear:

@@ -3,9 +3,12 @@
 import flexible
 import pytest
 import rigid
+import stability
+
+PROBLEMS = [*rigid.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
 
 
-@pytest.mark.parametrize("problem", [*rigid.PROBLEMS, *flexible.PROBLEMS], ids=lambda p: p.__name__)
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.__name__)
 def test_published_problem(problem):
     checks = problem()
     assert checks

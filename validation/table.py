@@ -11,6 +11,7 @@ from pathlib import Path
 
 import flexible
 import rigid
+import stability
 from checks import Check
 
 PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
@@ -34,6 +35,9 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
   selective element converges to the Reissner beam, 8.099e-4.
 - **Stiff pendulum**: neither the reference nor a cable includes the rotary inertia of sections. A
   beam of the same square section includes it, and its tip lags by 8e-4 m at 0.5 s.
+- **Beck's column** and the **rotating cantilever** (Wright, Smith, Thresher and Wang 1982) are thin
+  cables. The latter's references are frequencies of motions out of the plane, η; in the plane of
+  rotation they are √(η² − Ω²).
 - **Elastica** and **soft pendulum** are thin. Cables do not lock. The shear-deformable beam locks
   if its elements are much longer than high: for L/h = 100 and a = 5, the error of 16 elements is
   7e-3.
@@ -42,7 +46,7 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 
 def checks() -> list[Check]:
     """Return the checks of all problems."""
-    problems = [*rigid.PROBLEMS, *flexible.PROBLEMS]
+    problems = [*rigid.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
     return list(chain.from_iterable(problem() for problem in problems))
 
 

@@ -22,6 +22,7 @@ ROOMS = [
     "mechanics.joints",
     "mechanics.loads",
     "mechanics.sensors",
+    "mechanics.parts",
     "mechanics.mechanism",
     "mechanics.assembly",
     "mechanics.engine",

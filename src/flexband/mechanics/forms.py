@@ -131,6 +131,11 @@ Vector = tuple[Form, Form]
 """Two forms: the X and Y components of a vector of the plane."""
 
 
+def moves(vector: Vector) -> bool:
+    """Return whether a linear vector depends on the coordinates."""
+    return any(j > 0 for form in vector for _, j, _ in form.terms)
+
+
 def fixed(vector: tuple[ArrayLike, ArrayLike]) -> Vector:
     """Return a vector that does not depend on the state."""
     return Form.constant(vector[0]), Form.constant(vector[1])

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from operator import methodcaller
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError
+from flexband.errors import InputError, shown
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
@@ -38,14 +38,17 @@ from flexband.mechanics.loads.load import (
     MomentEntry,
     SpringEntry,
 )
+from flexband.mechanics.parts import (
+    KINDS,
+    check_body,
+    check_entries,
+    check_forms,
+    check_outputs,
+    entered,
+    naming,
+    owned_parts,
+)
 from flexband.mechanics.sensors.motion import Sensor
-
-KINDS = {
-    "bodies": ("body", Body),
-    "joints": ("joint", Joint),
-    "loads": ("load", Load),
-    "sensors": ("sensor", Sensor),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,13 +58,14 @@ class Mechanism:
     Parameters
     ----------
     bodies, joints, loads, sensors : name -> object. A sensor named "F" gives outputs such as "F_X"
-        and "F_Y".
+        and "F_Y". The mechanism keeps copies, so that changing a mapping or an array later does
+        not change it.
 
     Raises
     ------
     InputError
-        If there is no body, or a joint, load or sensor names something that the mechanism lacks. So
-        do all methods that look up a name.
+        If there is no body, two outputs have one name, or a joint, load or sensor names something
+        that the mechanism lacks. So do all methods that look up a name.
     """
 
     bodies: Mapping[str, Body]
@@ -70,24 +74,26 @@ class Mechanism:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        for kinds in KINDS:
+            object.__setattr__(self, kinds, owned_parts(kinds, getattr(self, kinds)))
         if not self.bodies:
             raise InputError("a Mechanism needs at least one body; got none")
-        for name in self.bodies:
-            if "." in name or not name:
-                raise InputError(f"a body's name must be non-empty and without a dot; got {name!r}")
-        for kinds, (kind, base) in KINDS.items():
-            for name, part in getattr(self, kinds).items():
-                if not isinstance(part, base):
-                    raise InputError(f"{kinds}[{name!r}] must be a {kind}; got {part!r}")
+        for name, body in self.bodies.items():
+            naming(f"body {name!r}", check_body, body)
         for name, joint in self.joints.items():
-            _naming(f"joint {name!r}", self._check_joint, joint)
+            naming(f"joint {name!r}", self._check_joint, joint)
         for name in self.loads:
+            naming(f"load {name!r}", partial(check_entries, state=self.state), self.entries[name])
             self.forces(name)
+        check_outputs(self.sensors)
         for name, sensor in self.sensors.items():
-            _naming(f"sensor {name!r}", sensor.rows, self)
+            rows = naming(f"sensor {name!r}", sensor.rows, self)
+            naming(f"sensor {name!r}", partial(check_forms, "rows", rows=self.state.rows), rows)
 
     def _check_joint(self, joint: Joint) -> None:
-        for row in joint.constraints(self.frame):
+        rows = joint.constraints(self.frame)
+        check_forms("constraints", rows, 1 + sum(body.size for body in self.bodies.values()))
+        for row in rows:
             moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
             if not moved and not row.polar:
                 raise InputError(
@@ -148,7 +154,7 @@ class Mechanism:
         for name, body in self.bodies.items():
             yield (
                 self.first_coordinates[name],
-                _naming(f"body {name!r}", methodcaller(method), body),
+                naming(f"body {name!r}", methodcaller(method), body),
             )
 
     @cached_property
@@ -192,7 +198,8 @@ class Mechanism:
     def entries(self) -> dict[str, Entries]:
         """What each load enters in the equations of motion."""
         return {
-            name: _naming(f"load {name!r}", load.enters, self) for name, load in self.loads.items()
+            name: naming(f"load {name!r}", partial(entered, load), self)
+            for name, load in self.loads.items()
         }
 
     @cached_property
@@ -328,13 +335,6 @@ class Mechanism:
 
 
 def _within(kind: str, name: str, parts: Mapping[str, object]) -> None:
-    if name not in parts:
+    if not isinstance(name, str) or name not in parts:
         there = ", ".join(parts) or "none"
-        raise InputError(f"{kind} {name!r} is not in the mechanism; there is {there}")
-
-
-def _naming(place: str, action: Callable, argument: object) -> Any:
-    try:
-        return action(argument)
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from None
+        raise InputError(f"{kind} {shown(name)} is not in the mechanism; there is {there}")

@@ -30,6 +30,7 @@ from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.compiled_laws import CompiledLaw
 from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.sensors.motion import Sensor
 
 TURNING = 1e3
 """How much more assembly minds turning a rigid body by 1 rad than moving it by the size of all."""
@@ -198,17 +199,32 @@ def _sensors(mechanism: Mechanism):
     """Return outputs, units, sensors with their rows, owners of conditions, and all the rows."""
     outputs, units, sensors, conditions, rows = [], [], [], [], []
     for name, sensor in mechanism.sensors.items():
+        before = len(outputs)
         for suffix, unit in sensor.outputs():
             outputs.append(name + suffix)
             units.append(unit)
         first = len(rows)
         rows += sensor.rows(mechanism)
-        sensors.append((partial(sensor.derive, model=mechanism), slice(first, len(rows))))
+        derived = partial(_derived, name, len(outputs) - before, sensor, mechanism)
+        sensors.append((derived, slice(first, len(rows))))
     for name, joint in mechanism.joints.items():
         positive = joint.conditions(mechanism.frame)
         conditions += [name] * len(positive)
         rows += positive
     return outputs, units, sensors, conditions, rows
+
+
+def _derived(
+    name: str, count: int, sensor: Sensor, mechanism: Mechanism, rows: np.ndarray
+) -> np.ndarray:
+    """Return the outputs of a sensor, shape (outputs, times, lanes)."""
+    outputs = np.asarray(sensor.derive(rows, mechanism))
+    if outputs.shape != (count, *rows.shape[1:]):
+        raise InputError(
+            f"sensor {name!r}: derive must return shape (outputs, times, lanes), "
+            f"{(count, *rows.shape[1:])}; got {outputs.shape}"
+        )
+    return outputs
 
 
 def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:

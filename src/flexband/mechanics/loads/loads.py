@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from flexband.errors import finite, flag, function
+from flexband.errors import InputError, finite, flag, function
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.forms import Form, TimeFunction, about, at_point
+from flexband.mechanics.forms import Form, TimeFunction, about, at_point, moves
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.load import (
     Entries,
@@ -123,6 +123,8 @@ class Moment:
     def enters(self, model: Model) -> Entries:
         """Return M ∂θ/∂q."""
         moment, frame = in_time("moment", self.moment), model.frame(self.point)
+        if not moves(frame.normal):
+            raise InputError(f"a Moment acts on a body that rotates; {self.point!r} does not")
         if frame.rigid:
             return Entries(forces=about(moment, frame.normal))
         return Entries(moments=[MomentEntry(frame.normal, moment)])

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from flexband.errors import finite, non_negative, plausible_angle
-from flexband.mechanics.forms import subtract
+from flexband.errors import InputError, finite, non_negative, plausible_angle
+from flexband.mechanics.forms import moves, subtract
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.load import Entries, InTime, Model, SpringEntry, in_time
 
@@ -111,6 +111,8 @@ class TorsionSpring:
     def enters(self, model: Model) -> Entries:
         """Return a spring along the angle between the normals of the two sections."""
         normals = [model.frame(point).normal for point in self.points]
+        if not any(map(moves, normals)):
+            raise InputError("a TorsionSpring must join a body that rotates")
         pull = -in_time("torque", self.torque)
         numbers = (self.stiffness, self.rest_angle, self.cubic, self.damping, pull)
         return Entries(springs=[SpringEntry(normals, *numbers)])

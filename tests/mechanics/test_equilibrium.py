@@ -158,6 +158,15 @@ def test_a_pendulum_upside_down_and_a_column_are_not_stable():
         loads={"P": fb.Force("c.end", x=-np.array([2.466, 2.469]))},
     )
     np.testing.assert_array_equal(fb.equilibrium(column)["stable"], [True, False])
+    pushed = fb.Mechanism(
+        bodies=column.bodies,
+        joints=column.joints,
+        loads={"P": fb.Force("c.end", x=-1.0152 * np.pi**2 / 4, y=1e-5)},
+        sensors={"angle": fb.Angle("c.end")},
+    )
+    buckled = fb.equilibrium(pushed)  # the elastica of P/P₁ = 1.0152 turns its end by 20°
+    np.testing.assert_allclose(buckled, np.radians(20.0), rtol=2e-2)
+    assert buckled["stable"]
     free = fb.Mechanism(bodies={"c": cable})
     assert fb.equilibrium(free)["stable"]
 

@@ -13,7 +13,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.balance import Balance, find_rest
 from flexband.mechanics.engine.batch import begin, derive, run
-from flexband.mechanics.engine.entries import SENSE, SETTLE
+from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.linearize import Equations, Spin
 from flexband.mechanics.engine.redundancy import dependent
@@ -29,7 +29,7 @@ def equilibrium(
     """Compute a static equilibrium of a mechanism under its loads.
 
     The search starts from the assembled guess. If there are several equilibria it finds one of
-    them, which may be unstable; the result says so.
+    them, if possible a stable one; the result says whether it is.
 
     Parameters
     ----------
@@ -75,7 +75,8 @@ def equilibrium(
                     redundant[sample] = balance.z
         return len(own)
 
-    while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))
+    if not statics.signatures:
+        while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))
     in_parallel(settle, -(-system.samples // WIDTH), system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
     result = xr.DataArray(
@@ -115,8 +116,9 @@ def rest(
             z = start[:, lane]
         for k in range(1, steps if spin.rate else 1):
             equations = Equations(system, _raised(values, k / steps), lane)
-            z = find_rest(equations, z, spin.raised(k / steps))[0].z
-        balance, settled = find_rest(Equations(system, values, lane), z, spin)
+            z = find_rest(equations, z, spin.raised(k / steps), z)[0].z
+        first = z if spin.rate else start[:, lane]
+        balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
         found.append(balance)
         if not failed[0, lane]:
             failed[0, lane] = 0.0 if settled else NOT_SETTLED

@@ -197,10 +197,22 @@ def _no_growth(damping: np.ndarray) -> bool:
     return bool(powers[0] >= -1e-9 * abs(powers[-1]))
 
 
-def find_rest(equations: Equations, z: np.ndarray, spin: Spin) -> tuple[Balance, bool]:
-    """Move to an equilibrium; return the balance there, or where the search ended, and success."""
+def find_rest(
+    equations: Equations, z: np.ndarray, spin: Spin, start: np.ndarray
+) -> tuple[Balance, bool]:
+    """Move to an equilibrium; return the balance there, or where the search ended, and success.
+
+    If the equilibrium near z is not stable, or there is none, the search goes downhill: from
+    `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
+    """
     found = _search(equations, z, spin, downhill=False)
-    return found if found[1] else _search(equations, z, spin, downhill=True)
+    if not found[1]:
+        return _search(equations, z, spin, downhill=True)
+    if not found[0].stable():
+        other = _search(equations, start, spin, downhill=True)
+        if other[1] and other[0].stable():
+            return other
+    return found
 
 
 def _search(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import inspect
 import re
+import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Annotated, Any
 
 import rich.progress as rp
@@ -14,16 +17,27 @@ import typer
 from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
+from typer.core import TyperGroup
 
 import flexband as fb
 from flexband.errors import known, whole
 from flexband.report import tables
-from flexband.report.results import write_comparison, write_netcdf, write_run
+from flexband.report.results import write_bands_report, write_comparison, write_netcdf
+from flexband.report.terminal import print_anywhere
 from flexband.study.comparison import compare
 from flexband.study.options import method_classes, method_options, with_options
 from flexband.study.study import load_study
 
-app = typer.Typer(no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)
+
+class _Commands(TyperGroup):
+    """The commands, whose texts can be printed on any terminal."""
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        print_anywhere()
+        return super().main(*arguments, **options)
+
+
+app = typer.Typer(cls=_Commands, no_args_is_help=True, help=__doc__, pretty_exceptions_enable=False)
 METHODS = method_classes(getattr(fb, name) for name in fb.__all__)
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
@@ -32,15 +46,56 @@ Output = Annotated[Path, typer.Option(help="Folder for data and figures.", file_
 
 @contextmanager
 def reported_errors() -> Iterator[None]:
-    """Print errors of the input or of runs as one line, and exit with status 1."""
+    """Print warnings as remarks, and errors as one line; exit with status 1 after an error."""
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # those of other packages
+            warnings.simplefilter("default", fb.FlexbandWarning)
+            warnings.showwarning = lambda message, *_, **__: print_remark(str(message))
+            yield
     except (fb.InputError, fb.AssemblyError, fb.SimulationError, OSError) as error:
-        typer.secho(f"flexband: {error}", fg="red", err=True)
+        print_text(f"flexband: {error}", "red", error=True)
+        raise typer.Exit(1) from None
+    except (typer.Exit, typer.Abort):
+        raise
+    except Exception as error:  # of a response, for instance
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        text = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
+        print_text(f"flexband: {text}", "red", error=True)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
-        typer.secho("flexband: stopped", fg="red", err=True)
+        print_text("flexband: stopped", "red", error=True)
         raise typer.Exit(130) from None
+
+
+def print_text(text: str, style: str = "", *, error: bool = False) -> None:
+    """Print a text as it is, on standard output or error."""
+    console = Console(stderr=error, markup=False, emoji=False, highlight=False)
+    console.print(text, style=style, soft_wrap=True)
+
+
+def print_remark(text: str) -> None:
+    """Print a remark on standard error."""
+    print_text(f"flexband: remark: {text}", "yellow", error=True)
+
+
+def check_folder(folder: Path) -> None:
+    """Make a folder; raise `InputError` if no file can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise fb.InputError(f"--output must be a folder to write to; got {error}") from None
+
+
+def save(write: Callable[[], object]) -> bool:
+    """Write results; print a remark and return False if that fails, so that the others are kept."""
+    try:
+        write()
+    except (fb.InputError, OSError) as error:
+        print_remark(str(error))
+        return False
+    return True
 
 
 def with_method_options(command: Any) -> Callable:
@@ -69,13 +124,13 @@ def print_table(title: str, content: tables.Table) -> None:
     table = RichTable(*columns, title=title)
     for row in rows:
         table.add_row(*row)
-    Console(markup=False).print(table)
+    Console(markup=False, emoji=False).print(table)
 
 
 def progress_bars() -> rp.Progress:
     """Return a context in which tasks show their progress on standard error."""
     columns = (rp.BarColumn(), rp.MofNCompleteColumn(), rp.TimeElapsedColumn())
-    name, left = "{task.description}", rp.TimeRemainingColumn()
+    name, left = rp.TextColumn("{task.description}", markup=False), rp.TimeRemainingColumn()
     return rp.Progress(name, *columns, left, console=Console(stderr=True))
 
 
@@ -87,7 +142,7 @@ def add_task(bars: rp.Progress, name: str) -> Callable[[int, int], object]:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(fb.__version__)
+        print_text(fb.__version__)
         raise typer.Exit
 
 
@@ -129,16 +184,21 @@ def run(
         whole("--verify", verify, 2)
         if not study.expands:
             raise fb.InputError(f"--verify requires a method with a surrogate; got {label}")
-    output.mkdir(parents=True, exist_ok=True)
+    check_folder(output)
+    data, model = output / "bands.nc", output / "surrogate.npz"
     with progress_bars() as bars:
         progress = add_task(bars, label)
-        surrogate = study.expand(progress=progress) if study.expands else None
-        bands = surrogate.bands() if surrogate else study.run(progress=progress)
+        if study.expands:
+            surrogate = study.expand(progress=progress)
+            files = [f"Model:  {model}"] * save(lambda: fb.save_surrogate(surrogate, model))
+            bands = surrogate.bands()
+        else:
+            surrogate, files, bands = None, [], study.run(progress=progress)
+    files += [f"Data:   {data}"] * save(lambda: write_netcdf(bands, data))
     title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
-    page = write_run(output, title, label, bands, surrogate)
     print_table(title, tables.summary_table(bands))
-    lines = [*tables.remarks(bands), f"Report: {page}", f"Data:   {output / 'bands.nc'}"]
-    typer.echo("\n".join([*lines, f"Model:  {output / 'surrogate.npz'}"] if surrogate else lines))
+    page = write_bands_report(output, title, label, bands)
+    print_text("\n".join([*tables.remarks(bands), f"Report: {page}", *files]))
     if surrogate and verify:
         checked = fb.verify(surrogate, study.response, samples=verify)
         write_netcdf(checked, output / "verification.nc")
@@ -162,18 +222,18 @@ def compare_methods(
 
     The phase-resolved method uses the first of the orders; the adaptive method finds its own.
     """
-    study = load_study(file).located()
-    if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip()):
+    study = load_study(file)
+    if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):
         raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
     pairs = [(int(k), int(q)) for k, q in re.findall(r"(\d+),(\d+)", orders)]
     reference = fb.LHSScanning(samples, points, seed)
     methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
     methods += [fb.PhaseResolvedPCCI(*pairs[0]), fb.AdaptivePCCI()]
-    output.mkdir(parents=True, exist_ok=True)
-    typer.echo("Everything is compiled before the methods are timed.", err=True)
+    check_folder(output)
+    print_text("Everything is compiled before the methods are timed.", error=True)
     with progress_bars() as bars:
         results = compare(study, reference, methods, progress=lambda m: add_task(bars, m.label))
     title = f"{file.stem}: relative errors against {reference.label}"
     page = write_comparison(output, title, study, results, (pairs[0], pairs[-1]))
     print_table(title, tables.error_table(results))
-    typer.echo("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))
+    print_text("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))

@@ -5,7 +5,7 @@ import pytest
 
 import flexband as fb
 from flexband.report.figures import DEFINITIONS, bands_figure, errors_figure
-from flexband.report.results import write_comparison, write_run
+from flexband.report.results import write_bands_report, write_comparison
 from flexband.study.comparison import compare
 
 STUDY = fb.Study(
@@ -16,14 +16,11 @@ STUDY = fb.Study(
 
 
 def test_a_run_defines_its_terms(tmp_path):
-    surrogate = STUDY.expand()
-    page = write_run(tmp_path, "A & B", "PCCI", surrogate.bands(), surrogate)
+    page = write_bands_report(tmp_path, "A & B", "PCCI", STUDY.run())
     text = page.read_text(encoding="utf-8")
     assert "<h1>A &amp; B</h1>" in text
     assert f"<p>{DEFINITIONS}</p>" in text
-    assert {file.name for file in tmp_path.iterdir()} == {
-        "bands.nc", "bands_response.png", "report.html", "surrogate.npz"
-    }  # fmt: skip
+    assert {file.name for file in tmp_path.iterdir()} == {"bands_response.png", "report.html"}
 
 
 def test_figures_define_their_terms():

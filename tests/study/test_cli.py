@@ -1,5 +1,9 @@
 """The command line, run as a user would."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -197,3 +201,140 @@ def test_missing_file_and_bad_orders(tmp_path, study_file):
         bad = call("compare", study_file, "--orders", orders)
         assert bad.exit_code == 1
         assert "orders must be pairs k,q such as" in bad.output
+
+
+NAMES = ["A B", "a/b", "$x_", "[bold]:smile:力", "ü" * 300, ".."]
+
+
+def test_any_names_of_outputs_have_their_own_pictures(tmp_path):
+    file, out = tmp_path / "names.py", tmp_path / "out"
+    named = f'"output": {NAMES}, "unit": ("output", {["m"] * len(NAMES)})'
+    text = STUDY.replace('"output": ["u", "v"], "unit": ("output", ["m", "N"])', named)
+    text = text.replace(
+        "np.stack([values, 2 * values], axis=1)",
+        f"np.stack([k * values for k in range(1, {len(NAMES) + 1})], axis=1)",
+    )
+    file.write_text(text, encoding="utf-8")
+    result = call("run", file, "--output", out)
+    assert result.exit_code == 0, result.output
+    pictures = [p.name for p in out.glob("*.png")]
+    assert len(pictures) == len({name.casefold() for name in pictures}) == len(NAMES)
+    assert {p.name for p in tmp_path.iterdir()} == {"names.py", "out"}
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("<img") == len(NAMES)
+    assert "remark" not in result.output
+
+
+def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeypatch):
+    def broken(results, output):
+        raise ValueError(f"no picture of {output}")
+
+    monkeypatch.setattr("flexband.report.figures.bands_figure", broken)
+    out = tmp_path / "out"
+    result = call("run", study_file, "--output", out)
+    assert result.exit_code == 0, result.output
+    text = " ".join(result.output.split())
+    assert "remark: The figure 'Interval mean and interval error bar of u' could not be" in text
+    assert {p.name for p in out.iterdir()} == {"bands.nc", "surrogate.npz", "report.html"}
+    assert "no picture of v" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_results_are_saved_before_anything_else_can_fail(study_file, tmp_path, monkeypatch):
+    def fails(*arguments, **named):
+        raise RuntimeError("no bands today")
+
+    out = tmp_path / "out"
+    monkeypatch.setattr(fb.Surrogate, "bands", fails)
+    result = call("run", study_file, "--output", out)
+    assert result.exit_code == 1
+    assert "flexband: RuntimeError: no bands today (" in result.output
+    assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
+    monkeypatch.undo()
+    monkeypatch.setattr("flexband.report.tables.summary_table", fails)
+    assert call("run", study_file, "--output", out).exit_code == 1
+    assert (out / "bands.nc").exists()
+
+
+def test_a_surrogate_that_cannot_be_saved_costs_nothing_else(study_file, tmp_path):
+    text = STUDY.replace("terms=1)", "terms=1, correlation=lambda d: np.exp(-d * d))")
+    study_file.write_text(text, encoding="utf-8")
+    result = call("run", study_file, "--output", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "remark: field: <function" in result.output
+    assert "surrogate.npz" not in result.output
+    assert (tmp_path / "out" / "bands.nc").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "compare"])
+def test_the_output_is_tried_before_the_first_run(command, tmp_path):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    study = tmp_path / "study.py"
+    study.write_text(STUDY.replace("    values =", "    print('ran')\n    values =", 1))
+    for folder in (tmp_path / "file" / "below", tmp_path / ("long" * 100)):
+        result = call(command, study, "--output", folder)
+        assert result.exit_code == 1
+        assert "--output must be a folder to write to" in " ".join(result.output.split())
+        assert "ran" not in result.output
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("study = 1 / 0", "line 1: ZeroDivisionError: division by zero"),
+        ("x = 1\nstudy = (", "SyntaxError"),
+        ("import nowhere_at_all", "line 1: ModuleNotFoundError: No module named"),
+        ("raise SystemExit(3)", "line 1: SystemExit: 3"),
+        ("import sys; sys.exit()", "SystemExit"),
+        (b"\xff\xfe\x00", "Error"),
+        ("import flexband as fb\nstudy = fb.Study", "must define `study`"),
+        ("import flexband as fb\nstudy = fb.Study(3, {'x': fb.Interval(0, 1)}, fb.PCCI())",
+         "line 2: response must be a function with named arguments; got 3"),
+        ("import flexband as fb\nstudy = fb.Study(lambda x: x, [1], fb.PCCI())",
+         "line 2: inputs must be a dict of names and inputs; got [1]"),
+        ("import flexband as fb\nstudy = fb.Study(lambda x: x, {'x': fb.Interval(0, 1)}, 'PCCI')",
+         "line 2: method must be one like AdaptivePCCI(0.01); got 'PCCI'"),
+        ("import flexband as fb\n"
+         "study = fb.Study(lambda x: x[:, None] / [], {'x': fb.Interval(0, 1)}, fb.PCCI())",
+         "the response must return a number per run"),
+        ("import flexband as fb\n"
+         "study = fb.Study(lambda x: {}['k'], {'x': fb.Interval(0, 1)}, fb.PCCI())",
+         "flexband: KeyError: 'k'"),
+    ],
+)  # fmt: skip
+def test_odd_study_files_are_one_line(tmp_path, text, message):
+    file = tmp_path / "odd.py"
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    result = call("run", file, "--output", tmp_path / "out")
+    assert result.exit_code == 1
+    assert message in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+
+
+def test_warnings_are_remarks(study_file, tmp_path):
+    text = STUDY.replace("    values =", "    errors.warn('an odd number')\n    values =", 1)
+    study_file.write_text("from flexband import errors\n" + text, encoding="utf-8")
+    result = call("run", study_file, "--output", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "flexband: remark: an odd number" in result.output
+    assert "FlexbandWarning" not in result.output
+
+
+def test_an_ascii_terminal_is_enough(study_file, tmp_path):
+    text = STUDY.replace('"u", "v"', '"µ ü …", "v"')
+    study_file.write_text(text, encoding="utf-8")
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+        "PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C", "PYTHONUTF8": "0",
+    }  # fmt: skip
+    program = [sys.executable, "-c", "from flexband.cli import app; app()"]
+    for arguments in (
+        ["run", study_file, "--output", tmp_path / "oüt"],
+        ["run", "--help"],
+        ["run", tmp_path / "fehlt µ.py"],
+    ):  # fmt: skip
+        done = subprocess.run([*program, *map(str, arguments)], env=environment,
+                              capture_output=True, check=False)  # fmt: skip
+        assert done.returncode == ("fehlt" in str(arguments[1])), done.stderr
+        assert b"Traceback" not in done.stderr
+        assert b"UnicodeEncodeError" not in done.stderr
+        (done.stdout + done.stderr).decode("ascii")

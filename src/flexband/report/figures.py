@@ -30,6 +30,11 @@ STYLES = [
 ]
 
 
+def _literal(text: str) -> str:
+    """Return a text in which Matplotlib finds no formula."""
+    return text.replace("$", r"\$")
+
+
 def drawable_outputs(data: xr.DataArray) -> list[str]:
     """Return the outputs if each is a function of at most one variable, or an empty list."""
     free = [d for d in data.dims if d not in ("output", "bound")]
@@ -49,11 +54,11 @@ def labelled_series(axes: Axes, data: xr.DataArray, output: str) -> tuple[np.nda
         raise ValueError(f"an output must depend on one variable at most; got dims {one.dims}")
     last = str(one.dims[-1]) if one.dims else "bound"
     if last == "bound":
-        axes.set(ylabel=output)
+        axes.set(ylabel=_literal(output))
         return np.zeros(1), one.values[..., None]
     units = one[last].attrs.get("units"), one["unit"].values if "unit" in one.coords else ""
     x, y = (f"{n} [{u}]" if u else n for n, u in zip((last, output), units, strict=True))
-    axes.set(xlabel=x, ylabel=y)
+    axes.set(xlabel=_literal(x), ylabel=_literal(y))
     axes.margins(x=0)
     return one[last].values, one.values
 
@@ -71,7 +76,7 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
             x, (lower, upper) = labelled_series(axes, bands[variable], output)
             if len(results) == 1:
                 axes.fill_between(x, lower, upper, color="#1f78b4", alpha=0.3, linewidth=0)
-            axes.plot(x, lower, label=f"{label}, lower and upper bound", **style)
+            axes.plot(x, lower, label=f"{_literal(label)}, lower and upper bound", **style)
             axes.plot(x, upper, **style)
         axes.set_title(title, fontsize=10)
         axes.legend(fontsize=8, loc="best")
@@ -97,7 +102,7 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
         start, end = field.expansion.nodes[[0, -1]]
         x = np.linspace(start, end, 501)
         largest = field.largest_variance_error()
-        label = f"{name}, terms: {field.dimension}, largest: {largest:.4f}"
+        label = f"{_literal(name)}, terms: {field.dimension}, largest: {largest:.4f}"
         axes.plot(x, field.variance_error(x), label=label, **style)
     axes.set(title="Variance error of the random fields", xlabel="position [m]")
     axes.set(ylabel="variance error / variance")
@@ -124,7 +129,7 @@ def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
             errors = np.array([float(select(r.errors[variable], output)) for r in group])
             errors[errors == 0.0] = np.nan
             axes.loglog([r.runs for r in group], 100 * errors, marker="o", label=name, **style)
-        axes.set(title=f"{TITLES[variable]} of {output}", xlabel="runs")
+        axes.set(title=f"{TITLES[variable]} of {_literal(output)}", xlabel="runs")
         axes.set(ylabel="relative error [%]")
         axes.set_xticks(runs, [str(r) for r in runs])
         axes.minorticks_off()

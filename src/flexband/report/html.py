@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Collection, Sequence
 from html import escape
+from itertools import chain, count
 from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import quote
 
 from matplotlib.figure import Figure
 
+from flexband.errors import warn
+from flexband.files import replaced
 from flexband.report.tables import Table
+
+LONGEST_NAME = 100
+"""Bytes of a file name, without its suffix."""
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; }
@@ -19,21 +28,46 @@ img { max-width: 100%; }
 """
 
 
+class Drawing(NamedTuple):
+    """A figure that is still to be drawn.
+
+    name : of the file, which `write_report` makes one that no other figure has.
+    """
+
+    name: str
+    caption: str
+    draw: Callable[[], Figure]
+
+
 def write_report(
     folder: Path,
     title: str,
     table: Table,
-    figures: Mapping[str, tuple[str, Figure]],
+    drawings: Sequence[Drawing],
     remarks: Sequence[str] = (),
 ) -> Path:
     """Write ``report.html`` and one PNG file per figure; return the path of the page.
 
+    A figure that cannot be drawn is a remark.
+
     Parameters
     ----------
-    figures : file name without suffix -> (caption, figure).
     remarks : paragraphs below the table.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    shown, remarks, taken = [], list(remarks), set()
+    for name, caption, draw in drawings:
+        file = file_name(name, taken)
+        taken.add(file.casefold())
+        try:
+            _draw(draw, folder / f"{file}.png")
+        except Exception as error:  # whatever Matplotlib raises
+            remarks.append(f"The figure {caption!r} could not be drawn: {error}")
+            warn(remarks[-1])
+            continue
+        text = escape(caption)
+        shown.append(f'<figure><img src="{quote(file)}.png" alt="{text}">')
+        shown.append(f"<figcaption>{text}</figcaption></figure>")
     (header, rows), heading = table, escape(title)
     parts = [
         '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">',
@@ -41,15 +75,30 @@ def write_report(
         *(_row("th", header), *(_row("td", row) for row in rows)),
         "</table>",
         *(f"<p>{escape(line)}</p>" for line in remarks),
+        *shown,
     ]
-    for name, (caption, figure) in figures.items():
-        figure.savefig(folder / f"{name}.png", dpi=120)
-        text = escape(caption)
-        parts.append(f'<figure><img src="{name}.png" alt="{text}"><figcaption>{text}</figcaption>')
-        parts.append("</figure>")
     page = folder / "report.html"
-    page.write_text("\n".join([*parts, "</html>\n"]), encoding="utf-8")
+    with replaced(page) as partial:
+        text = "\n".join([*parts, "</html>\n"])
+        partial.write_text(text, encoding="utf-8", errors="replace")
     return page
+
+
+def file_name(name: str, taken: Collection[str] = ()) -> str:
+    """Return a name as that of a file, other than those taken, which are in lower case."""
+    words = "".join(c if c.isalnum() else " " for c in name).split()
+    start = "_".join(words).encode()[:LONGEST_NAME].decode(errors="ignore") or "response"
+    numbered = (f"{start}_{k}" for k in count(2))
+    return next(own for own in chain([start], numbered) if own.casefold() not in taken)
+
+
+def _draw(draw: Callable[[], Figure], file: Path) -> None:
+    """Draw a figure into a file; characters that fonts do not have are boxes."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        figure = draw()
+        with replaced(file) as partial:
+            figure.savefig(partial, dpi=120, format="png")
 
 
 def _row(tag: str, cells: Sequence[str]) -> str:

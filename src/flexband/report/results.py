@@ -2,41 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from flexband.files import replaced
 from flexband.report import figures, tables
-from flexband.report.html import write_report
+from flexband.report.html import Drawing, file_name, write_report
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI
-from flexband.uncertainty.surrogates.files import save_surrogate
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 BANDS = "Interval mean and interval error bar"
 
 
-def write_run(
-    folder: Path, title: str, label: str, bands: xr.Dataset, surrogate: Surrogate | None = None
-) -> Path:
-    """Write bands.nc, surrogate.npz, a figure for every output and report.html; return its path.
+def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) -> Path:
+    """Write a figure for every output, and report.html; return its path.
 
     Parameters
     ----------
     title, label : of the report, and of the method in legends.
-    surrogate : saved if given.
     """
-    write_netcdf(bands, folder / "bands.nc")
-    if surrogate:
-        save_surrogate(surrogate, folder / "surrogate.npz")
-    drawn = {
-        f"bands_{_slug(name)}": (f"{BANDS} of {name}", figures.bands_figure({label: bands}, name))
+    drawn = [
+        Drawing(
+            f"bands_{name or 'response'}",
+            f"{BANDS} of {name}",
+            partial(figures.bands_figure, {label: bands}, name),
+        )
         for name in figures.drawable_outputs(bands["mean"])
-    }
+    ]
     text = [*tables.remarks(bands), figures.DEFINITIONS]
     return write_report(folder, title, tables.summary_table(bands), drawn, text)
 
@@ -57,32 +56,58 @@ def write_comparison(
         the reference and of adaptive PCCI.
     """
     for result in results:
-        write_netcdf(result.bands, folder / f"{_slug(result.method.label.lower())}.nc")
-    fields, response, drawn = study.fields(), study.nominal(), {}
+        write_netcdf(result.bands, folder / f"{file_name(result.method.label.lower())}.nc")
+    fields, response, drawn = study.fields(), study.nominal(), []
     if fields:
         caption = "Variance error of the random fields after discretization"
-        drawn["variance_error"] = caption, figures.variance_error_figure(fields)
+        draw = partial(figures.variance_error_figure, fields)
+        drawn.append(Drawing("variance_error", caption, draw))
     if outputs := figures.drawable_outputs(response):
-        figure = figures.response_figure(response, outputs)
-        drawn["deterministic"] = "Response without uncertainty", figure
+        draw = partial(figures.response_figure, response, outputs)
+        drawn.append(Drawing("deterministic", "Response without uncertainty", draw))
     for name in outputs:
+        called = name or "response"
         for k, q in dict.fromkeys(orders):
             compared = (results[0].method, PCCI(k, q), ImprovedPCCI(k, q), AdaptivePCCI())
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{BANDS} of {name}, k = {k}, q = {q}"
-            drawn[f"bands_{_slug(name)}_{k}_{q}"] = caption, figures.bands_figure(chosen, name)
+            draw = partial(figures.bands_figure, chosen, name)
+            drawn.append(Drawing(f"bands_{called}_{k}_{q}", caption, draw))
         caption = f"Relative errors of {name} against runs"
-        drawn[f"errors_{_slug(name)}"] = caption, figures.errors_figure(results, name)
+        draw = partial(figures.errors_figure, results, name)
+        drawn.append(Drawing(f"errors_{called}", caption, draw))
     text = [*tables.comparison_remarks(fields), figures.DEFINITIONS]
     return write_report(folder, title, tables.error_table(results), drawn, text)
 
 
 def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
-    """Write a dataset as a NetCDF file, which appears only once it is complete."""
-    with replaced(file) as partial:
-        dataset.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
+    """Write a dataset as a NetCDF 3 file, which appears only once it is complete.
+
+    Numbers and attributes that the format does not have become floats and texts.
+    """
+    stored = dataset.assign_attrs(_attributes(dataset.attrs))
+    for name, values in stored.variables.items():
+        kind, own = values.dtype.kind, values.copy(deep=False)
+        if kind == "O":
+            own = values.astype(str)
+        elif (
+            kind in "iu" and values.size and np.abs(values.values.astype(float)).max() >= 2**31
+        ) or (kind == "f" and values.dtype.itemsize not in (4, 8)):
+            own = values.astype(float)
+        own.attrs, own.encoding = _attributes(values.attrs), {}
+        stored[name] = own
+    with replaced(file) as partial_file:
+        stored.to_netcdf(partial_file, engine="scipy", format="NETCDF3_64BIT")
 
 
-def _slug(name: str) -> str:
-    """Return a name as a part of a file name."""
-    return "_".join("".join(c if c.isalnum() else " " for c in name).split()) or "response"
+def _attributes(attributes: Mapping[Hashable, Any]) -> dict[str, Any]:
+    """Return attributes as numbers, lists of numbers, and texts."""
+
+    def stored(value: Any) -> Any:
+        plain = np.asarray(value)
+        is_number = plain.dtype.kind == "f" or (
+            plain.dtype.kind in "iu" and (not plain.size or np.abs(plain).max() < 2**31)
+        )
+        return value if isinstance(value, str) or (is_number and plain.ndim < 2) else str(value)
+
+    return {str(name): stored(value) for name, value in attributes.items()}

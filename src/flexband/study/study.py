@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,9 +17,9 @@ from flexband.errors import InputError
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
-from flexband.uncertainty.inputs.space import Response, Space, locate_fields
+from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.propagate import expand, propagate
+from flexband.uncertainty.propagate import check_method, expand, propagate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 BATCH = 512
@@ -32,11 +33,21 @@ class Study:
     Parameters
     ----------
     response, inputs, method : as in `propagate`.
+
+    Raises
+    ------
+    InputError
+        If the inputs and the response's arguments do not match, or the method is none.
     """
 
     response: Response
     inputs: Mapping[str, Input]
     method: Method
+
+    def __post_init__(self) -> None:
+        check_names(self.response, self.inputs)
+        check_method(self.method)
+        object.__setattr__(self, "inputs", dict(self.inputs))
 
     @property
     def expands(self) -> bool:
@@ -77,12 +88,18 @@ def load_study(file: Path) -> Study:
     Raises
     ------
     InputError
-        If the file does not exist or does not define a `Study` of that name.
+        If the file does not exist, fails, or does not define a `Study` of that name.
     """
     if not file.is_file():
         raise InputError(f"file must be a Python file that exists; got {str(file)!r}")
     sys.path.insert(0, str(file.resolve().parent))
-    study = runpy.run_path(str(file)).get("study")
+    try:
+        study = runpy.run_path(str(file)).get("study")
+    except (Exception, SystemExit) as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [f", line {frame.lineno}" for frame in frames if frame.filename == str(file)]
+        reason = error if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        raise InputError(f"{file}{lines[-1] if lines else ''}: {reason}") from error
     if not isinstance(study, Study):
         raise InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
     return study

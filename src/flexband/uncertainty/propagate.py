@@ -81,14 +81,19 @@ def expand(
     return replace(surrogate, diagnostics=surrogate.diagnostics.assign_attrs(runs.attributes()))
 
 
+def check_method(method: object) -> None:
+    """Raise `InputError` if an object is no method."""
+    if isinstance(method, type) or not callable(getattr(method, "solve", None)):
+        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
+
+
 class _Runs:
     """The response as a function of ξ and η that counts its evaluations."""
 
     def __init__(self, response, inputs, method, batch, most_runs, progress):
         """Check the arguments of `propagate`, and find the domains of fields."""
         whole("batch", batch, 1)
-        if isinstance(method, type) or not callable(getattr(method, "solve", None)):
-            raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
+        check_method(method)
         check_names(response, inputs)
         located, self.explored = locate_fields(response, inputs)
         self.space = space = Space(located)

@@ -95,6 +95,8 @@ def _standard(name: str, one: Input, value: Any) -> np.ndarray:
 
 def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
+    if not isinstance(inputs, Mapping):
+        raise InputError(f"inputs must be a dict of names and inputs; got {inputs!r}")
     if not inputs:
         raise InputError("inputs must name at least one input; got none")
     for name, one in inputs.items():

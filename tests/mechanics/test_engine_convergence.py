@@ -24,9 +24,9 @@ def four_bar(a=1.0, mass=1.0, time=1.0):
             "coupler": fb.Beam(
                 length=0.9 * a, height=0.04 * a, width=0.02 * a, density=density, elements=3,
                 youngs_modulus=1e7 * stress, poissons_ratio=0.3, retardation=3e-4 * time,
-                start=(0.16 * a, 0.25 * a), angle=0.3,
+                start=(0.16 * a, 0.25 * a), angle=0.518,
             ),
-            "rocker": fb.RigidBody.bar(length=0.7 * a, start=(a, 0.0), angle=1.8, **rod),
+            "rocker": fb.RigidBody.bar(length=0.7 * a, start=(a, 0.0), angle=1.651, **rod),
         },
         joints={
             "A": fb.Revolute("crank.start", (0.0, 0.0)), "D": fb.Revolute("rocker.start", (a, 0.0)),

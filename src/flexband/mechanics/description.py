@@ -9,6 +9,7 @@ import numpy as np
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin
+from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import while_compiling
@@ -20,6 +21,8 @@ from flexband.mechanics.mechanism import Mechanism
 
 def describe(mechanism: Mechanism) -> str:
     """Return tables of bodies, joints, loads and sensors, and the degrees of freedom at the start.
+
+    It also says what assembly changes in the given places, angles and velocities.
 
     If parameters are arrays, the numbers are those of the first sample.
 
@@ -33,6 +36,7 @@ def describe(mechanism: Mechanism) -> str:
     work, failure = while_compiling(lambda: begin(system, values))
     raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
     redundant, names = dependent(system, work.z[:, 0])
+    changes = report(system, corrections(system, work.z, np.zeros(1, dtype=int)))
 
     owners = system.constraints
     bodies = [
@@ -61,6 +65,8 @@ def describe(mechanism: Mechanism) -> str:
         lines.append(
             f"redundant constraints: {redundant}; forces are not unique at {', '.join(names)}"
         )
+    if "assembly" in changes:
+        lines.append(str(changes["assembly"]))
     return "\n".join(lines)
 
 

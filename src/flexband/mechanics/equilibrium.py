@@ -13,6 +13,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.balance import Balance, find_rest
 from flexband.mechanics.engine.batch import begin, derive, run
+from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.linearize import Equations, Spin
@@ -45,6 +46,8 @@ def equilibrium(
     array of more than one value. Coordinates: "output" (name), "unit", and "stable", whether no
     small motion about the equilibrium grows. If constraints are redundant there,
     ``attrs["not_unique"]`` lists the joints that share forces; those of least norm are given.
+    What assembly changes in the given start is stated in the attributes and warned of as by
+    `simulate`.
 
     Raises
     ------
@@ -61,10 +64,13 @@ def equilibrium(
     failures = np.zeros((system.samples, 4))
     stable = np.zeros(system.samples, dtype=bool)
     redundant: dict[int, np.ndarray] = {}
+    blocks = -(-system.samples // WIDTH)
+    corrected: list[Corrections | None] = [None] * blocks
     at_rest = Spin(0.0, np.zeros(system.structure.state.coordinates))
 
     def settle(block: int) -> int:
         own = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
+        corrected[block] = corrections(system, begin(system, packed(block))[0].z, own)
         rows, failure, found = rest(system, packed(block), steps, [at_rest] * len(own))
         outputs[own] = derive(system, rows[:, None])[:, 0].T[: len(own)]
         failures[own] = failure.T[: len(own)]
@@ -77,7 +83,7 @@ def equilibrium(
 
     if not statics.signatures:
         while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))
-    in_parallel(settle, -(-system.samples // WIDTH), system.samples, threads)
+    in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
     result = xr.DataArray(
         outputs,
@@ -87,6 +93,7 @@ def equilibrium(
             "unit": ("output", system.units),
             "stable": ("sample", stable),
         },
+        attrs=report(system, Corrections.joined(corrected)),
     )
     if redundant:
         sample = min(redundant)

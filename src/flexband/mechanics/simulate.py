@@ -8,6 +8,7 @@ import xarray as xr
 from flexband.errors import InputError, numbers, positive
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
+from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.redundancy import dependent
@@ -39,7 +40,9 @@ def simulate(
     array of more than one value. Coordinates: "output" (name), "unit", "time" [s]. If constraints
     are redundant, ``attrs["not_unique"]`` lists the joints that share forces: their multipliers and
     reactions are one choice of many, while the motion is unique. ``attrs["halved_step"]`` lists
-    samples that diverged and were completed with half the step.
+    samples that diverged and were completed with half the step. ``attrs["assembly"]`` says what
+    assembly changed in the given start, with the ``largest_turn`` [rad] and ``largest_move`` [m];
+    large turns, changes of given velocities and loops that closed in another branch are warned of.
 
     Raises
     ------
@@ -63,6 +66,7 @@ def simulate(
         finer.failures[:, 1] //= 2
         batch.outputs[again], batch.failures[again] = finer.outputs[:, :, ::2], finer.failures
     raise_failures(batch.failures, system, times)
+    changes = report(system, batch.corrections)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -71,6 +75,7 @@ def simulate(
             "unit": ("output", system.units),
             "time": ("time", times, {"units": "s"}),
         },
+        attrs=changes,
     )
     if len(again):
         result.attrs["halved_step"] = again.tolist()

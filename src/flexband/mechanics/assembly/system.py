@@ -57,6 +57,8 @@ class System:
     laws : the compiled force laws, which must exist as long as the engine calls them, each with the
         name of its load.
     law_failures, numbers : number -> load and reason, as the engine finds them, and new numbers.
+    mechanism : what the arrays are of.
+    given : the start [1, q] that the bodies state, shape (rows, samples or 1).
     """
 
     structure: Structure
@@ -69,6 +71,8 @@ class System:
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
     conditions: list[str]
     laws: Sequence[tuple[str, CompiledLaw]]
+    mechanism: Mechanism
+    given: np.ndarray
     law_failures: dict[int, str] = field(default_factory=dict)
     numbers: Iterator[int] = field(default_factory=itertools.count)
 
@@ -152,6 +156,7 @@ def assemble(mechanism: Mechanism) -> System:
     return System(
         structure, samples, values, functions, owners, outputs, units, sensors, conditions,
         list(zip(loads, cast(LawTable, tables["laws"]).compiled, strict=True)),
+        mechanism, stack(mechanism.given),
     )  # fmt: skip
 
 

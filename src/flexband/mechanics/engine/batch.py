@@ -9,6 +9,7 @@ import numpy as np
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, Work
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
@@ -33,6 +34,7 @@ class Batch(NamedTuple):
     outputs: np.ndarray  # (samples, outputs, times)
     failures: np.ndarray  # (samples, 4), see `initial.start`
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
+    corrections: Corrections  # of the given start
 
 
 def run_samples(
@@ -51,6 +53,8 @@ def run_samples(
     outputs = np.empty((len(chosen), len(system.outputs), len(times)))
     failures = np.zeros((len(chosen), 4))
     starts: dict[int, np.ndarray] = {}
+    blocks = -(-len(chosen) // WIDTH)
+    corrected: list[Corrections | None] = [None] * blocks
 
     def simulate(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
@@ -61,23 +65,24 @@ def run_samples(
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
         if failure[3, : len(own)].any():
-            starts[int(own[0])] = first
+            starts[int(own[0])] = first[:, 0].copy()
+        corrected[block] = corrections(system, first, own)
         return len(own)
 
     if not dynamics.signatures:
         while_compiling(lambda: march_block(system, method, tolerance, packed(0), times=1))
-    in_parallel(simulate, -(-len(chosen) // WIDTH), len(chosen), threads, progress)
-    return Batch(outputs, failures, starts)
+    in_parallel(simulate, blocks, len(chosen), threads, progress)
+    return Batch(outputs, failures, starts, Corrections.joined(corrected))
 
 
 def march_block(system: System, method, tolerance: float, values: Values, times: int):
-    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and lane 0's first z.
+    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and the first z.
 
     The conditions of the joints follow the rows of the sensors.
     """
     series = np.zeros((times, system.sensed, WIDTH))
     work, failure = begin(system, values)
-    first = work.z[:, 0].copy()
+    first = work.z.copy()
     run(MARCH, system, values, work, series, failure, method, tolerance)
     return series, failure, first
 

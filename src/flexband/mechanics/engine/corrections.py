@@ -1,0 +1,162 @@
+"""What assembly changed in the given start, and warnings of large changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import warn
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.redundancy import RANK, jacobian
+
+LEAST_TURN, LEAST_MOVE, LEAST_RATE = 1e-6, 1e-6, 1e-6
+"""Smaller changes are not reported: in rad, and relative to the mechanism and to a given rate."""
+
+LARGE_TURN = 0.1
+"""Turns [rad] from here on are warned of."""
+
+LARGE_RATE = 0.1
+"""Relative changes of given velocities from here on are warned of."""
+
+BRANCH_TURN = 0.01
+"""Loops whose bodies turned by less [rad] are not examined for another branch."""
+
+
+class Corrections(NamedTuple):
+    """How the start differs from what was given, all of shape (bodies, samples) but `reversed`."""
+
+    turns: np.ndarray  # largest change of an angle of the body [rad]
+    moves: np.ndarray  # largest change of a place of the body [m]
+    rates: np.ndarray  # relative change of the body's angular velocity, 0 if none was given
+    speeds: np.ndarray  # relative change of the velocity of its first node, 0 if none was given
+    reversed: (
+        np.ndarray
+    )  # whether loops closed in another branch than that of the guess, (samples,)
+
+    @staticmethod
+    def joined(blocks: Sequence[Corrections | None]) -> Corrections:
+        """Return the corrections of all samples."""
+        known = [block for block in blocks if block is not None]
+        return Corrections(*(np.concatenate(parts, axis=-1) for parts in zip(*known, strict=True)))
+
+
+def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Corrections:
+    """Return how the states `z` of these samples at the start, (rows, …), differ from the given."""
+    z, velocity = z[:, : len(samples)], system.structure.state.velocity
+    q, v = z[:velocity], z[velocity:]
+    given = _of(samples, system.given)
+    given_v = _of(samples, system.values.velocity)
+    mechanism = system.mechanism
+    shape = len(mechanism.bodies), len(samples)
+    turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
+    found = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
+    for b, (name, body) in enumerate(mechanism.bodies.items()):
+        first = mechanism.first_coordinates[name]
+        for n in (first + k for k in body.nodes):
+            move = np.hypot(q[n] - given[n], q[n + 1] - given[n + 1])
+            found.moves[b] = np.maximum(found.moves[b], move)
+            if body.per_node > 2:
+                turn = np.abs(np.arctan2(_cross(given, q, n), _dot(given, q, n)))
+                found.turns[b] = np.maximum(found.turns[b], turn)
+        speed = np.hypot(given_v[first], given_v[first + 1])
+        change = np.hypot(v[first] - given_v[first], v[first + 1] - given_v[first + 1])
+        found.speeds[b] = _relative(change, speed)
+        if body.per_node > 2:
+            rate = _cross(given, given_v, first) / _dot(given, given, first)
+            now = _cross(q, v, first) / _dot(q, q, first)
+            found.rates[b] = _relative(np.abs(now - rate), np.abs(rate))
+    turned = np.flatnonzero(found.turns.max(axis=0) > BRANCH_TURN)
+    if len(turned):
+        guess = np.zeros((len(z), len(turned)))
+        guess[: len(given)] = _of(samples[turned], system.values.start)
+        found.reversed[turned] = _reversed(system, guess, z[:, turned], samples[turned])
+    return found
+
+
+def report(system: System, found: Corrections) -> dict[str, str | float]:
+    """Return attributes that state the largest changes; warn of large ones."""
+    names, said, attributes = list(system.mechanism.bodies), [], {}
+    size = float(np.min(1 / system.values.inverse_scale[1]))
+
+    def largest(change: np.ndarray) -> tuple[float, str, str]:
+        b, sample = np.unravel_index(np.argmax(change), change.shape)
+        where = f" (sample {sample})" if system.samples > 1 else ""
+        return float(change[b, sample]), f"body {names[b]!r}", where
+
+    turn, body, where = largest(found.turns)
+    if turn > LEAST_TURN:
+        attributes["largest_turn"] = turn
+        said.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
+        if turn > LARGE_TURN:
+            warn(said[-1] + ", since the joints cannot be met at the given angles")
+    move, body, where = largest(found.moves)
+    if move > LEAST_MOVE * size:
+        attributes["largest_move"] = move
+        said.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
+    for change, what in ((found.rates, "rate"), (found.speeds, "velocity")):
+        relative, body, where = largest(change)
+        if relative > LEAST_RATE:
+            said.append(
+                f"joints change the given {what} of {body} by {100 * relative:.3g} %{where}"
+            )
+            if relative > LARGE_RATE:
+                warn(said[-1] + "; give all bodies velocities that joints and drives allow")
+    if found.reversed.any():
+        where = f" (sample {np.argmax(found.reversed)})" if system.samples > 1 else ""
+        said.append(f"a loop closed in another branch than that of the given angles{where}")
+        warn(said[-1] + "; give angles that are closer to the branch that is meant")
+    if said:
+        attributes["assembly"] = "; ".join(said)
+    return attributes
+
+
+def _of(samples: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return values[:, np.minimum(samples, values.shape[1] - 1)]
+
+
+def _dot(a: np.ndarray, b: np.ndarray, node: int) -> np.ndarray:
+    return a[node + 2] * b[node + 2] + a[node + 3] * b[node + 3]
+
+
+def _cross(a: np.ndarray, b: np.ndarray, node: int) -> np.ndarray:
+    return a[node + 2] * b[node + 3] - a[node + 3] * b[node + 2]
+
+
+def _relative(change: np.ndarray, given: np.ndarray) -> np.ndarray:
+    return np.divide(change, given, out=np.zeros_like(change), where=given > 0)
+
+
+def _reversed(system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return whether the way from the guess to the start passes a singular position.
+
+    With the Jacobians J₀ and J₁ of the constraints by the rigid motions of the bodies, and the
+    singular vectors U and V of J₀, that is where det(Uᵀ J₁ V) is negative.
+    """
+    size = 1 / _of(samples, system.values.inverse_scale)[1]
+    before, after = (
+        np.einsum("kqs,qbs->skb", jacobian(system, at, samples), _rigid_motions(system, at, size))
+        for at in (guess, z)
+    )
+    found = np.zeros(len(samples), dtype=bool)
+    for s, (J0, J1) in enumerate(zip(before, after, strict=True)):
+        U, singular, V = np.linalg.svd(J0, full_matrices=False)
+        rank = int(np.sum(singular > RANK * singular[0]))
+        found[s] = np.linalg.det(U[:, :rank].T @ J1 @ V[:rank].T) < 0
+    return found
+
+
+def _rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return dq of each body's moves by `size` [m] and turn by 1 rad, shape (q, motions, …)."""
+    mechanism = system.mechanism
+    motions = np.zeros((system.structure.state.coordinates, 3 * len(mechanism.bodies), z.shape[1]))
+    for b, (name, body) in enumerate(mechanism.bodies.items()):
+        first = mechanism.first_coordinates[name]
+        for n in (first + k for k in body.nodes):
+            motions[n - 1, 3 * b], motions[n, 3 * b + 1] = size, size
+            motions[n - 1, 3 * b + 2] = -(z[n + 1] - z[first + 1])
+            motions[n, 3 * b + 2] = z[n] - z[first]
+            for d in range(n + 2, n + body.per_node, 2):
+                motions[d - 1, 3 * b + 2], motions[d, 3 * b + 2] = -z[d + 1], z[d]
+    return motions

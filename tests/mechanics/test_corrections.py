@@ -73,7 +73,8 @@ def test_another_branch_is_warned_of():
         for system in (assemble(dyad(ANGLE, OTHER)), below)
     ]
     other, same = (corrections(below, z, np.zeros(1, dtype=int)) for z in states)
-    assert other.reversed.all() and not same.reversed.any()
+    assert other.reversed.all()
+    assert not same.reversed.any()
     quiet = Corrections(*(np.zeros((2, 1)) for _ in range(4)), other.reversed)
     with pytest.warns(fb.FlexbandWarning, match="a loop closed in another branch"):
         attributes = report(below, quiet)

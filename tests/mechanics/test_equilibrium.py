@@ -189,3 +189,26 @@ def test_a_truss_snaps_through():
     np.testing.assert_allclose(2 * k * (rest / np.hypot(1.0, y) - 1) * y, load, rtol=1e-7)
     np.testing.assert_array_equal(y > 0, [True, False, False])
     assert found["stable"].all()
+
+
+def test_equal_supports_carry_equal_parts():
+    """A plate hangs on three bars, which is one more than it needs."""
+    bars = {
+        f"c{k}": fb.RigidBody.bar(
+            length=1.0, height=0.02, width=0.02, density=1000.0, start=(k, 0.0), angle=-1.2
+        )
+        for k in range(3)
+    }
+    plate = fb.RigidBody(
+        mass=3.0, inertia=1.0, points={str(k): (float(k), 0.0) for k in range(3)},
+        center=(1.0, 0.0), position=(np.cos(1.2), -np.sin(1.2)),
+    )  # fmt: skip
+    joints = {f"g{k}": fb.Revolute(f"c{k}.start", (float(k), 0.0)) for k in range(3)}
+    joints |= {f"t{k}": fb.Revolute(f"c{k}.end", f"p.{k}") for k in range(3)}
+    model = fb.Mechanism(
+        bodies=bars | {"p": plate}, joints=joints, loads={"gravity": fb.Gravity()},
+        sensors={f"F{k}": fb.Reaction(f"t{k}") for k in range(3)},
+    )  # fmt: skip
+    found = fb.equilibrium(model)
+    np.testing.assert_allclose(found, [0.0, -9.81] * 3, atol=1e-8)
+    assert found.attrs["not_unique"] == [f"joint {name!r}" for name in joints]

@@ -62,7 +62,8 @@ class Balance:
     z : the state with its multipliers.
     linear, basis : the linearization, and the allowed directions.
     forces : what is not balanced along each of the allowed directions [N m].
-    violation : Φ, each row over the norm of its gradient.
+    violation : Φ, each row over its largest gradient by a vector of the plane, so that multipliers
+        compare as forces on points, whatever the lever arms.
     """
 
     def __init__(self, equations: Equations, z: np.ndarray, spin: Spin):
@@ -72,7 +73,7 @@ class Balance:
         r, Phi = equations.residual(z)
         self.directionless, loose = equations.directionless(z)
         rows = equations.jacobian(z) * size
-        norms = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
+        norms = np.hypot(rows[:, ::2], rows[:, 1::2]).max(axis=1, initial=1e-300)
         self.rows, self.violation = rows / norms[:, None], Phi / norms
         self.carried = np.zeros(0)
         if len(rows):
@@ -230,12 +231,15 @@ def _search(
         excess = balance.excess
         if not np.isfinite(excess) or stop_flag().any():
             break
-        at_rest = excess <= 1.0 and np.abs(balance.violation).max(initial=0.0) < VIOLATION
+        violation = np.abs(balance.violation).max(initial=0.0)
+        at_rest = excess <= 1.0 and violation < VIOLATION
         if at_rest and not balance.directionless:
             step = balance.step(np.inf)
             if np.abs(step).max() < STEP:
-                last = balance if excess < 0.01 and not spin.rate else balance.moved(step)
-                return last if last.excess < excess else balance, True
+                if excess < 0.01 and violation < 1e-13 and not spin.rate:
+                    return balance, True
+                last = balance.moved(step)
+                return last if last.excess <= 1.0 else balance, True
         if downhill:
             weight = min(weight, 0.5 / max(-balance.lowest(), 1e-250))
         step = balance.step(weight)

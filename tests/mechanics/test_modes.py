@@ -169,7 +169,8 @@ def turntable(rate, stiffness, rest, *loads, drive=True):
     springs = {k: fb.Spring("m", f"t.{k}", stiffness[k in "cd"] / 2, rest) for k in "abcd"}
     return fb.Mechanism(
         bodies={"t": table, "m": fb.PointMass(mass=1.0)}, joints=joints,
-        loads=springs | dict(enumerate(loads)), sensors={"m": fb.Position("m")},
+        loads=springs | {f"load {k}": load for k, load in enumerate(loads)},
+        sensors={"m": fb.Position("m")},
     )  # fmt: skip
 
 

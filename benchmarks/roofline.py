@@ -135,7 +135,7 @@ def main() -> None:
             )
         ),
         "factorization": operations(
-            lambda: factorization.factorize(pattern, matrix, pivots, work.row)
+            lambda: factorization.factorize(pattern, matrix, pivots, work.row, 1e-12)
         ),
         "solution": operations(lambda: factorization.solve(pattern, matrix, pivots, work.r)),
     }

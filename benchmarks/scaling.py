@@ -50,7 +50,7 @@ class Own:
 
     def _run(self, block: int) -> int:
         method = fb.GeneralizedAlpha().coefficients(STEP)
-        series, failure, _ = march_block(self.system, method, 1e-10, self.packed(block), STEPS + 1)
+        series, failure, *_ = march_block(self.system, method, 1e-10, self.packed(block), STEPS + 1)
         if failure[0].any():
             raise RuntimeError("a run failed")
         self.tips = series[:, :2, -1]

@@ -44,18 +44,11 @@ def four_bar(a=1.0, mass=1.0, time=1.0):
 
 @pytest.mark.parametrize("radius", [0.5, 0.8, 1.0])
 def test_a_flexible_closed_loop_converges_with_the_square_of_the_step(radius):
-    """Against steps 8 times finer; order 2 (Arnold and Brüls 2007), multipliers included.
-
-    Late times, since the multipliers' first-order error of the start dies out like ρⁿ. At ρ = 1 it
-    alternates and grows with time, whatever the step: Cardona and Géradin's weak instability
-    (1989), of which means with weights ¼, ½, ¼ are free.
-    """
+    """Against steps 8 times finer; order 2, multipliers included, at every ρ."""
     exact, errors = run(four_bar(), 0.5, 0.5 / 16_000).values, []
     for steps in (500, 1000, 2000):
-        late = run(four_bar(), 0.5, 0.5 / steps, radius).values[:, steps // 2 :]
-        off = late - exact[:, 8000 :: 16_000 // steps]
-        if radius == 1.0:
-            off = (off[:, :-2] + 2 * off[:, 1:-1] + off[:, 2:]) / 4
+        found = run(four_bar(), 0.5, 0.5 / steps, radius).values
+        off = (found - exact[:, :: 16_000 // steps])[:, steps // 2 :]
         errors.append(np.abs(off).max(axis=1))
     orders = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     np.testing.assert_allclose(orders, 2.0, atol=0.05)
@@ -217,17 +210,17 @@ def test_a_stiff_member_on_a_soft_one_falls_as_a_rigid_one():
     np.testing.assert_allclose(off[:-1] / off[1:], 10.0, rtol=0.1)
 
 
-@pytest.mark.parametrize("radius", [0.5, 0.7, 0.8, 0.95, 1.0])
-def test_the_multipliers_start_error_dies_out_by_the_spectral_radius(radius):
-    """e(n) = (c₀ + c₁n + c₂n²)(−ρ)ⁿ: all roots of an infinitely stiff mode (Chung and Hulbert)."""
+@pytest.mark.parametrize("radius", [0.0, 0.5, 0.8, 1.0])
+def test_multipliers_have_order_two_from_the_first_step(radius):
+    """In closed form, −v² − g·r of a mass on a rod, with v² = 9 − 2 g y."""
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(0.0, 3.0))},
         joints={"rod": fb.Distance("m", (0.0, 0.0), 1.0)},
         loads={"gravity": fb.Gravity()},
         sensors={"F": fb.Reaction("rod"), "r": fb.Position("m")},
     )
-    integrator = fb.GeneralizedAlpha(spectral_radius=radius, tolerance=1e-14)
-    Fx, Fy, x, y = fb.simulate(model, duration=1.2e-3, step=1e-4, integrator=integrator).values
-    e = (Fx * x + Fy * y - (3 * 9.81 * y - 9.0))[1:]  # −v² − g·r with v² = 9 − 2gy
-    left = e[3:] + 3 * radius * e[2:-1] + 3 * radius**2 * e[1:-2] + radius**3 * e[:-3]
-    assert np.abs(left).max() < 2e-3 * np.abs(e).max()
+    errors = []
+    for step in (2e-3, 1e-3, 5e-4):
+        Fx, Fy, x, y = run(model, 12 * step, step, radius).values
+        errors.append(np.abs(Fx * x + Fy * y - (3 * 9.81 * y - 9.0)).max())
+    assert (np.log2(np.array(errors)[:-1] / np.array(errors)[1:]) > 1.9).all()

@@ -58,7 +58,7 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
             sensors={"m": fb.Position("m")},
         )
 
-    speeds = np.array([0.1, 4.0, 0.2, 7.0, 0.3])
+    speeds = np.array([0.1, 7.5, 0.2, 7.0, 0.3])
     together = fb.simulate(model(speeds), duration=1.0, step=0.02)
     assert together.attrs["halved_step"] == [1, 3]
     for k in (0, 2, 4):

@@ -125,6 +125,16 @@ class Mechanism:
             points,
         )  # fmt: skip
 
+    @cached_property
+    def directions(self) -> dict[str, int]:
+        """The row of z where r_x of the first node of each body starts that has one."""
+        first = self.first_coordinates
+        return {
+            name: first[name] + body.nodes[0] + 2
+            for name, body in self.bodies.items()
+            if body.size > 2
+        }
+
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""
         if not isinstance(point, str):

@@ -11,6 +11,7 @@ from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.large_steps import warn_of_large_steps
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import Progress
 from flexband.mechanics.mechanism import Mechanism
@@ -65,8 +66,10 @@ def simulate(
         )
         finer.failures[:, 1] //= 2
         batch.outputs[again], batch.failures[again] = finer.outputs[:, :, ::2], finer.failures
+        batch.turned[again] = finer.turned
     raise_failures(batch.failures, system, times)
     changes = report(system, batch.corrections)
+    warn_of_large_steps(batch.turned, system, times, integrator)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),

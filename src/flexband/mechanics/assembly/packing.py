@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 
 from flexband.errors import InputError, named, returned
+from flexband.mechanics.assembly.derivatives import derivatives
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.kernels.lane_type import to_lanes, zeros
 
 AT_START = np.array([0.0, 1e-4])
@@ -30,10 +32,8 @@ def pack(
     InputError
         If a function of time returns values that are not finite or not one number per sample.
     """
-    step = times[1] - times[0]
-    functions = _tabulate(system, times)
-    rates = np.einsum("dt,tfn->dfn", _DERIVATIVES, _tabulate(system, np.arange(7) * step / 4))
-    rates /= (step / 4) ** np.arange(3)[:, None, None]
+    functions = _tabulate(system.functions, system.samples, times)
+    rates = _rates(system, times)
     values = system.values._replace(
         functions=functions.reshape(-1, functions.shape[-1]),
         rates=rates.reshape(-1, rates.shape[-1]),
@@ -57,27 +57,39 @@ def pack(
     return block
 
 
-# Weights of seven equidistant values for f, f′ and f″ at the first of them: the motion starts
-# there, so that values of the function before the start do not matter.
-_DERIVATIVES = np.linalg.inv(np.vander(np.arange(7.0), increasing=True))[:3] * [[1.0], [1.0], [2.0]]
+def _rates(system: System, times: np.ndarray) -> np.ndarray:
+    """Return f′ and f″ of the functions in constraints, shape (times, 2, functions, n).
+
+    Those of all other functions, which may jump, are not needed and zero.
+    """
+    driven = sorted(set(system.structure.terms.f.tolist()) - {0})
+    if not driven:
+        return np.zeros((len(times), 2, 1 + len(system.functions), 1))
+    half = (times[1] - times[0]) / 2
+    fine = times[0] + half * np.arange(max(2 * len(times) - 1, 7))
+    own = _tabulate([system.functions[f - 1] for f in driven], system.samples, fine)
+    rates = np.zeros((len(times), 2, 1 + len(system.functions), own.shape[-1]))
+    for k, f in enumerate(driven, start=1):
+        rates[:, :, f] = derivatives(own[:, k], half)[: len(times)]
+    return rates
 
 
-def _tabulate(system: System, times: np.ndarray) -> np.ndarray:
-    """Return the functions at the times, the constant one first, shape (times, functions, n)."""
+def _tabulate(functions: Sequence[TimeFunction], samples: int, times: np.ndarray) -> np.ndarray:
+    """Return 1 and the functions at the times, shape (times, 1 + functions, n)."""
     columns = [np.ones((len(times), 1))]
-    for function in system.functions:
+    for function in functions:
         values = [returned(function, float(t)) for t in times]
-        counts = {np.size(v) for v in values} - {1, system.samples}
+        counts = {np.size(v) for v in values} - {1, samples}
         if counts:
             raise InputError(
                 f"{named(function)} returned {max(counts)} values; the mechanism has "
-                f"{system.samples} samples"
+                f"{samples} samples"
             )
         if any(np.size(v) > 1 for v in values):
-            values = [np.broadcast_to(v, system.samples) for v in values]
+            values = [np.broadcast_to(v, samples) for v in values]
         columns.append(np.array(values, dtype=float).reshape(len(times), -1))
         if not np.all(np.isfinite(columns[-1])):
             bad = times[np.flatnonzero(~np.isfinite(columns[-1]).all(axis=1))[0]]
             raise InputError(f"{named(function)} must be finite; it is not at t = {bad:g} s")
-    samples = max(c.shape[1] for c in columns)
-    return np.stack([np.broadcast_to(c, (len(times), samples)) for c in columns], axis=1)
+    most = max(c.shape[1] for c in columns)
+    return np.stack([np.broadcast_to(c, (len(times), most)) for c in columns], axis=1)

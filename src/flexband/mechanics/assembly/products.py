@@ -63,12 +63,15 @@ class TermTable(_FormTable):
     ----------
     rows : the forms, whose multipliers are in the rows of z from `first_multiplier` on.
     first_angle : the row of z from which on variables are angles.
+    turning : the coordinates that these angles depend on.
     """
 
-    def __init__(self, rows: Sequence[Form], first_multiplier: int, first_angle: int):
+    def __init__(
+        self, rows: Sequence[Form], first_multiplier: int, first_angle: int, turning: set[int]
+    ):
         super().__init__(rows, first_multiplier)
         self.terms.sort(key=lambda term: (term.i == 0, term.j >= first_angle))
-        self.first_angle = first_angle
+        self.first_angle, self.turning = first_angle, turning
 
     def couples(self) -> Couples:
         for k, i, j, *_ in self.terms:
@@ -80,4 +83,5 @@ class TermTable(_FormTable):
             slot=indices(places.slot(*couple) for couple in self.couples()).reshape(-1, 3),
             products=sum(term.i > 0 for term in self.terms),
             polynomials=sum(term.j < self.first_angle for term in self.terms),
+            curved=indices(sorted(self.turning | {n for t in self.terms if t.i for n in t[1:3]})),
         )

@@ -87,6 +87,7 @@ class Terms(NamedTuple):
     slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
     products: int  # number of terms with i > 0
     polynomials: int  # number of terms without an angle
+    curved: np.ndarray  # coordinates that the Jacobian of the constraints depends on
 
 
 class Products(NamedTuple):
@@ -114,6 +115,7 @@ class Structure(NamedTuple):
     terms: Terms
     forces: Products  # rows as [1, q]
     sensors: Products
+    directions: np.ndarray  # row of a vector that turns with each body
     pattern: Pattern
 
 
@@ -160,7 +162,7 @@ class Values(NamedTuple):
     rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
     weight: np.ndarray  # constant forces on [1, q]
     functions: np.ndarray  # `Structure.functions` rows per time
-    rates: np.ndarray  # values, first and second derivatives of the functions at the start
+    rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per time
     mass: np.ndarray
     metric: np.ndarray  # as mass, with much larger moments of inertia: bodies prefer not to turn
     beams: BeamValues
@@ -179,17 +181,19 @@ class Work(NamedTuple):
     z: np.ndarray  # the state, see `State`
     a: np.ndarray  # the integrator's acceleration-like variable, rows as [1, q]
     r: np.ndarray  # residual, then solution, rows as [1, q, λ, θ]
+    s: np.ndarray  # as r, if two systems are solved at once
     matrix: np.ndarray
     inverse_pivots: np.ndarray
     row: np.ndarray  # of the factor, during the factorization
     blocks: np.ndarray  # second derivatives at an element's Gauss points, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
+    turned: np.ndarray  # Σ φ⁴ of the angle φ that each body turns in a step, see `project`
 
     @staticmethod
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
         state, pattern = structure.state, structure.pattern
         blocks = max(GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
-        rows = (state.rows, 1 + state.coordinates, state.velocity, pattern.rows)
-        rows += (4 * pattern.tiles, 4 * pattern.longest_row, blocks, 1)
+        rows = (state.rows, 1 + state.coordinates, state.velocity, state.velocity, pattern.rows)
+        rows += (4 * pattern.tiles, 4 * pattern.longest_row, blocks, 1, len(structure.directions))
         return Work(*(zeros(count) for count in rows))

@@ -17,7 +17,13 @@ from flexband.mechanics.assembly.elements import BeamTable, CableTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
 from flexband.mechanics.assembly.springs import SpringTable
-from flexband.mechanics.assembly.stacking import count_samples, leaves, stack, starts
+from flexband.mechanics.assembly.stacking import (
+    count_samples,
+    indices,
+    leaves,
+    stack,
+    starts,
+)
 from flexband.mechanics.assembly.structure import Structure, Values
 from flexband.mechanics.assembly.tables import MassTable, Places, Table
 from flexband.mechanics.assembly.vectors import VectorTable
@@ -51,6 +57,7 @@ class System:
         are tabulated in `packing`.
     functions : the functions of time in use, except for the constant one.
     constraints : the part that each row of Φ belongs to.
+    turning : the body that each of `Structure.directions` belongs to.
     outputs, units : name and unit of each output.
     sensors : for each sensor, what computes its outputs from its rows, and which rows are its own.
     conditions : the joint behind each further row, which must stay positive.
@@ -66,6 +73,7 @@ class System:
     values: Values
     functions: list[TimeFunction]
     constraints: list[str]
+    turning: list[str]
     outputs: list[str]
     units: list[str]
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
@@ -117,7 +125,9 @@ def assemble(mechanism: Mechanism) -> System:
         "beams": beams,
         "cables": cables,
         **_vector_tables(mechanism),
-        "terms": TermTable(mechanism.constraint_forms, state.multiplier, state.angle),
+        "terms": TermTable(
+            mechanism.constraint_forms, state.multiplier, state.angle, _turning(mechanism)
+        ),
         "forces": ProductTable(force_rows),
         "sensors": ProductTable(sensor_rows),
     }
@@ -136,6 +146,7 @@ def assemble(mechanism: Mechanism) -> System:
         reads_energy=state.energy in read,
         reads_laws=not read.isdisjoint(range(state.law, state.rows)),
         pattern=pattern,
+        directions=indices(mechanism.directions.values()),
         **{name: table.structure(places) for name, table in tables.items()},
     )
     scale = _inverse_scale(mechanism, start, mass)
@@ -154,10 +165,18 @@ def assemble(mechanism: Mechanism) -> System:
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
     return System(
-        structure, samples, values, functions, owners, outputs, units, sensors, conditions,
+        structure, samples, values, functions, owners, list(mechanism.directions), outputs, units,
+        sensors, conditions,
         list(zip(loads, cast(LawTable, tables["laws"]).compiled, strict=True)),
         mechanism, stack(mechanism.given),
     )  # fmt: skip
+
+
+def _turning(mechanism: Mechanism) -> set[int]:
+    """Return the coordinates that the angles in constraints depend on."""
+    vectors = [polar.vector for _, row in mechanism.constraints for polar in row.polar]
+    keys = [key for vector in vectors for form in vector for key in form.terms]
+    return {j for _, j, _ in keys if j > 0}
 
 
 def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:

@@ -35,6 +35,7 @@ class Batch(NamedTuple):
     failures: np.ndarray  # (samples, 4), see `initial.start`
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
+    turned: np.ndarray  # (samples, bodies), see `Work`
 
 
 def run_samples(
@@ -55,15 +56,19 @@ def run_samples(
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
     corrected: list[Corrections | None] = [None] * blocks
+    turned = np.zeros((len(chosen), len(system.turning)))
 
     def simulate(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
-        series, failure, first = march_block(system, method, tolerance, packed(block), len(times))
-        derived = derive(system, series.transpose(1, 0, 2))
+        values = packed(block)
+        series, failure, first, turns = march_block(system, method, tolerance, values, len(times))
+        with np.errstate(all="ignore" if failure[0].any() else None):
+            derived = derive(system, series.transpose(1, 0, 2))
         outputs[here] = derived.transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
+        turned[here] = turns.T[: len(own)]
         if failure[3, : len(own)].any():
             starts[int(own[0])] = first[:, 0].copy()
         corrected[block] = corrections(system, first, own)
@@ -72,19 +77,20 @@ def run_samples(
     if not dynamics.signatures:
         while_compiling(lambda: march_block(system, method, tolerance, packed(0), times=1))
     in_parallel(simulate, blocks, len(chosen), threads, progress)
-    return Batch(outputs, failures, starts, Corrections.joined(corrected))
+    return Batch(outputs, failures, starts, Corrections.joined(corrected), turned)
 
 
 def march_block(system: System, method, tolerance: float, values: Values, times: int):
-    """Run one block; return rows (times, rows, WIDTH), failures (4, WIDTH) and the first z.
+    """Run one block.
 
-    The conditions of the joints follow the rows of the sensors.
+    Returns rows (times, rows, WIDTH), failures (4, WIDTH), the first z, and `Work.turned`. The
+    conditions of the joints follow the rows of the sensors.
     """
     series = np.zeros((times, system.sensed, WIDTH))
     work, failure = begin(system, values)
     first = work.z.copy()
     run(MARCH, system, values, work, series, failure, method, tolerance)
-    return series, failure, first
+    return series, failure, first, work.turned
 
 
 def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import InputError, numbers, positive
+from flexband.mechanics.engine.projection import SMALLEST_PIVOT, project, share
 from flexband.mechanics.kernels.equations import (
     residual,
     sense,
@@ -37,13 +38,21 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 
-ITERATIONS = 30
-ITERATIONS_PER_FACTORIZATION = 5
+FACTORIZATIONS, ITERATIONS_PER_FACTORIZATION = 6, 5
+"""The most per step, and the most iterations of Newton's method with each."""
+
 INITIAL_RATE = 0.1
 """Rate of convergence of Newton's method that is assumed before it has been observed."""
 
 REDUNDANT_TOLERANCE = 1e-6
 """Of redundant constraints during the motion, relative to the size of the mechanism."""
+
+LONGEST_FALL = 0.05
+"""Largest part of a predicted motion that is due to accelerations, relative to the size of the
+mechanism."""
+
+ROUNDING = 1e-14
+"""The smallest tolerance that Newton's method can reach."""
 
 DIVERGED, CONTRADICTED = 3.0, 4.0
 
@@ -98,17 +107,25 @@ class Coefficients(NamedTuple):
 
 
 @inlined
-def predict(structure, method, z, a):
-    """Move to the next time with q̈ unchanged; `a` becomes that of the new time."""
-    h, alpha_m, _, beta, gamma, _, _ = method
+def predict(structure, method, values, z, a):
+    """Move to the next time with q̈ unchanged; `a` becomes that of the new time.
+
+    Where the accelerations would move a coordinate by more than `LONGEST_FALL` they are those of
+    vibrations that the step does not resolve. The coordinate then moves with its velocity alone.
+    """
+    h, alpha_m, alpha_f, beta, gamma, _, _ = method
     state = structure.state
     velocity, acceleration = state.velocity, state.acceleration
     for i in range(1, state.coordinates + 1):
         old, kept = load(a, i), load(z, acceleration + i)
         new = (kept - alpha_m * old) / (1.0 - alpha_m)
-        v = load(z, velocity + i)
-        store(z, i, load(z, i) + h * v + h * h * ((0.5 - beta) * old + beta * new))
+        v, fall = load(z, velocity + i), h * h * ((0.5 - beta) * old + beta * new)
+        small = less(magnitude(fall) * load(values.inverse_scale, i), filled(LONGEST_FALL))
+        new = where(small, new, (1.0 - 0.5 / beta) * old)
+        changed = ((1.0 - alpha_m) * new + alpha_m * old - alpha_f * kept) / (1.0 - alpha_f)
+        store(z, i, load(z, i) + h * v + where(small, fall, filled(0.0)))
         store(z, velocity + i, v + h * ((1.0 - gamma) * old + gamma * new))
+        store(z, acceleration + i, where(small, kept, changed))
         store(a, i, new)
 
 
@@ -133,35 +150,69 @@ def correct(structure, method, values, z, a, x, active):
 
 
 @inlined
-def newton(structure, method, tolerance, values, now, work, alive):
-    """Solve Eq. (27) at one time where `alive` is true; return two lanes, diverged and redundant.
+def turn_of_jacobian(structure, method, values, x):
+    """Return the largest scaled change of the coordinates that Φ_q depends on."""
+    curved, largest = structure.terms.curved, filled(0.0)
+    for n in range(len(curved)):
+        i = curved[n]
+        largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
+    return method.dq_da * largest
 
-    `diverged` is a mask; `redundant` holds a multiplier that was left out, or 0.
+
+@inlined
+def solve_step(structure, method, tolerance, values, now, work, alive):
+    """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
+
+    Returns two lanes: the mask of those that diverged, and a multiplier that was left out, or 0.
 
     A lane that has converged is frozen, so that no sample depends on its neighbours. The error
     that remains after a correction is estimated from the rate of convergence, stored in `rate`.
     """
-    z, a, r, matrix, inverse_pivots, row, blocks, rate = work
-    active, redundant, previous = alive, filled(0.0), filled(0.0)
-    for iteration in range(ITERATIONS):
-        residual(structure, values, now, z, r, blocks)
-        if iteration % ITERATIONS_PER_FACTORIZATION == 0:
-            weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
-            tangent(structure, values, now, z, weight, velocity_part, matrix, blocks)
-            left_out = factorize(structure.pattern, matrix, inverse_pivots, row)
-            redundant = where(left_out, left_out, redundant)
-        to_right_side(structure, r, method.dq_da)
-        solve(structure.pattern, matrix, inverse_pivots, r)
-        change = correct(structure, method, values, z, a, r, active)
-        if iteration > 0:
-            store(rate, 0, where(active, change / previous, load(rate, 0)))
-        previous = change
-        q = maximum(load(rate, 0), filled(1e-3))
-        left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-        active = where(less(left, filled(tolerance)), filled(0.0), active)
-        if not any_true(active):
+    z, a, r, rate = work.z, work.a, work.r, work.rate
+    matrix, inverse_pivots, none = work.matrix, work.inverse_pivots, filled(0.0)
+    weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
+    active, pending, solved, redundant, previous = alive, alive, none, none, none
+    for factorization in range(FACTORIZATIONS):
+        residual(structure, values, now, z, r, work.blocks)
+        tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
+        left_out = factorize(structure.pattern, matrix, inverse_pivots, work.row, SMALLEST_PIVOT)
+        redundant = where(pending, where(left_out, left_out, redundant), redundant)
+        moved = none
+        for iteration in range(ITERATIONS_PER_FACTORIZATION):
+            if not any_true(active):
+                break
+            if iteration > 0:
+                residual(structure, values, now, z, r, work.blocks)
+            to_right_side(structure, r, method.dq_da)
+            solve(structure.pattern, matrix, inverse_pivots, r)
+            moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
+            change = correct(structure, method, values, z, a, r, active)
+            if factorization + iteration > 0:
+                store(rate, 0, where(active, change / previous, load(rate, 0)))
+            previous = change
+            q = maximum(load(rate, 0), filled(1e-3))
+            left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
+            active = where(less(left, filled(tolerance)), none, where(solved, none, active))
+        solved = where(active, none, pending)
+        done = project(structure, method, values, now, work, solved, moved)
+        pending, solved = where(done, none, pending), where(done, none, solved)
+        active = pending  # where a new Jacobian is needed, it serves one more iteration, too
+        if not any_true(pending):
             break
-    return active, redundant
+    return pending, redundant
+
+
+@inlined
+def add_turns(structure, method, work):
+    """Add φ⁴ to `work.turned`, where φ is the angle that a body turns in this step."""
+    z, velocity = work.z, structure.state.velocity
+    for k in range(len(structure.directions)):
+        i = structure.directions[k]
+        x, y = load(z, i), load(z, i + 1)
+        u, v = load(z, velocity + i), load(z, velocity + i + 1)
+        angle = method.step * (x * v - y * u) / (x * x + y * y)
+        square = angle * angle
+        store(work.turned, k, load(work.turned, k) + square * square)
 
 
 @inlined
@@ -169,7 +220,8 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     state, z, a = structure.state, work.z, work.a
     store(work.rate, 0, filled(INITIAL_RATE))
-    code = load(failure, 0)
+    code, known = load(failure, 0), load(failure, 3)
+    limit = max(tolerance, ROUNDING)
     for i in range(1, state.coordinates + 1):
         store(a, i, load(z, state.acceleration + i))
     sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
@@ -178,8 +230,8 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
         now = n * structure.functions
-        predict(structure, method, z, a)
-        diverged, redundant = newton(structure, method, tolerance, values, now, work, alive)
+        predict(structure, method, values, z, a)
+        diverged, redundant = solve_step(structure, method, limit, values, now, work, alive)
         code, worst = diverged * DIVERGED, filled(0.0)
         if any_true(redundant):
             violated = violated_constraint(structure, values, now, z, work.r, REDUNDANT_TOLERANCE)
@@ -191,4 +243,8 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         blame = worst - float(state.multiplier)
         store(failure, 2, where(new, blame, load(failure, 2)))
         alive = where(new, filled(0.0), alive)
+        add_turns(structure, method, work)
+        shared = where(redundant, redundant, known)
+        if any_true(shared):
+            share(structure, values, now, work, shared)
         sense(structure, values, now, z, outputs[n], work.blocks)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.engine.start import SMALLEST_PIVOT
 from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.lanes import (
@@ -55,7 +56,7 @@ def settle(structure, values, work, outputs, failure, stop):
             break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
-        factorize(structure.pattern, matrix, pivots, work.row)
+        factorize(structure.pattern, matrix, pivots, work.row, SMALLEST_PIVOT)
         to_right_side(structure, r, w)
         solve(structure.pattern, matrix, pivots, r)
         largest = filled(0.0)

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.engine import projection
+from flexband.mechanics.engine.rates import subtract_acceleration_errors
 from flexband.mechanics.kernels.angles import (
     add_angle_tangent,
-    angle_drift,
     pass_on_moments,
-    polar_rate,
     update_angles,
 )
 from flexband.mechanics.kernels.beams import add_elastic_forces, add_elastic_tangent
@@ -54,6 +54,8 @@ POSITION_TOLERANCE = 1e-12
 
 LONGEST_STEP = 0.2
 """Of a correction, relative to the size of the mechanism; longer ones might leave the branch."""
+SMALLEST_PIVOT = 1e-12
+"""As in `projection`; it is smaller since members are almost rigid here."""
 
 VELOCITY_SWEEPS = 4
 
@@ -61,7 +63,7 @@ NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 
 @inlined
-def elastic_matrix(structure, values, mass, s, work):
+def elastic_matrix(structure, values, mass, s, work, smallest):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, or 0.
 
     `mass` holds the entries of M, those of the mass matrix or of the metric of assembly.
@@ -78,7 +80,7 @@ def elastic_matrix(structure, values, mass, s, work):
         structure.vectors, values.vectors, structure.terms, values.terms, state,
         values.functions, np.int64(0), z, filled(0.0), matrix,
     )  # fmt: skip
-    return factorize(structure.pattern, matrix, work.inverse_pivots, work.row)
+    return factorize(structure.pattern, matrix, work.inverse_pivots, work.row, smallest)
 
 
 @inlined
@@ -92,7 +94,7 @@ def assemble(structure, values, s, work):
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
         update_angles(structure.vectors, values.vectors, state, z)
-        left_out = elastic_matrix(structure, values, values.metric, s, work)
+        left_out = elastic_matrix(structure, values, values.metric, s, work, SMALLEST_PIVOT)
         if iteration == 0:
             redundant = left_out
         clear(r, state.velocity)
@@ -123,7 +125,7 @@ def assemble(structure, values, s, work):
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
-    elastic_matrix(structure, values, values.mass, s, work)
+    elastic_matrix(structure, values, values.mass, s, work, SMALLEST_PIVOT)
     velocity, terms = state.velocity, structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
@@ -132,7 +134,7 @@ def project_velocities(structure, values, s, work):
         add_mass_product(structure.mass, values.mass, z, velocity, r)
         for t in range(len(terms.k)):
             k, i, j = terms.k[t], terms.i[t], terms.j[t]
-            rate = load(values.rates, structure.functions + terms.f[t])
+            rate = load(values.rates, terms.f[t])
             drift = load(values.terms, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
         solve(structure.pattern, work.matrix, work.inverse_pivots, r)
@@ -144,31 +146,12 @@ def project_velocities(structure, values, s, work):
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
     state, z, r = structure.state, work.z, work.r
-    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work)
+    smallest = projection.SMALLEST_PIVOT
+    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, smallest)
     residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
-    velocity, terms = state.velocity, structure.terms
-    for t in range(terms.polynomials):
-        k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
-        zi, zj = load(z, i), load(z, j)
-        vi, vj = load(z, velocity + i), load(z, velocity + j)
-        second = (
-            load(values.rates, 2 * structure.functions + f) * zi * zj
-            + 2.0 * load(values.rates, structure.functions + f) * (vi * zj + zi * vj)
-            + 2.0 * load(values.rates, f) * vi * vj
-        )
-        store(r, k, load(r, k) - load(values.terms, t) * second)
-    for t in range(terms.polynomials, len(terms.k)):
-        a, k, f = terms.j[t] - state.angle, terms.k[t], terms.f[t]
-        rate = polar_rate(structure.vectors, values.vectors, state, z, a)
-        drift = angle_drift(structure.vectors, values.vectors, state, z, a)
-        second = (
-            load(values.rates, 2 * structure.functions + f) * load(z, terms.j[t])
-            + 2.0 * load(values.rates, structure.functions + f) * rate
-            + load(values.rates, f) * drift
-        )
-        store(r, k, load(r, k) - load(values.terms, t) * second)
+    subtract_acceleration_errors(structure, values, np.int64(0), z, work.a, r, work.s)
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, state.coordinates + 1):
         store(z, state.acceleration + i, load(r, i))
@@ -189,6 +172,8 @@ def start(structure, values, work, failure):
     set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
     project_velocities(structure, values, s, work)
     left_out = solve_accelerations(structure, values, work)
+    if any_true(left_out):
+        projection.share(structure, values, np.int64(0), work, left_out)
     code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))
     store(failure, 0, where(failed, code, filled(0.0)))
     store(failure, 1, filled(0.0))

@@ -65,13 +65,17 @@ def angle_gradient(values, p, x, y):
 
 
 @compiled
-def polar_rate(vectors, values, state, z, a):
-    """Return θ̇, or the rate of |n| if the variable is a length."""
+def polar_rate(vectors, values, z, rates, first, a):
+    """Return θ̇, or the rate of |n| if the variable is a length.
+
+    The coordinates' rates are those in `rates` from row `first` on.
+    """
+    x, y = vector(vectors, values, z, 0, a)
+    u, v = vector(vectors, values, rates, first, a)
+    square = x * x + y * y
     if vectors.length[a]:
-        x, y = vector(vectors, values, z, 0, a)
-        u, v = vector(vectors, values, z, state.velocity, a)
-        return (x * u + y * v) / sqrt(x * x + y * y)
-    return angle_rate(vectors, values, state, z, a)
+        return (x * u + y * v) / sqrt(square)
+    return (x * v - y * u) / square
 
 
 @compiled

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.mechanics.kernels.lanes import (
+    add_to,
     compiled,
     filled,
     less,
@@ -27,12 +28,6 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.pattern import Pattern
-
-MIN_RELATIVE_PIVOT = 1e-12
-"""Relative size below which the pivot of a multiplier counts as zero.
-
-It is relative to the sum of the magnitudes of the terms of the pivot.
-"""
 
 
 def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
@@ -52,11 +47,12 @@ def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def factorize(pattern, matrix, inverse_pivots, row):
+def factorize(pattern, matrix, inverse_pivots, row, smallest):
     """Replace `matrix` by V = L D below the diagonal, and compute `inverse_pivots`, D⁻¹.
 
-    All are arrays of lanes; `row` is work space. `solve` sets a multiplier whose pivot vanishes to
-    zero, as if it had no constraint. Returns the number of such a multiplier as a lane, or 0.
+    All are arrays of lanes; `row` is work space. The pivot of a multiplier counts as zero below
+    `smallest` times the sum of the magnitudes of its terms. `solve` sets such a multiplier to
+    zero, as if it had no constraint. Returns the number of one of them as a lane, or 0.
     """
     redundant = filled(0.0)
     for k in range(pattern.tiles):
@@ -77,7 +73,7 @@ def factorize(pattern, matrix, inverse_pivots, row):
             size_d += magnitude(part_d)
         inverse_a = 1.0 / a
         if pattern.is_multiplier[k]:
-            sound = less(MIN_RELATIVE_PIVOT * size_a, magnitude(a))
+            sound = less(smallest * size_a, magnitude(a))
             inverse_a = where(sound, inverse_a, filled(0.0))
             redundant = where(sound, redundant, filled(float(pattern.first[k])))
         ratio = b * inverse_a
@@ -85,7 +81,7 @@ def factorize(pattern, matrix, inverse_pivots, row):
         size_d += magnitude(ratio * b)
         inverse_d = 1.0 / d
         if pattern.is_multiplier[k]:
-            sound = less(MIN_RELATIVE_PIVOT * size_d, magnitude(d))
+            sound = less(smallest * size_d, magnitude(d))
             inverse_d = where(sound, inverse_d, filled(0.0))
             redundant = where(sound, redundant, filled(float(pattern.second[k])))
         i01 = -ratio * inverse_d
@@ -119,6 +115,31 @@ def solve(pattern, matrix, inverse_pivots, x):
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, i01 * a + i11 * b)  # D⁻¹ L⁻¹ of the right side
         store(x, first, i00 * a + i01 * b)
+    substitute_back(pattern, matrix, inverse_pivots, x)
+
+
+@compiled
+def solve_constraints(pattern, matrix, inverse_pivots, x):
+    """Solve as `solve` does, if the right-hand side is zero but for the multipliers' rows."""
+    for n in range(len(pattern.reached)):
+        k = pattern.reached[n]
+        first, second = pattern.first[k], pattern.second[k]
+        a, b = load(x, first), load(x, second)
+        for p in range(pattern.reached_start[n], pattern.reached_start[n + 1]):
+            column = pattern.reached_column[p]
+            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.reached_tile[p], 4)
+            y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
+            a -= v00 * y0 + v01 * y1
+            b -= v10 * y0 + v11 * y1
+        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
+        store(x, second, i01 * a + i11 * b)
+        store(x, first, i00 * a + i01 * b)
+    substitute_back(pattern, matrix, inverse_pivots, x)
+
+
+@compiled
+def substitute_back(pattern, matrix, inverse_pivots, x):
+    """Replace D⁻¹ L⁻¹ of a right-hand side by the solution."""
     for k in range(pattern.tiles - 1, -1, -1):
         a, b = filled(0.0), filled(0.0)
         for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
@@ -131,3 +152,57 @@ def solve(pattern, matrix, inverse_pivots, x):
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, load(x, second) - i01 * a - i11 * b)
         store(x, first, load(x, first) - i00 * a - i01 * b)
+
+
+@compiled
+def solve_two_constraints(pattern, matrix, inverse_pivots, x, y):
+    """Solve for two right-hand sides as `solve_constraints` does for one, reading L once."""
+    for n in range(len(pattern.reached)):
+        k = pattern.reached[n]
+        first, second = pattern.first[k], pattern.second[k]
+        a, b, c, d = load(x, first), load(x, second), load(y, first), load(y, second)
+        for p in range(pattern.reached_start[n], pattern.reached_start[n + 1]):
+            column = pattern.reached_column[p]
+            one, other = pattern.first[column], pattern.second[column]
+            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.reached_tile[p], 4)
+            x0, x1, y0, y1 = load(x, one), load(x, other), load(y, one), load(y, other)
+            a -= v00 * x0 + v01 * x1
+            b -= v10 * x0 + v11 * x1
+            c -= v00 * y0 + v01 * y1
+            d -= v10 * y0 + v11 * y1
+        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
+        store(x, second, i01 * a + i11 * b)
+        store(x, first, i00 * a + i01 * b)
+        store(y, second, i01 * c + i11 * d)
+        store(y, first, i00 * c + i01 * d)
+    for k in range(pattern.tiles - 1, -1, -1):
+        a, b, c, d = filled(0.0), filled(0.0), filled(0.0), filled(0.0)
+        for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
+            entry = pattern.entry_row[tile - pattern.tiles]
+            one, other = pattern.first[entry], pattern.second[entry]
+            v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
+            x0, x1, y0, y1 = load(x, one), load(x, other), load(y, one), load(y, other)
+            a += v00 * x0 + v10 * x1
+            b += v01 * x0 + v11 * x1
+            c += v00 * y0 + v10 * y1
+            d += v01 * y0 + v11 * y1
+        first, second = pattern.first[k], pattern.second[k]
+        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
+        store(x, second, load(x, second) - i01 * a - i11 * b)
+        store(x, first, load(x, first) - i00 * a - i01 * b)
+        store(y, second, load(y, second) - i01 * c - i11 * d)
+        store(y, first, load(y, first) - i00 * c - i01 * d)
+
+
+@compiled
+def soften(pattern, matrix, part):
+    """Replace the zeros on the multipliers' diagonal by −`part` Σ Φ_ki² / M_ii, if A is M."""
+    for k in range(pattern.tiles):
+        if not pattern.is_multiplier[k]:
+            first, second = part / load(matrix, 4 * k), part / load(matrix, 4 * k + 3)
+            for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
+                entry = pattern.entry_row[tile - pattern.tiles]
+                if pattern.is_multiplier[entry]:
+                    v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
+                    add_to(matrix, 4 * entry, -(v00 * v00 * first + v01 * v01 * second))
+                    add_to(matrix, 4 * entry + 3, -(v10 * v10 * first + v11 * v11 * second))

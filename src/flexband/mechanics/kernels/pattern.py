@@ -41,6 +41,10 @@ class Pattern(NamedTuple):
     row_start: np.ndarray  # k -> first tile of the row in the two arrays below
     row_tile: np.ndarray
     row_column: np.ndarray  # k of the column
+    reached: np.ndarray  # tiles whose unknowns depend on the multipliers' right-hand side alone
+    reached_start: np.ndarray  # their rows, as above, without the columns that do not
+    reached_tile: np.ndarray
+    reached_column: np.ndarray
     product_start: np.ndarray  # tile − tiles -> first of its products V Wᵀ, W = V D⁻¹
     product_v: np.ndarray  # tile in the row of the entry
     product_w: np.ndarray  # place in the row of the pivot
@@ -94,6 +98,7 @@ def analyse(
         product_start.append(len(product_v))
 
     row_entries = [entry for k in range(len(order)) for entry in rows[k]]
+    among = _reached([pair in multipliers for pair in order], rows)
     pattern = Pattern(
         unknowns=len(pair_of),
         rows=4 * len(tiles) + 1,
@@ -108,6 +113,10 @@ def analyse(
         row_start=_indices(np.cumsum([0] + [len(rows[k]) for k in range(len(order))])),
         row_tile=_indices([t for t, _ in row_entries]),
         row_column=_indices([c for _, c in row_entries]),
+        reached=_indices(list(among)),
+        reached_start=_indices(np.cumsum([0] + [len(own) for own in among.values()])),
+        reached_tile=_indices([t for own in among.values() for t, _ in own]),
+        reached_column=_indices([c for own in among.values() for _, c in own]),
         product_start=_indices(product_start),
         product_v=_indices(product_v),
         product_w=_indices(product_w),
@@ -119,6 +128,16 @@ def analyse(
                 if NONE not in (i, j) and (row != column or a >= b):
                     slots[min(i, j), max(i, j)] = 4 * t + 2 * a + b
     return pattern, slots
+
+
+def _reached(is_multiplier: list[bool], rows: dict) -> dict[int, list[tuple[int, int]]]:
+    """Return the tiles that depend on the multipliers' right-hand side, and why, see `Pattern`."""
+    among = {}
+    for k, multiplier in enumerate(is_multiplier):
+        own = [(t, c) for t, c in rows[k] if c in among]
+        if own or multiplier:
+            among[k] = own
+    return among
 
 
 def _indices(values) -> np.ndarray:

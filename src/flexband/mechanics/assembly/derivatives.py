@@ -1,0 +1,55 @@
+"""First and second derivatives of tabulated functions of time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+NOISE = 1e-8
+"""Rounding errors of f″ that are accepted, relative to its largest value."""
+
+WIDEST = 1 / 40
+"""Largest distance of the values that a derivative is taken from, as a part of the table."""
+
+
+def derivatives(values: np.ndarray, half: float) -> np.ndarray:
+    """Return f′ and f″ at every other time of a table, shape (times, 2, n).
+
+    They are those of the polynomial through the value and the two on each side of it, or through
+    seven values at the ends of the table. Where the step is so short that rounding errors would
+    show in f″, the values are taken further apart.
+
+    Parameters
+    ----------
+    values : f at equidistant times, shape (2 times − 1 or more, n).
+    half : distance of the times [s].
+    """
+    rounding = 6 * np.finfo(float).eps * np.abs(values).max(initial=0.0)
+    apart = 1
+    while True:
+        found = _differences(values, apart)
+        curved = np.abs(found[:, 1]).max(initial=0.0)
+        if rounding <= NOISE * curved or 2 * apart > WIDEST * len(values):
+            break
+        apart *= 2
+    return found / (apart * half) ** np.arange(1, 3)[:, None]
+
+
+def _differences(values: np.ndarray, apart: int) -> np.ndarray:
+    """Return f′ and f″ from values so far apart, in units of their distance."""
+    last, count = len(values) - 1, (len(values) + 1) // 2
+    found = np.empty((count, 2, values.shape[1]))
+    places = 2 * np.arange(count)
+    inner = (places >= 2 * apart) & (places <= last - 2 * apart)
+    centre = [np.roll(values, -k * apart, axis=0)[places[inner]] for k in range(-2, 3)]
+    found[inner] = np.einsum("dk,ktn->tdn", _weights(5, 2.0), np.array(centre))
+    for n in np.flatnonzero(~inner):
+        first = min(max(places[n] - 3 * apart, 0), last - 6 * apart)
+        around = values[first : first + 6 * apart + 1 : apart]
+        found[n] = _weights(7, (places[n] - first) / apart) @ around
+    return found
+
+
+def _weights(count: int, at: float) -> np.ndarray:
+    """Return the weights of equidistant values for f′ and f″ at a place between them."""
+    powers = np.vander(np.arange(float(count)) - at, increasing=True)
+    return np.linalg.inv(powers)[1:3] * [[1.0], [2.0]]

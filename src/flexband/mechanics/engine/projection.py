@@ -1,0 +1,123 @@
+"""What keeps a motion on its constraints after each step, on lanes.
+
+Newton's method holds Φ = 0 alone. Velocities, accelerations and the method's variable a are moved
+onto the derivatives of the constraints by the least change in the metric of the integrator's
+matrix [M + K/β', Φ_qᵀ; Φ_q, 0], whose factors are at hand. In this metric a stiff member moves as
+a rigid one; it differs from M by O(h²). The multipliers are those of the projected accelerations.
+"""
+
+from __future__ import annotations
+
+from flexband.mechanics.engine.rates import (
+    subtract_acceleration_errors,
+    subtract_velocity_errors,
+)
+from flexband.mechanics.kernels.angles import add_angle_tangent, pass_on_moments
+from flexband.mechanics.kernels.equations import (
+    add_constraint_tangent,
+    add_constraints,
+    add_mass,
+    clear,
+    clear_matrix,
+)
+from flexband.mechanics.kernels.factorization import (
+    factorize,
+    soften,
+    solve,
+    solve_constraints,
+    solve_two_constraints,
+)
+from flexband.mechanics.kernels.lanes import (
+    filled,
+    inlined,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
+
+INEXACT = 1e-12
+"""Error of a projected velocity, times the step and relative to the size of the mechanism, that
+calls for a new matrix."""
+
+LARGE_STEP = 3e-5
+"""The same change since the last matrix calls for a new one. It is about φ³/6 for a body that
+turns by φ in a step."""
+
+SMALLEST_PIVOT = 1e-10
+"""Relative size of the pivot of a multiplier below which its constraint counts as redundant.
+
+It is the squared sine of the angle between its gradient and those of all other constraints.
+"""
+
+SHARING_PASSES = 2
+
+
+@inlined
+def project(structure, method, values, now, work, solved, moved):
+    """Move v, q̈, a and λ of lanes that are `solved` to those that agree with the constraints.
+
+    `moved` is how far Newton's method has moved, since the factorization, those coordinates that
+    the Jacobian depends on. Lanes whose Jacobian is not accurate enough stay as they are. Returns
+    the mask of those that were projected.
+    """
+    state, z, a, r, s = structure.state, work.z, work.a, work.r, work.s
+    pattern, matrix, pivots = structure.pattern, work.matrix, work.inverse_pivots
+    velocity, acceleration, none = state.velocity, state.acceleration, filled(0.0)
+    clear(r, velocity)
+    subtract_velocity_errors(structure, values, now, z, r)
+    solve_constraints(pattern, matrix, pivots, r)
+    largest = none
+    for i in range(1, state.coordinates + 1):
+        largest = maximum(largest, magnitude(load(r, i)) * load(values.inverse_scale, i))
+    inexact = less(filled(INEXACT), method.step * largest * moved)
+    inexact = where(less(moved, filled(LARGE_STEP)), inexact, filled(1.0))
+    here = where(inexact, none, solved)
+    for i in range(1, state.coordinates + 1):
+        store(z, velocity + i, load(z, velocity + i) + where(here, load(r, i), none))
+    clear(r, velocity)
+    clear(s, velocity)
+    subtract_acceleration_errors(structure, values, now, z, a, r, s)
+    solve_two_constraints(pattern, matrix, pivots, r, s)
+    for i in range(1, state.coordinates + 1):
+        store(z, acceleration + i, load(z, acceleration + i) + where(here, load(r, i), none))
+        store(a, i, load(a, i) + where(here, load(s, i), none))
+    for k in range(state.multiplier, state.angle):
+        store(z, k, load(z, k) + where(here, load(r, k), none))
+    return here
+
+
+@inlined
+def share(structure, values, now, work, shared):
+    """Replace the multipliers of the lanes in `shared` by the least ones with the same forces.
+
+    They minimize Σ λ_k²/m_k with 1/m_k = Σ_i Φ_ki²/M_ii: each constraint carries in proportion to
+    the mass that it moves, whatever its unit.
+    """
+    state, z, r, least, matrix = structure.state, work.z, work.r, work.s, work.matrix
+    clear_matrix(structure.pattern, matrix)
+    add_mass(structure.mass, values.mass, matrix)
+    none = filled(0.0)
+    add_constraint_tangent(structure.terms, values.terms, values.functions, now, z, none, matrix)
+    add_angle_tangent(
+        structure.vectors, values.vectors, structure.terms, values.terms, state, values.functions,
+        now, z, none, matrix,
+    )  # fmt: skip
+    soften(structure.pattern, matrix, SMALLEST_PIVOT)
+    factorize(structure.pattern, matrix, work.inverse_pivots, work.row, 0.0)
+    for k in range(state.multiplier, state.angle):
+        store(least, k, none)
+    for _ in range(SHARING_PASSES):  # z holds what is left to carry
+        clear(r, state.velocity)
+        add_constraints(structure.terms, values.terms, values.functions, now, z, r)
+        pass_on_moments(structure.vectors, values.vectors, state, z, r)
+        for k in range(state.multiplier, state.angle):
+            store(r, k, none)
+        solve(structure.pattern, matrix, work.inverse_pivots, r)
+        for k in range(state.multiplier, state.angle):
+            store(least, k, load(least, k) + load(r, k))
+            store(z, k, load(z, k) - load(r, k))
+    for k in range(state.multiplier, state.angle):
+        store(z, k, load(least, k) + where(shared, none, load(z, k)))

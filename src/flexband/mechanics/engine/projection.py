@@ -4,15 +4,19 @@ Newton's method holds Φ = 0 alone. Velocities, accelerations and the method's v
 onto the derivatives of the constraints by the least change in the metric of the integrator's
 matrix [M + K/β', Φ_qᵀ; Φ_q, 0], whose factors are at hand. In this metric a stiff member moves as
 a rigid one; it differs from M by O(h²). The multipliers are those of the projected accelerations.
+
+The derivatives of Φ(q, t) = 0 are Φ_q v + Φ_t = 0 and Φ_q q̈ + γ = 0 with
+γ = (Φ_q v)_q v + 2 Φ_qt v + Φ_tt.
 """
 
 from __future__ import annotations
 
-from flexband.mechanics.engine.rates import (
-    subtract_acceleration_errors,
-    subtract_velocity_errors,
+from flexband.mechanics.kernels.angles import (
+    add_angle_tangent,
+    angle_drift,
+    pass_on_moments,
+    polar_rate,
 )
-from flexband.mechanics.kernels.angles import add_angle_tangent, pass_on_moments
 from flexband.mechanics.kernels.equations import (
     add_constraint_tangent,
     add_constraints,
@@ -28,6 +32,7 @@ from flexband.mechanics.kernels.factorization import (
     solve_two_constraints,
 )
 from flexband.mechanics.kernels.lanes import (
+    add_to,
     filled,
     inlined,
     less,
@@ -46,13 +51,62 @@ LARGE_STEP = 3e-5
 """The same change since the last matrix calls for a new one. It is about φ³/6 for a body that
 turns by φ in a step."""
 
-SMALLEST_PIVOT = 1e-10
+SMALLEST_PIVOT = 1e-7
 """Relative size of the pivot of a multiplier below which its constraint counts as redundant.
 
 It is the squared sine of the angle between its gradient and those of all other constraints.
 """
 
 SHARING_PASSES = 2
+
+
+@inlined
+def subtract_velocity_errors(structure, values, now, z, r):
+    """Subtract Φ_q v + Φ_t from the multipliers' rows of r."""
+    state, terms = structure.state, structure.terms
+    velocity = state.velocity
+    for t in range(terms.polynomials):
+        i, j, f = terms.i[t], terms.j[t], terms.f[t]
+        zi, zj = load(z, i), load(z, j)
+        moved = load(z, velocity + i) * zj + zi * load(z, velocity + j)
+        rate = load(values.functions, now + f) * moved
+        rate += load(values.rates, 2 * now + f) * zi * zj
+        add_to(r, terms.k[t], -load(values.terms, t) * rate)
+    for t in range(terms.polynomials, len(terms.k)):
+        angle, f = terms.j[t], terms.f[t]
+        rate = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle - state.angle)
+        rate = load(values.functions, now + f) * rate
+        rate += load(values.rates, 2 * now + f) * load(z, angle)
+        add_to(r, terms.k[t], -load(values.terms, t) * rate)
+
+
+@inlined
+def subtract_acceleration_errors(structure, values, now, z, a, r, s):
+    """Subtract Φ_q q̈ + γ from the multipliers' rows of r, and Φ_q a + γ from those of s."""
+    state, terms, functions = structure.state, structure.terms, structure.functions
+    velocity, acceleration = state.velocity, state.acceleration
+    for t in range(terms.polynomials):
+        k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
+        zi, zj, vi, vj = load(z, i), load(z, j), load(z, velocity + i), load(z, velocity + j)
+        value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
+        drift = load(values.rates, 2 * now + functions + f) * zi * zj
+        drift += 2.0 * (rate * (vi * zj + zi * vj) + value * vi * vj)
+        c = load(values.terms, t)
+        moved = load(z, acceleration + i) * zj + zi * load(z, acceleration + j)
+        add_to(r, k, -c * (drift + value * moved))
+        add_to(s, k, -c * (drift + value * (load(a, i) * zj + zi * load(a, j))))
+    for t in range(terms.polynomials, len(terms.k)):
+        k, f, angle = terms.k[t], terms.f[t], terms.j[t] - state.angle
+        value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
+        drift = load(values.rates, 2 * now + functions + f) * load(z, terms.j[t])
+        turning = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle)
+        drift += 2.0 * rate * turning
+        drift += value * angle_drift(structure.vectors, values.vectors, state, z, angle)
+        c = load(values.terms, t)
+        moved = polar_rate(structure.vectors, values.vectors, z, z, acceleration, angle)
+        add_to(r, k, -c * (drift + value * moved))
+        moved = polar_rate(structure.vectors, values.vectors, z, a, 0, angle)
+        add_to(s, k, -c * (drift + value * moved))
 
 
 @inlined

@@ -12,7 +12,6 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.mechanics.engine import projection
-from flexband.mechanics.engine.rates import subtract_acceleration_errors
 from flexband.mechanics.kernels.angles import (
     add_angle_tangent,
     pass_on_moments,
@@ -151,7 +150,7 @@ def solve_accelerations(structure, values, work):
     residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
-    subtract_acceleration_errors(structure, values, np.int64(0), z, work.a, r, work.s)
+    projection.subtract_acceleration_errors(structure, values, np.int64(0), z, work.a, r, work.s)
     solve(structure.pattern, work.matrix, work.inverse_pivots, r)
     for i in range(1, state.coordinates + 1):
         store(z, state.acceleration + i, load(r, i))

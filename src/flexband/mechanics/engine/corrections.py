@@ -51,23 +51,21 @@ def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Correctio
     mechanism = system.mechanism
     shape = len(mechanism.bodies), len(samples)
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
-    found = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
     for b, (name, body) in enumerate(mechanism.bodies.items()):
         first = mechanism.first_coordinates[name]
-        for n in (first + k for k in body.nodes):
-            move = np.hypot(q[n] - given[n], q[n + 1] - given[n + 1])
-            found.moves[b] = np.maximum(found.moves[b], move)
-            if body.per_node > 2:
-                turn = np.abs(np.arctan2(_cross(given, q, n), _dot(given, q, n)))
-                found.turns[b] = np.maximum(found.turns[b], turn)
+        n = first + np.array(body.nodes)
+        moves[b] = np.hypot(q[n] - given[n], q[n + 1] - given[n + 1]).max(axis=0)
         speed = np.hypot(given_v[first], given_v[first + 1])
         change = np.hypot(v[first] - given_v[first], v[first + 1] - given_v[first + 1])
-        found.speeds[b] = _relative(change, speed)
+        speeds[b] = _relative(change, speed)
         if body.per_node > 2:
+            turn = np.arctan2(_cross(given, q, n), _dot(given, q, n))
+            turns[b] = np.abs(turn).max(axis=0)
             rate = _cross(given, given_v, first) / _dot(given, given, first)
             now = _cross(q, v, first) / _dot(q, q, first)
-            found.rates[b] = _relative(np.abs(now - rate), np.abs(rate))
-    turned = np.flatnonzero(found.turns.max(axis=0) > BRANCH_TURN)
+            rates[b] = _relative(np.abs(now - rate), np.abs(rate))
+    found = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
+    turned = np.flatnonzero(turns.max(axis=0) > BRANCH_TURN)
     if len(turned):
         guess = np.zeros((len(z), len(turned)))
         guess[: len(given)] = _of(samples[turned], system.values.start)
@@ -116,11 +114,11 @@ def _of(samples: np.ndarray, values: np.ndarray) -> np.ndarray:
     return values[:, np.minimum(samples, values.shape[1] - 1)]
 
 
-def _dot(a: np.ndarray, b: np.ndarray, node: int) -> np.ndarray:
+def _dot(a: np.ndarray, b: np.ndarray, node: int | np.ndarray) -> np.ndarray:
     return a[node + 2] * b[node + 2] + a[node + 3] * b[node + 3]
 
 
-def _cross(a: np.ndarray, b: np.ndarray, node: int) -> np.ndarray:
+def _cross(a: np.ndarray, b: np.ndarray, node: int | np.ndarray) -> np.ndarray:
     return a[node + 2] * b[node + 3] - a[node + 3] * b[node + 2]
 
 

@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: install demo test check bench validate accuracy gallery
+.PHONY: install demo test check wheel bench validate accuracy gallery
 
 install: .venv/installed
 
@@ -21,6 +21,10 @@ check: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
+
+# On every Python of this machine; on the oldest with the lowest versions of pyproject.toml.
+wheel: install
+	$(BIN)/python .ci/wheel.py
 
 accuracy: install
 	$(BIN)/python benchmarks/accuracy.py

@@ -1,0 +1,141 @@
+"""Build the wheel, and install, run and upgrade it on every Python of this machine.
+
+The oldest Python gets the lowest versions that pyproject.toml states, all others the newest. On one
+of them the wheel is then replaced by one with another stiffness of springs, and must compute by it.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PYTHONS = ("python3.11", "python3.12", "python3.13", "python3.14")
+PIP = ("-m", "pip", "--quiet", "--disable-pip-version-check")
+STUDY = """
+import numpy as np
+import flexband as fb
+
+def hanging(stiffness):
+    mass = fb.PointMass(mass=1.0, position=(0.0, -1.0))
+    spring = fb.Spring("mass", (0.0, 0.0), stiffness, 1.0)
+    return fb.Mechanism(bodies={"mass": mass}, loads={"spring": spring, "gravity": fb.Gravity()},
+                        sensors={"mass": fb.Position("mass")})
+
+def response(stiffness):
+    return fb.equilibrium(hanging(stiffness)).sel(output="mass_Y").values.reshape(-1)
+
+study = fb.Study(response, {"stiffness": fb.Interval(90.0, 110.0)}, fb.PCCI(0, 2))
+if __name__ == "__main__":
+    print(response(np.array([98.1, 2.0 * 98.1])).values[0])
+"""
+
+
+def run(*command: object, folder: Path) -> str:
+    """Run a command in a folder and return what it prints; stop if it fails."""
+    done = subprocess.run(
+        list(map(str, command)), cwd=folder, capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout.strip()
+
+
+def build(source: Path, folder: Path) -> Path:
+    """Return the wheel of a source tree."""
+    run(sys.executable, *PIP, "wheel", "--no-deps", "--wheel-dir", folder, source, folder=folder)
+    (wheel,) = folder.glob("*.whl")
+    return wheel
+
+
+def lowest(folder: Path) -> Path:
+    """Write the lowest versions that pyproject.toml states as a file of constraints."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    file = folder / "lowest.txt"
+    lines = [re.sub(">=", "==", one) for one in project["dependencies"]]
+    file.write_text("\n".join(lines), encoding="utf-8")
+    return file
+
+
+def check(name: str, base: str, wheel: Path, folder: Path, constraints: Path | None) -> Path:
+    """Install the wheel in an environment of its own, run it, and return the interpreter."""
+    home = folder / name
+    home.mkdir()
+    run(base, "-m", "venv", home / "venv", folder=home)
+    python = home / "venv" / "bin" / "python"
+    limits = ("--constraint", constraints) if constraints else ()
+    run(python, *PIP, "install", "--only-binary", ":all:", *limits, wheel, folder=home)
+    (home / "study.py").write_text(STUDY, encoding="utf-8")
+    flexband = python.with_name("flexband")
+    run(flexband, "run", "study.py", "--verify", 2, folder=home)
+    assert (home / "output" / "surrogate.npz").exists()
+    run(flexband, "compare", "--help", folder=home)
+    version = run(flexband, "--version", folder=home)
+    print(f"{name}: flexband {version}, {'lowest' if constraints else 'newest'} versions: passed")
+    return python
+
+
+def upgrade(python: Path, folder: Path) -> None:
+    """Replace the wheel by one whose springs are twice as stiff, of the same version."""
+    home = python.parents[2]
+    before = run(python, "study.py", folder=home)
+    source = folder / "changed"
+    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".venv", ".git", "output"))
+    kernel = source / "src/flexband/mechanics/kernels/springs.py"
+    text = kernel.read_text(encoding="utf-8")
+    changed = text.replace("load(values.stiffness, s)", "2.0 * load(values.stiffness, s)")
+    assert changed != text
+    kernel.write_text(changed, encoding="utf-8")
+    (folder / "other").mkdir()
+    other = build(source, folder / "other")
+    run(python, *PIP, "install", "--no-deps", "--force-reinstall", other, folder=home)
+    after = run(python, "study.py", folder=home)
+    assert abs(float(before) + 1.1) < 1e-6, before
+    assert abs(float(after) + 1.05) < 1e-6, after
+    print(f"upgraded wheel: {before} -> {after} m: passed")
+
+
+def main() -> None:
+    """Check the wheel on all Pythons at once."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        wheel = build(ROOT, folder)
+        found = {name: python for name in PYTHONS if (python := interpreter(name))}
+        limits = [lowest(folder), *[None] * (len(found) - 1)]
+        with ThreadPoolExecutor(2) as pool:
+            jobs = [
+                pool.submit(check, name, found[name], wheel, folder, limit)
+                for name, limit in zip(found, limits, strict=True)
+            ]
+            pythons = [job.result() for job in jobs]
+        upgrade(pythons[-1], folder)
+    print(f"{len(found) + 1} passed, 0 failed")
+
+
+def interpreter(name: str) -> str | None:
+    """Return a Python that can make environments: on the path, or one that pyenv has."""
+    found = [shutil.which(name)]
+    if shutil.which("pyenv"):
+        own = name.removeprefix("python") + "."
+        versions = run("pyenv", "versions", "--bare", folder=ROOT).split()
+        found += [
+            str(Path(run("pyenv", "prefix", version, folder=ROOT)) / "bin" / name)
+            for version in versions
+            if version.startswith(own)
+        ]
+    for python in filter(None, found):
+        command = [python, "-c", "import ensurepip, venv"]
+        if subprocess.run(command, capture_output=True, check=False).returncode == 0:
+            return python
+    print(f"{name}: not on this machine, skipped")
+    return None
+
+
+if __name__ == "__main__":
+    main()

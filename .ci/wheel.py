@@ -33,7 +33,7 @@ def response(stiffness):
 
 study = fb.Study(response, {"stiffness": fb.Interval(90.0, 110.0)}, fb.PCCI(0, 2))
 if __name__ == "__main__":
-    print(response(np.array([98.1, 2.0 * 98.1])).values[0])
+    print(response(np.array([98.1, 2.0 * 98.1]))[0])
 """
 
 

@@ -3,9 +3,10 @@
 import flexible
 import pytest
 import rigid
+import rotation
 import stability
 
-PROBLEMS = [*rigid.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
+PROBLEMS = [*rigid.PROBLEMS, *rotation.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
 
 
 @pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.__name__)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import flexible
 import rigid
+import rotation
 import stability
 from checks import Check
 
@@ -46,7 +47,7 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 
 def checks() -> list[Check]:
     """Return the checks of all problems."""
-    problems = [*rigid.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
+    problems = [*rigid.PROBLEMS, *rotation.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
     return list(chain.from_iterable(problem() for problem in problems))
 
 

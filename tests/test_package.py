@@ -26,6 +26,7 @@ ROOMS = [
     "mechanics.mechanism",
     "mechanics.assembly",
     "mechanics.engine",
+    "mechanics.linearization",
     "mechanics.simulate",
     "mechanics.equilibrium",
     "mechanics.modes",

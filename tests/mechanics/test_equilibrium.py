@@ -212,3 +212,21 @@ def test_equal_supports_carry_equal_parts():
     found = fb.equilibrium(model)
     np.testing.assert_allclose(found, [0.0, -9.81] * 3, atol=1e-8)
     assert found.attrs["not_unique"] == [f"joint {name!r}" for name in joints]
+
+
+def test_a_stiffness_that_is_lost_in_rounding_errors_is_refused():
+    member = {"length": 1.0, "height": 0.05, "width": 0.05, "density": 1e3, "poissons_ratio": 0.3}
+    model = fb.Mechanism(
+        bodies={
+            "soft": fb.Beam(**member, elements=4, youngs_modulus=1e7),
+            "stiff": fb.Beam(**member, elements=4, youngs_modulus=1e19, start=(1.0, 0.0)),
+        },
+        joints={
+            "wall": fb.Weld("soft.start", (0.0, 0.0)),
+            "weld": fb.Weld("stiff.start", "soft.end"),
+        },
+        loads={"force": fb.Force("stiff.end", 0.0, -0.1)},
+        sensors={"tip": fb.Position("stiff.end")},
+    )
+    with pytest.raises(fb.AssemblyError, match="no equilibrium was found"):
+        fb.equilibrium(model)

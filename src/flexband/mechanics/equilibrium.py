@@ -11,16 +11,16 @@ from flexband.errors import numbers, whole
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.engine.balance import Balance, find_rest
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
-from flexband.mechanics.engine.linearize import Equations, Spin
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.linearization.balance import Balance, find_rest
+from flexband.mechanics.linearization.linearize import Equations, Spin
 from flexband.mechanics.mechanism import Mechanism
 
 

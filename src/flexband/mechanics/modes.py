@@ -24,16 +24,16 @@ from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.bodies.body import Point, point
-from flexband.mechanics.engine.balance import Balance
 from flexband.mechanics.engine.batch import begin, derive, run
-from flexband.mechanics.engine.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.engine.entries import SENSE, statics
 from flexband.mechanics.engine.failures import raise_failures
-from flexband.mechanics.engine.linearize import Equations, Spin
-from flexband.mechanics.engine.rotation import check_rotation
 from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import rest
 from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
+from flexband.mechanics.linearization.linearize import Equations, Spin
+from flexband.mechanics.linearization.rotation import check_rotation
 from flexband.mechanics.mechanism import Mechanism
 
 NUDGE = 1e-6

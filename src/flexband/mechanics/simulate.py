@@ -9,10 +9,11 @@ from flexband.errors import InputError, numbers, positive
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
-from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures, warn_of_large_steps
+from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import Progress
+from flexband.mechanics.engine.turning import warn_of_large_steps
 from flexband.mechanics.mechanism import Mechanism
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError, named, returned
 from flexband.mechanics.assembly.derivatives import derivatives
+from flexband.mechanics.assembly.jumps import refuse_jumps
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
@@ -30,7 +31,8 @@ def pack(
     Raises
     ------
     InputError
-        If a function of time returns values that are not finite or not one number per sample.
+        If a function of time returns values that are not finite or not one number per sample, or
+        one that prescribes a motion jumps.
     """
     functions = _tabulate(system.functions, system.samples, times)
     rates = _rates(system, times)
@@ -70,8 +72,15 @@ def _rates(system: System, times: np.ndarray) -> np.ndarray:
     own = _tabulate([system.functions[f - 1] for f in driven], system.samples, fine)
     rates = np.zeros((len(times), 2, 1 + len(system.functions), own.shape[-1]))
     for k, f in enumerate(driven, start=1):
+        refuse_jumps(_prescribed_by(system, f), system.functions[f - 1], fine, own[:, k])
         rates[:, :, f] = derivatives(own[:, k], half)[: len(times)]
     return rates
+
+
+def _prescribed_by(system: System, f: int) -> str:
+    """Return the name of the constraint in which a function of time enters."""
+    terms, state = system.structure.terms, system.structure.state
+    return system.constraints[terms.k[np.flatnonzero(terms.f == f)[0]] - state.multiplier]
 
 
 def _tabulate(functions: Sequence[TimeFunction], samples: int, times: np.ndarray) -> np.ndarray:

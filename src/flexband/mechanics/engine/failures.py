@@ -1,16 +1,12 @@
-"""Failures of runs: the codes that the engine sets, and the messages for them; large steps."""
+"""Failures of runs: the codes that the engine sets, and the messages for them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import AssemblyError, SimulationError, warn
+from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.generalized_alpha import (
-    CONTRADICTED,
-    DIVERGED,
-    GeneralizedAlpha,
-)
+from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.loads.compiled_laws import take_failures
@@ -32,10 +28,6 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
             text = f"the law of load {' or '.join(dict.fromkeys(loads))} {found.reason}"
             system.law_failures[number] = text
             failure[:3, found.lane] = LAW_FAILED, time, number
-
-
-LARGEST_LOSS = 0.01
-"""Of the speed of a body over a run, without a warning."""
 
 
 def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> None:
@@ -74,30 +66,3 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
     if not np.any(number[failed]):
         raise AssemblyError(text, found)
     raise SimulationError(text, found)
-
-
-def warn_of_large_steps(
-    turned: np.ndarray, system: System, times: np.ndarray, integrator: GeneralizedAlpha
-) -> None:
-    """Warn of the body that the numerical damping slows down most.
-
-    A free body that turns by φ in a step loses ((1 − ρ)/(1 + ρ))² φ⁴/8 of its speed, to the leading
-    order.
-
-    Parameters
-    ----------
-    turned : Σ φ⁴ over the run, shape (samples, bodies).
-    """
-    if not turned.size:
-        return
-    rho = float(integrator.spectral_radius)
-    sample, body = np.unravel_index(np.argmax(turned), turned.shape)
-    most = float(turned[sample, body])
-    loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * most / 8)
-    if loss > LARGEST_LOSS:
-        angle = (most / (len(times) - 1)) ** 0.25
-        warn(
-            f"body {system.turning[body]!r} turns by about {angle:.2g} rad per step, and numerical "
-            f"damping takes about {100 * loss:.2g} % of its speed, unless a drive holds it; take a "
-            "shorter step or a spectral_radius nearer to 1"
-        )

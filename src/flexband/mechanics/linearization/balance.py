@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh, get_lapack_funcs
 
-from flexband.mechanics.engine.eigenmodes import (
+from flexband.mechanics.engine.threads import stop_flag
+from flexband.mechanics.linearization.eigenmodes import (
     allowed,
     eigenmodes,
     is_symmetric,
     reduced,
 )
-from flexband.mechanics.engine.linearize import Equations, Linear, Spin
-from flexband.mechanics.engine.threads import stop_flag
+from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 
 ITERATIONS = 100
 LONGEST_STEP = 0.1
@@ -43,6 +43,9 @@ VIOLATION = 1e-9
 
 SINGULAR = 1e-14
 """Relative size of a stiffness that counts as none, once each is scaled by its diagonal."""
+
+LOST = 1e-4
+"""Of the largest force, what may be unbalanced along directions whose stiffness counts as none."""
 
 PUSH, MAX_PUSHES = 1e-4, 3
 """Displacement, relative to the size, out of a place where Newton's method makes no progress.
@@ -106,16 +109,32 @@ class Balance:
         return int(np.abs(u[:, -1]).argmax()) if near else -1
 
     @property
+    def largest_force(self) -> float:
+        """The largest load, inertia force or reaction, times the size [N m]."""
+        forces = (*self.equations.given(self.z), self.pull)
+        loads = [np.abs(self.equations.size * force).max() for force in forces]
+        return max(np.abs(self.rows.T * self.carried).max(initial=0.0), *loads)
+
+    @property
     def excess(self) -> float:
         """The largest force that is not balanced, over the one that is allowed."""
-        equations, size = self.equations, self.equations.size
-        single = np.abs(self.rows.T * self.carried).max(initial=0.0)
-        given = [np.abs(size * force).max() for force in (*equations.given(self.z), self.pull)]
-        position = np.abs(self.z[equations.q]) + size
+        size = self.equations.size
+        position = np.abs(self.z[self.equations.q]) + size
         noise = ROUNDING * np.abs(self.basis).T @ (self.linear.terms @ position)
         reach = np.abs(self.basis / size[:, None]).max(axis=0, initial=0.0)
-        tolerated = UNBALANCED * max(single, *given) * reach + noise + np.finfo(float).tiny
+        tolerated = UNBALANCED * self.largest_force * reach + noise + np.finfo(float).tiny
         return float(np.max(np.abs(self.forces) / tolerated, initial=0.0))
+
+    @property
+    def unresolved(self) -> bool:
+        """Whether forces act along directions whose stiffness is lost in rounding errors."""
+        H = self.basis.T @ (self.linear.K + self.linear.L) @ self.basis
+        scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(H)), np.finfo(float).tiny))
+        _, sizes, directions = np.linalg.svd(H * scale * scale[:, None])
+        lost = directions[sizes <= SINGULAR * sizes.max(initial=0.0)] * scale
+        reach = np.abs(lost @ self.basis.T / self.equations.size).max(axis=1, initial=0.0)
+        allowed = LOST * self.largest_force * reach
+        return bool(np.any((np.abs(lost @ self.forces) > allowed) & (allowed > 0)))
 
     def step(self, weight: float) -> np.ndarray:
         """Return the step of Newton's method, relative to the size, with inertia over `weight`."""
@@ -206,14 +225,14 @@ def find_rest(
     If the equilibrium near z is not stable, or there is none, the search goes downhill: from
     `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
     """
-    found = _search(equations, z, spin, downhill=False)
-    if not found[1]:
-        return _search(equations, z, spin, downhill=True)
-    if not found[0].stable():
-        other = _search(equations, start, spin, downhill=True)
-        if other[1] and other[0].stable():
-            return other
-    return found
+    balance, success = _search(equations, z, spin, downhill=False)
+    if not success:
+        balance, success = _search(equations, z, spin, downhill=True)
+    elif not balance.stable():
+        other, lower = _search(equations, start, spin, downhill=True)
+        if lower and other.stable():
+            balance = other
+    return balance, success and not balance.unresolved
 
 
 def _search(

@@ -7,9 +7,9 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.balance import Balance
-from flexband.mechanics.engine.eigenmodes import Eigenmodes, rounding
-from flexband.mechanics.engine.linearize import Equations, Spin, turned
+from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.eigenmodes import Eigenmodes, rounding
+from flexband.mechanics.linearization.linearize import Equations, Spin, turned
 
 ANGLES = (1.0, 2.4)
 """By which the mechanism is turned [rad]; no mechanism is symmetric under both by chance."""

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import eigh, qr, solve_triangular
 
-from flexband.mechanics.engine.linearize import Linear
 from flexband.mechanics.engine.redundancy import RANK
+from flexband.mechanics.linearization.linearize import Linear
 
 ROUNDING = 16 * np.finfo(float).eps
 """Of the stiffness of a mode, relative to the sum of the magnitudes of its terms."""

@@ -1,0 +1,49 @@
+"""Functions of time that prescribe a motion must be continuous."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+
+
+def driven(angle):
+    bar = fb.RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1.0)
+    return fb.Mechanism(
+        bodies={"bar": bar},
+        joints={
+            "pin": fb.Revolute("bar.start", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("bar", angle),
+        },
+        sensors={"angle": fb.Angle("bar")},
+    )
+
+
+@pytest.mark.parametrize(
+    ("angle", "at"),
+    [
+        (lambda t: 0.2 * (t > 0), "0"),
+        (lambda t: 0.2 * (t > 0.05037), "0.05037"),
+        (lambda t: 1e-3 * np.sin(t) + 1e-5 * (t > 0.05), "0.05"),
+        (lambda t: np.floor(16 * t), "0.0625"),
+        (lambda t: np.array([0.3 * t, 0.3 * t + (t > 0.05)]), "0.05"),
+    ],
+)
+def test_a_drive_that_jumps_is_refused_with_joint_and_time(angle, at):
+    with pytest.raises(fb.InputError, match=f"joint 'motor' .* jumps at t = {at} s"):
+        fb.simulate(driven(angle), duration=0.1, step=1e-3)
+
+
+@pytest.mark.parametrize(
+    "angle",
+    [
+        lambda t: 0.3,
+        lambda t: 0.3 * (np.sin(t) ** 2 + np.cos(t) ** 2),  # constant up to rounding
+        lambda t: 0.2 * np.sin(300 * t),
+        lambda t: max(0.0, t - 0.05),
+        lambda t: 0.1 * np.sqrt(abs(t - 0.05)),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+def test_continuous_drives_are_followed(angle):
+    motion = fb.simulate(driven(angle), duration=0.1, step=1e-3).sel(output="angle")
+    assert motion.values == pytest.approx([angle(t) for t in motion.time.values], abs=1e-9)

@@ -8,7 +8,7 @@ from scipy.linalg import eigh, null_space
 
 import flexband as fb
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.kernels.hermite import hermite, hermite_slope
+from flexband.mechanics.kernels.elements.hermite import hermite, hermite_slope
 
 from .models import FINE, Dense, beam, motion_of, states
 

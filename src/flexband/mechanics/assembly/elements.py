@@ -1,23 +1,32 @@
-"""The elements of all beams or of all cables as arrays."""
+"""The elements of all beams and cables as arrays."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.mechanics.assembly.stacking import indices, stack
-from flexband.mechanics.assembly.structure import Beams, BeamValues, Cables, CableValues
+from flexband.mechanics.assembly.structure import (
+    Continua,
+    ContinuumValues,
+    Elements,
+    ElementValues,
+)
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
-from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS
+from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
+from flexband.mechanics.kernels.elements.cables import NUMBERS as CABLE_NUMBERS
+from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS, POSITIONS
 
 RIGIDITY = 1e10
 """Weight of the stiffness of beams against their inertia in the projections at the start."""
 
 
 class ElementTable:
-    """The elements of all bodies of one kind."""
+    """The elements of all cables, or of all beams without an integration rule."""
 
     functions = ()
 
@@ -27,19 +36,28 @@ class ElementTable:
         self.retardation: list[ArrayLike] = []
         self.stiffness: list[np.ndarray] = []
 
-    def append(self, body: Beam | Cable, first: int, stiffness: list[np.ndarray]) -> None:
-        """Append the elements of a body whose coordinates start in row `first` of z.
+    def take(self, body: Beam | Cable, first: int) -> None:
+        """Append the elements of a body whose coordinates start in row `first` of z."""
+        self._take(body, first)
+        strains = body.element_strains(body.at_start, body.element_length)
+        numbers = [np.moveaxis(c, 0, -1) for c in body.element_stiffness()] + list(strains)
+        self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
 
-        `stiffness` has arrays of shape (elements, GAUSS_POINTS, n or 1).
-        """
+    def _take(self, body: Beam | Cable, first: int) -> None:
+        """Append what elements of all kinds have."""
         starts = [first + body.per_node * e for e in range(body.elements)]
         self.groups += [range(start, start + body.element_coordinates) for start in starts]
         self.inverse_length += [1 / body.element_length] * body.elements
         self.retardation += [body.retardation] * body.elements
-        self.stiffness += _by_element(stiffness)
 
     def couples(self) -> Couples:
         return pairs_of(self.groups)
+
+    def structure(self, places: Places) -> Any:
+        return Elements(self.first(), self.damped(), places.square(self.groups))
+
+    def values(self) -> Any:
+        return ElementValues(*map(stack, (self.inverse_length, self.stiffness, self.retardation)))
 
     def first(self) -> np.ndarray:
         """Return the first coordinate of each element."""
@@ -50,66 +68,65 @@ class ElementTable:
         return np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
 
 
-class BeamTable(ElementTable):
-    """The elements of all beams."""
+class ContinuumTable(ElementTable):
+    """The elements of all beams with an integration rule."""
 
     def __init__(self):
         super().__init__()
         self.initial: list[np.ndarray] = []
         self.initial_row: list[int] = []
 
-    def take(self, body: Beam, first: int) -> None:
+    def take(self, body: Beam | Cable, first: int) -> None:
         """Append the elements of a beam; only curved ones have strains at the start."""
-        self.append(body, first, body.stiffness())
-        rows = [] if body.straight else _by_element(body.initial_strains(POSITIONS))
+        self._take(body, first)
+        self.stiffness += _by_point([np.moveaxis(c, 0, -1) for c in body.stiffness()])
+        rows = [] if body.straight else _by_point(body.initial_strains(POSITIONS))
         each, begin = len(rows) // body.elements, len(self.initial)
         self.initial_row += [begin + each * e if rows else -1 for e in range(body.elements)]
         self.initial += rows
 
-    def structure(self, places: Places) -> Beams:
-        return Beams(
+    def structure(self, places: Places) -> Continua:
+        return Continua(
             self.first(), self.damped(), indices(self.initial_row), places.square(self.groups)
         )
 
-    def values(self) -> BeamValues:
+    def values(self) -> ContinuumValues:
         rows = (self.inverse_length, self.stiffness, self.initial, self.retardation)
-        return BeamValues(*map(stack, rows))
+        return ContinuumValues(*map(stack, rows))
 
 
-class CableTable(ElementTable):
-    """The elements of all cables."""
-
-    def take(self, body: Cable, first: int) -> None:
-        """Append the elements of a cable; the strains at the start are part of the stiffness."""
-        self.append(body, first, body.stiffness() + body.initial_strains(POSITIONS))
-
-    def structure(self, places: Places) -> Cables:
-        return Cables(self.first(), self.damped(), places.square(self.groups))
-
-    def values(self) -> CableValues:
-        return CableValues(*map(stack, (self.inverse_length, self.stiffness, self.retardation)))
-
-
-def _by_element(numbers: list[np.ndarray]) -> list[np.ndarray]:
+def _by_point(numbers: list[np.ndarray]) -> list[np.ndarray]:
     """Return numbers (elements, GAUSS_POINTS, n or 1) as rows, those of a point side by side."""
-    together = np.stack(np.broadcast_arrays(*numbers), axis=2)
-    return list(together.reshape(-1, together.shape[-1]))
+    return _rows(np.stack(np.broadcast_arrays(*numbers), axis=2))
 
 
-def rigidity(beams: BeamTable, cables: CableTable, mass: dict) -> np.ndarray:
+def _rows(numbers: np.ndarray) -> list[np.ndarray]:
+    """Return numbers (…, n or 1) as rows."""
+    return list(numbers.reshape(-1, numbers.shape[-1]))
+
+
+def rigidity(
+    beams: ElementTable, continua: ContinuumTable, cables: ElementTable, mass: dict
+) -> np.ndarray:
     """Return a weight [s²] that makes beams almost rigid: `RIGIDITY` over the highest ω².
 
-    For a beam this is about the frequency of the section's breathing, ∫ c_bb dx over the inertia of
-    r_y; for a cable that of a node on the axial stiffness, ∫ EA dx / l² over the node's inertia.
+    For a beam this is about the frequency of the section's breathing, ∫ c dx over the inertia of
+    r_y with the stiffness c against changes of |r_y|; for a cable that of a node on the axial
+    stiffness, ∫ EA dx / l² over the node's inertia.
     """
     squares = []
     if beams.groups:
-        breathing = stack(beams.stiffness)[6::9].reshape(len(beams.groups), GAUSS_POINTS, -1)
+        numbers = stack(beams.stiffness).reshape(len(beams.groups), BEAM_NUMBERS, -1)
         inertia = stack([mass[e + 4, e + 4] for e, *_ in beams.groups])
+        squares.append((numbers[:, 12:14].sum(axis=1) / inertia).max(axis=0))
+    if continua.groups:
+        breathing = stack(continua.stiffness)[6::9].reshape(len(continua.groups), GAUSS_POINTS, -1)
+        inertia = stack([mass[e + 4, e + 4] for e, *_ in continua.groups])
         squares.append((breathing.sum(axis=1) / inertia).max(axis=0))
     if cables.groups:
-        axial = stack(cables.stiffness)[0::4].reshape(len(cables.groups), GAUSS_POINTS, -1)
+        numbers = stack(cables.stiffness).reshape(len(cables.groups), CABLE_NUMBERS, -1)
+        axial = 2.25 * numbers[:, 0]  # the middle has the factor 3/2 of the chord
         inertia = stack([mass[e, e] for e, *_ in cables.groups])
         inverse_length = stack(cables.inverse_length)
-        squares.append((axial.sum(axis=1) * inverse_length**2 / inertia).max(axis=0))
+        squares.append((axial * inverse_length**2 / inertia).max(axis=0))
     return RIGIDITY / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else np.ones(1)

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.kernels.beams import HESSIAN_ROWS
-from flexband.mechanics.kernels.hermite import GAUSS_POINTS
+from flexband.mechanics.kernels.elements.centre_line import ROWS
+from flexband.mechanics.kernels.elements.continuum import HESSIAN_ROWS
+from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS
 from flexband.mechanics.kernels.lane_type import zeros
 from flexband.mechanics.kernels.pattern import Pattern
 from flexband.mechanics.kernels.state import State
@@ -21,21 +22,21 @@ class Mass(NamedTuple):
     slot: np.ndarray
 
 
-class Beams(NamedTuple):
-    """Elements of all beams."""
+class Elements(NamedTuple):
+    """Elements of all cables, or of all beams without an integration rule."""
+
+    first: np.ndarray  # of the element's coordinates
+    damped: np.ndarray  # whether its material is
+    slot: np.ndarray  # (elements, coordinates, coordinates)
+
+
+class Continua(NamedTuple):
+    """Continuum elements: those of all beams with an integration rule."""
 
     first: np.ndarray  # of the element's twelve coordinates
     damped: np.ndarray  # whether its material is
     initial: np.ndarray  # row of its first strain at the start, −1 for a straight one
     slot: np.ndarray  # (elements, 12, 12)
-
-
-class Cables(NamedTuple):
-    """Elements of all cables."""
-
-    first: np.ndarray  # of the element's eight coordinates
-    damped: np.ndarray  # whether its material is
-    slot: np.ndarray  # (elements, 8, 8)
 
 
 class Vectors(NamedTuple):
@@ -107,8 +108,9 @@ class Structure(NamedTuple):
     reads_energy: bool  # whether a sensor reads the elastic energy
     reads_laws: bool  # whether a sensor reads the forces of laws
     mass: Mass
-    beams: Beams
-    cables: Cables
+    beams: Elements
+    continua: Continua
+    cables: Elements
     vectors: Vectors
     springs: Springs
     laws: Laws
@@ -119,20 +121,20 @@ class Structure(NamedTuple):
     pattern: Pattern
 
 
-class BeamValues(NamedTuple):
-    """Numbers of the beams' elements."""
+class ElementValues(NamedTuple):
+    """Numbers of the elements of cables or beams."""
+
+    inverse_length: np.ndarray
+    stiffness: np.ndarray  # rows of an element: upper triangles, then its strains at the start
+    retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
+
+
+class ContinuumValues(NamedTuple):
+    """Numbers of the continuum elements."""
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # nine rows per Gauss point
     initial: np.ndarray  # strains at the start of curved elements, six rows per Gauss point
-    retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
-
-
-class CableValues(NamedTuple):
-    """Numbers of the cables' elements."""
-
-    inverse_length: np.ndarray
-    stiffness: np.ndarray  # four rows per Gauss point
     retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
 
 
@@ -165,8 +167,9 @@ class Values(NamedTuple):
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per time
     mass: np.ndarray
     metric: np.ndarray  # as mass, with much larger moments of inertia: bodies prefer not to turn
-    beams: BeamValues
-    cables: CableValues
+    beams: ElementValues
+    continua: ContinuumValues
+    cables: ElementValues
     vectors: VectorValues
     springs: SpringValues
     laws: np.ndarray  # parameters
@@ -185,7 +188,7 @@ class Work(NamedTuple):
     matrix: np.ndarray
     inverse_pivots: np.ndarray
     row: np.ndarray  # of the factor, during the factorization
-    blocks: np.ndarray  # second derivatives at an element's Gauss points, or a law's memory
+    blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
     turned: np.ndarray  # Σ φ⁴ of the angle φ that each body turns in a step, see `project`
 
@@ -193,7 +196,7 @@ class Work(NamedTuple):
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
         state, pattern = structure.state, structure.pattern
-        blocks = max(GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
+        blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         rows = (state.rows, 1 + state.coordinates, state.velocity, state.velocity, pattern.rows)
         rows += (4 * pattern.tiles, 4 * pattern.longest_row, blocks, 1, len(structure.directions))
         return Work(*(zeros(count) for count in rows))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, returned
-from flexband.mechanics.assembly.elements import BeamTable, CableTable, rigidity
+from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
 from flexband.mechanics.assembly.springs import SpringTable
@@ -106,13 +106,14 @@ def assemble(mechanism: Mechanism) -> System:
     """
     state, start, mass = mechanism.state, mechanism.guess, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
-    beams, cables = BeamTable(), CableTable()
+    beams, continua, cables = ElementTable(), ContinuumTable(), ElementTable()
     for name, body in mechanism.bodies.items():
         first = mechanism.first_coordinates[name]
         try:
             velocity += body.velocities()
             if isinstance(body, Beam):
-                beams.take(body, first)
+                table = beams if body.integration is None else continua
+                table.take(body, first)
             elif isinstance(body, Cable):
                 cables.take(body, first)
         except InputError as error:
@@ -123,6 +124,7 @@ def assemble(mechanism: Mechanism) -> System:
     tables: dict[str, Table] = {
         "mass": MassTable(mass),
         "beams": beams,
+        "continua": continua,
         "cables": cables,
         **_vector_tables(mechanism),
         "terms": TermTable(
@@ -154,7 +156,7 @@ def assemble(mechanism: Mechanism) -> System:
         start=stack(start),
         velocity=stack(velocity),
         inverse_scale=stack(scale),
-        rigidity=stack([rigidity(beams, cables, mass)]),
+        rigidity=stack([rigidity(beams, continua, cables, mass)]),
         metric=stack(_metric(mechanism, mass, scale)),
         weight=stack(weight),
         functions=np.empty((0, 1)),

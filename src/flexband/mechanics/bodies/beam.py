@@ -1,34 +1,47 @@
-"""Flexible beams of planar shear-deformable ANCF elements, Eq. (22).
+"""Flexible beams of planar shear-deformable ANCF elements with the coordinates of Eq. (22).
 
-The element of Omar and Shabana (2001) is cubic along its axis and linear across it:
-r(x, y) = r₀(x) + y d(x), where r₀ is the Hermite cubic through the nodes' r and r_x, and d is
-linear between the nodes' r_y. The section enters through its moments ∫dA, ∫y²dA and ∫y⁴dA, which
-makes integrals across it exact. Integrals along the axis use `GAUSS_POINTS` points, which is exact
-for uniform properties.
+A node has the coordinates r, r_x and r_y, and r₀ is the Hermite cubic through the nodes' r and r_x.
+
+- The default element is Reissner's beam. The angle γ between r_y and the normal of the axis is
+  linear between the nodes, and the section has the angle of the axis less γ. Its strains are taken
+  at a few points, see `kernels.elements.beams`, so that it does not lock, however thin it is.
+- The continuum element of Omar and Shabana (2001) is linear across the axis:
+  r(x, y) = r₀(x) + y d(x), where d is linear between the nodes' r_y. The section enters through its
+  moments ∫dA, ∫y²dA and ∫y⁴dA, which makes integrals across it exact. Integrals along the axis use
+  `GAUSS_POINTS` points, which is exact for uniform properties.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from flexband.errors import InputError, poissons_ratio, positive
+from flexband.mechanics.bodies.assumed_strains import (
+    AXIAL,
+    ENDS,
+    bending,
+    bent,
+    interpolated,
+    interpolation,
+    line_stiffness,
+    slope,
+    stiffness,
+)
 from flexband.mechanics.bodies.body import MassEntries, add_pairs
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
     Elasticity,
     SectionIntegration,
-    SectionStiffness,
-    SelectiveIntegration,
 )
 from flexband.mechanics.bodies.sections import Rectangle, Section
-from flexband.mechanics.forms import Frame, Vector, add, scale
-from flexband.mechanics.kernels.beam_strains import strains
-from flexband.mechanics.kernels.hermite import POSITIONS, hermite_slope
+from flexband.mechanics.forms import Frame, Vector, add, scale, subtract
+from flexband.mechanics.kernels.elements.continuum_strains import strains
+from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +64,7 @@ class Beam(CentreLine):
     section : another section instead of `height` and `width`: `Circle` or `GeneralSection`.
     density : ρ [kg/m³].
     youngs_modulus : E [Pa].
-    poissons_ratio : ν, in (−1, 0.5). The material is in plane stress.
+    poissons_ratio : ν, in (−1, 0.5). The material of a continuum element is in plane stress.
     elements : number of elements.
     retardation : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains E + τ Ė.
         A vibration of angular frequency ω has the damping ratio τω/2.
@@ -60,8 +73,11 @@ class Beam(CentreLine):
     curvature : κ₀ of the undeformed axis [1/m], positive to the left. Terms of the order of height
         times κ₀ are neglected.
     velocity, rate : velocity of the start [m/s] and rate of the angle [rad/s], as of a rigid bar.
-    integration : `SelectiveIntegration`, which does not lock, or `FullIntegration`, the element of
-        Omar and Shabana.
+    shear_factor : shear correction factor k, or None for that of the section.
+    rotary_inertia : of the section [kg m], or None for density times second moment of area.
+    integration : None for the default element, which is Reissner's beam of any slenderness; or
+        `SelectiveIntegration` or `FullIntegration` for the continuum element of Omar and Shabana,
+        which needs many elements if it is thin.
 
     Raises
     ------
@@ -76,13 +92,20 @@ class Beam(CentreLine):
     density: Property
     youngs_modulus: Property
     poissons_ratio: Property
-    integration: SectionIntegration = field(default_factory=SelectiveIntegration)
+    shear_factor: Property | None = None
+    rotary_inertia: Property | None = None
+    integration: SectionIntegration | None = None
 
     per_node: ClassVar[int] = 6
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _ = self.profile  # refuses a beam without a section
+        if self.integration is not None and self.shear_factor is not None:
+            raise InputError(
+                "Beam shear_factor must be None if there is an integration; "
+                "use SelectiveIntegration(shear_factor=...)"
+            )
 
     @property
     def profile(self) -> Section:
@@ -94,11 +117,17 @@ class Beam(CentreLine):
         return self.section
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
+        own = (("Beam shear_factor", self.shear_factor, positive), self._rotary)
         return (
             ("Beam density [kg/m³]", self.density, positive),
             ("Beam youngs_modulus [Pa]", self.youngs_modulus, positive),
             ("Beam poissons_ratio", self.poissons_ratio, poissons_ratio),
+            *(given for given in own if given[1] is not None),
         )
+
+    @property
+    def _rotary(self) -> tuple[str, Property | None, Callable]:
+        return "Beam rotary_inertia [kg m]", self.rotary_inertia, positive
 
     def coordinates(self) -> list[np.ndarray]:  # r, r_x and r_y of each node
         nodes = []
@@ -111,34 +140,109 @@ class Beam(CentreLine):
         return Frame.of_node(first)
 
     def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
-        return add(scale(1 - xi, a.y), scale(xi, b.y))
+        linear = add(scale(1 - xi, a.y), scale(xi, b.y))
+        if self.integration is not None:
+            return linear
+        normal = add(scale(1 - xi, _turned(a.x)), scale(xi, _turned(b.x)))
+        return add(_turned(slope), subtract(linear, normal))
 
-    def section_stiffness(self, along: Along) -> SectionStiffness:
-        return self.integration.stiffness(self.elasticity(along), self.profile.moments(along))
+    def section_stiffness(self, along: Along) -> Sequence[np.ndarray]:
+        """Return `SectionStiffness` or, of the default element, EA [N], EI [N m²] and kGA [N]."""
+        (E, nu, k), moments = self.elasticity(along), self.profile.moments(along)
+        if self.integration is not None:
+            return self.integration.stiffness(Elasticity(E, nu, k), moments)
+        return E * moments[0], E * moments[1], k * E / (2 * (1 + nu)) * moments[0]
 
     def elasticity(self, along: Along) -> Elasticity:
         """Return E [Pa], ν and k at the positions of `along`."""
-        E, nu = (along(*given) for given in self.properties()[1:])
-        return Elasticity(E, nu, self.profile.shear_factor(nu, along))
+        E, nu = (along(*given) for given in self.properties()[1:3])
+        if self.shear_factor is None:
+            return Elasticity(E, nu, self.profile.shear_factor(nu, along))
+        return Elasticity(E, nu, along("Beam shear_factor", self.shear_factor, positive))
+
+    def element_stiffness(self) -> list[np.ndarray]:
+        """Return the stiffness by the strains of an element [J], see `kernels.elements.beams`."""
+        EA, EI, kGA = self.stiffness()
+        ends = interpolation(ENDS, POSITIONS)
+        thickness = [np.sum(EA * share, axis=-1) for share in ends]
+        return line_stiffness(EA, EI, self.element_length) + stiffness(ends, kGA) + thickness
+
+    def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """Return the nine strains of the default element, shape (9, …); `q` as in `strains`."""
+        nodes = q.reshape(6, 2, *q.shape[1:])
+        axis, sections = nodes[[0, 1, 3, 4]], nodes[[2, 5]]
+        axial, shear, gammas, angles = [], [], [], []
+        for g, d in zip(axis[[1, 3]], sections, strict=True):
+            e = d / np.hypot(*d)
+            axial.append(g[0] * e[1] - g[1] * e[0] - 1)
+            shear.append(g[0] * e[0] + g[1] * e[1])
+            gammas.append(np.arctan2(shear[-1], axial[-1] + 1))
+            angles.append(np.arctan2(e[1], e[0]))
+        middle = np.hypot(*slope(axis, 0.5, length)) * np.cos(0.5 * (gammas[0] + gammas[1])) - 1
+        curved = bent(angles[1] - angles[0], axis, length)
+        thickness = [0.5 * (d[0] ** 2 + d[1] ** 2 - 1) for d in sections]
+        return np.stack([axial[0], middle, axial[1], *curved, *shear, *thickness])
 
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        return strains.py_func(self.vectors(q, xi, length))
+        """Return the strains at ξ: six of a continuum, or Γ, κ [1/m], Q and b.
+
+        See `CentreLine.strains`.
+        """
+        if self.integration is not None:
+            return strains.py_func(self.vectors(q, xi, length))
+        own = self.element_strains(q, length)
+        return (
+            interpolated(AXIAL, own[:3], xi),
+            np.tensordot(bending(xi), own[3:5], 1) / length,
+            interpolated(ENDS, own[5:7], xi),
+            interpolated(ENDS, own[7:], xi),
+        )
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return p = r₀′, w = d′ [1/m] and d at ξ, each of shape (2, …); `q` as in `strains`."""
-        ri, gi, di, rj, gj, dj = q.reshape(6, 2, *q.shape[1:])
-        _, hi, h, hj = hermite_slope(xi)
-        p = h / length * (rj - ri) + hi * gi + hj * gj
+        nodes = q.reshape(6, 2, *q.shape[1:])
+        p, di, dj = slope(nodes[[0, 1, 3, 4]], xi, length), nodes[2], nodes[5]
         return p, (dj - di) / length, (1 - xi) * di + xi * dj
 
-    def mass_entries(self) -> MassEntries:  # ∫ρ SᵀS dV with r = S q
+    def mass_entries(self) -> MassEntries:  # ∫ρ ṙ·ṙ dA ds with r = r₀ + y d
         area, second, _ = self.profile.moments(self.at_gauss_points)
         density = self.at_gauss_points(*self.properties()[0])
         entries = self.axis_mass(density * area)
+        rotary = density * second
+        if self.rotary_inertia is not None:
+            rotary = self.at_gauss_points(*self._rotary)
         across = np.stack([1 - POSITIONS, POSITIONS])
-        blocks = np.einsum("neg,ig,jg->nije", density * second * self.weights, across, across)
-        for e in range(self.elements):
-            add_pairs(entries, [6 * e + 4, 6 * e + 10], blocks[..., e])
+        if self.integration is not None:
+            blocks = np.einsum("neg,ig,jg->nije", rotary * self.weights, across, across)
+            for e in range(self.elements):
+                add_pairs(entries, [6 * e + 4, 6 * e + 10], blocks[..., e])
+            return entries
+        self._add_rotary_inertia(entries, rotary)
         return entries
+
+    def _add_rotary_inertia(self, entries: MassEntries, rotary: np.ndarray) -> None:
+        """Add ∫ρI ḋ·ḋ ds, where d is as in `section_direction`.
+
+        The components of d are those of r and r_x turned by 90° and those of r_y.
+        """
+        il = 1 / np.atleast_1d(self.element_length)[:, None]
+        _, hi, h, hj = hermite_slope(POSITIONS)
+        ends = 1 - POSITIONS, POSITIONS
+        axis = [-h * il, hi - ends[0] + 0 * il, h * il, hj - ends[1] + 0 * il]
+        shapes = np.stack([*axis, ends[0] + 0 * il, ends[1] + 0 * il], axis=1)
+        blocks = np.einsum("neg,nig,njg->nije", rotary * self.weights, shapes, shapes)
+        for places, sign in ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1):
+            for a, i in enumerate(places):
+                for b, j in enumerate(places):
+                    if i <= j:
+                        factor = sign if (a < 4) != (b < 4) else 1
+                        for e in range(self.elements):
+                            key = 6 * e + i, 6 * e + j
+                            entries[key] = entries.get(key, 0.0) + factor * blocks[:, a, b, e]
+
+
+def _turned(a: Vector) -> Vector:
+    """Return a vector rotated by 90°."""
+    return -a[1], a[0]

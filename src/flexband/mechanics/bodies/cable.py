@@ -1,9 +1,11 @@
 """Thin flexible bodies of gradient-deficient ANCF elements, after Gerstmayr and Irschik (2008).
 
 A node has the coordinates r and r_x only. The section stays normal to the axis, without shear
-deformation and without rotary inertia, and the element does not lock, however thin it is. With
-p = r′ and w = r″ the energy per length is ½ EA (|p| − 1)² + ½ EI (κ − κ₀)², where κ = p × w / p·p
-is the curvature.
+deformation and without rotary inertia. With p = r′ and w = r″ the energy per length is
+½ EA (|p| − 1)² + ½ EI (κ − κ₀)², where κ = p × w / p·p is the curvature. The axial strain is the
+parabola through its values at both ends and in the middle of an element. The curvature is linear:
+its mean is that of the angle between the ends, its slope that between two Gauss points. So the
+element does not lock, however thin it is, and bends to a circle without error.
 """
 
 from __future__ import annotations
@@ -15,22 +17,31 @@ from typing import ClassVar
 import numpy as np
 
 from flexband.errors import positive
+from flexband.mechanics.bodies.assumed_strains import (
+    AXIAL,
+    bending,
+    bent,
+    interpolated,
+    line_stiffness,
+    slope,
+)
 from flexband.mechanics.bodies.body import MassEntries
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.forms import Frame, Vector
-from flexband.mechanics.kernels.hermite import hermite_curvature, hermite_slope
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(CentreLine):
     """A thin flexible body without shear deformation, straight or curved.
 
-    The element is the one of Gerstmayr and Irschik (2008). Every number may be an array of shape
-    (n,), one value per sample. Mass, stiffness and curvature may also be functions of the position
-    along the axis, from 0 to `length`. `Cable.along` builds a cable along a given path. `start`,
-    `angle`, `velocity` and `rate` describe the cable at the start, free of stress, and are guesses:
-    assembly corrects them until the joints are satisfied. Points are named as those of a `Beam`.
+    The element is the one of Gerstmayr and Irschik (2008), with strains at fewer points so that it
+    does not lock. A run fails if an element folds: it must not bend by more than half a turn. Every
+    number may be an array of shape (n,), one value per sample. Mass, stiffness and curvature may
+    also be functions of the position along the axis, from 0 to `length`. `Cable.along` builds a
+    cable along a given path. `start`, `angle`, `velocity` and `rate` describe the cable at the
+    start, free of stress, and are guesses: assembly corrects them until the joints are satisfied.
+    Points are named as those of a `Beam`.
 
     Parameters
     ----------
@@ -82,28 +93,22 @@ class Cable(CentreLine):
     def mass_entries(self) -> MassEntries:  # of the axis
         return self.axis_mass(self.at_gauss_points(*self.properties()[0]))
 
+    def element_stiffness(self) -> list[np.ndarray]:
+        """Return the stiffness by the strains of an element [J], see `kernels.elements.cables`."""
+        return line_stiffness(*self.stiffness(), self.element_length)
+
+    def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """Return the five strains of elements, shape (5, …); `q` as in `strains`."""
+        ends = q.reshape(4, 2, *q.shape[1:])
+        axial = [np.hypot(*slope(ends, xi, length)) - 1 for xi in AXIAL]
+        angle = np.arctan2(ends[3, 1], ends[3, 0]) - np.arctan2(ends[1, 1], ends[1, 0])
+        return np.stack(axial + bent(angle, ends, length))
+
     def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
         # |p| − 1 and κ [1/m]
-        p, w = self.vectors(q, xi, length)
-        squared = p[0] ** 2 + p[1] ** 2
-        return np.sqrt(squared) - 1, (p[0] * w[1] - p[1] * w[0]) / squared
+        own = self.element_strains(q, length)
+        return interpolated(AXIAL, own[:3], xi), np.tensordot(bending(xi), own[3:], 1) / length
 
-    def curvature_slope(self, q: np.ndarray, xi: float, length: np.ndarray) -> np.ndarray:
-        """Return dκ/ds [1/m²] at ξ with ds = |p| dx, shape (…); `q` as in `strains`."""
-        p, w = self.vectors(q, xi, length)
-        ri, gi, rj, gj = q.reshape(4, 2, *q.shape[1:])
-        third = (12 * (ri - rj) / length + 6 * (gi + gj)) / length**2
-        squared = p[0] ** 2 + p[1] ** 2
-        turning = p[0] * third[1] - p[1] * third[0]
-        kappa = (p[0] * w[1] - p[1] * w[0]) / squared
-        slope = (turning - 2 * kappa * (p[0] * w[0] + p[1] * w[1])) / squared
-        return slope / np.sqrt(squared)
-
-    def vectors(
-        self, q: np.ndarray, xi: float, length: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return p = r₀′ and w = r₀″ [1/m] at ξ, each of shape (2, …); `q` as in `strains`."""
-        ri, gi, rj, gj = q.reshape(4, 2, *q.shape[1:])
-        (_, hi, h, hj), (_, ki, k, kj) = hermite_slope(xi), hermite_curvature(xi)
-        chord = (rj - ri) / length
-        return h * chord + hi * gi + hj * gj, (k * chord + ki * gi + kj * gj) / length
+    def curvature_slope(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """Return dκ/ds [1/m²], shape (…); `q` as in `strains`."""
+        return np.sqrt(3) * self.element_strains(q, length)[4] / length**2

@@ -27,7 +27,7 @@ from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, 
 from flexband.mechanics.bodies.curves import PANELS, Path, arc, drawn, measured
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.forms import Frame, Vector, add, scale
-from flexband.mechanics.kernels.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
+from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
 
 MOST_ELEMENTS = 100_000
 
@@ -199,10 +199,9 @@ class CentreLine(Body):
     def stiffness(self) -> list[np.ndarray]:
         """Return each number of `section_stiffness` at the Gauss points, times their weights.
 
-        Each has shape (elements, GAUSS_POINTS, n or 1).
+        Each has shape (n or 1, elements, GAUSS_POINTS).
         """
-        numbers = self.section_stiffness(self.at_gauss_points)
-        return [np.moveaxis(self.weights * number, 0, -1) for number in numbers]
+        return [self.weights * c for c in self.section_stiffness(self.at_gauss_points)]
 
     @property
     def straight(self) -> bool:
@@ -215,11 +214,15 @@ class CentreLine(Body):
         They contain the curvature and the error of the Hermite cubics, which follow a curve closely
         but not exactly. The body is free of stress at these strains.
         """
+        at_points = [self.strains(self.at_start, xi, self.element_length) for xi in points]
+        return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
+
+    @property
+    def at_start(self) -> np.ndarray:
+        """Coordinates of the undeformed elements, shape (element coordinates, elements, n or 1)."""
         q = np.stack(np.broadcast_arrays(*self.coordinates()))
         first = self.per_node * np.arange(self.elements)
-        q = q[np.arange(self.element_coordinates)[:, None] + first]
-        at_points = [self.strains(q, xi, self.element_length) for xi in points]
-        return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
+        return q[np.arange(self.element_coordinates)[:, None] + first]
 
     @property
     def _shapes(self) -> np.ndarray:

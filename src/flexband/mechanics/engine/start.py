@@ -17,8 +17,7 @@ from flexband.mechanics.kernels.angles import (
     pass_on_moments,
     update_angles,
 )
-from flexband.mechanics.kernels.beams import add_elastic_forces, add_elastic_tangent
-from flexband.mechanics.kernels.cables import add_cable_forces, add_cable_tangent
+from flexband.mechanics.kernels.elements.elastic import add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.kernels.equations import (
     add_constraint_tangent,
     add_constraints,
@@ -70,8 +69,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
     state, z, matrix, blocks = structure.state, work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
-    add_elastic_tangent(structure.beams, values.beams, z, state.velocity, s, 0.0, matrix, blocks)
-    add_cable_tangent(structure.cables, values.cables, z, state.velocity, s, 0.0, matrix, blocks)
+    add_elastic_tangent(structure, values, z, s, 0.0, matrix, blocks)
     add_constraint_tangent(
         structure.terms, values.terms, values.functions, np.int64(0), z, filled(0.0), matrix
     )
@@ -97,8 +95,7 @@ def assemble(structure, values, s, work):
         if iteration == 0:
             redundant = left_out
         clear(r, state.velocity)
-        add_elastic_forces(structure.beams, values.beams, z, state.velocity, r)
-        add_cable_forces(structure.cables, values.cables, z, state.velocity, r)
+        add_elastic_forces(structure, values, z, r)
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
         pass_on_moments(structure.vectors, values.vectors, state, z, r)
         to_right_side(structure, r, s)

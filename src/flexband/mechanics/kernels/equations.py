@@ -11,8 +11,11 @@ joint.
 from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import add_angle_tangent, pass_on_moments, update_angles
-from flexband.mechanics.kernels.beams import add_elastic_forces, add_elastic_tangent, beam_energy
-from flexband.mechanics.kernels.cables import add_cable_forces, add_cable_tangent, cable_energy
+from flexband.mechanics.kernels.elements.elastic import (
+    add_elastic_forces,
+    add_elastic_tangent,
+    elastic_energy,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
@@ -136,8 +139,7 @@ def residual(structure, values, now, z, r, memory):
     add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
     for i in range(1, state.coordinates + 1):
         add_to(r, i, -load(values.weight, i))
-    add_elastic_forces(structure.beams, values.beams, z, state.velocity, r)
-    add_cable_forces(structure.cables, values.cables, z, state.velocity, r)
+    add_elastic_forces(structure, values, z, r)
     add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
     add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
     add_law_forces(
@@ -187,12 +189,7 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     state, functions = structure.state, values.functions
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.mass, matrix)
-    add_elastic_tangent(
-        structure.beams, values.beams, z, state.velocity, weight, rate, matrix, blocks
-    )
-    add_cable_tangent(
-        structure.cables, values.cables, z, state.velocity, weight, rate, matrix, blocks
-    )
+    add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks)
     add_spring_tangent(
         structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
         rate, matrix,
@@ -225,8 +222,7 @@ def sense(structure, values, now, z, outputs, memory):
         values.functions, now, z,
     )  # fmt: skip
     if structure.reads_energy:
-        store(z, state.energy, beam_energy(structure.beams, values.beams, z))
-        add_to(z, state.energy, cable_energy(structure.cables, values.cables, z))
+        store(z, state.energy, elastic_energy(structure, values, z))
         add_to(z, state.energy, spring_energy(structure.springs, values.springs, state, z))
     if structure.reads_laws:
         read_laws(

@@ -158,6 +158,17 @@ def plus(typingctx, a, factor, b):
     return a(a, lane, b), code
 
 
+@instruction
+def times(typingctx, factor, a):
+    """Return factor × a for a tuple of lanes a."""
+
+    def code(context, builder, sig, args):
+        products = [builder.fmul(args[0], x, FLAGS) for x in unpack_tuple(builder, args[1])]
+        return context.make_tuple(builder, a, products)
+
+    return a(lane, a), code
+
+
 # --- masks and functions --------------------------------------------------------------------
 
 

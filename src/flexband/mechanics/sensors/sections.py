@@ -21,7 +21,7 @@ from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.bodies.section_stiffness import Elasticity, SectionStiffness
 from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form
-from flexband.mechanics.kernels.beam_strains import gradient, resultants
+from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants
 from flexband.mechanics.sensors.motion import Model, Sensor
 
 
@@ -67,7 +67,7 @@ class _Local(Sensor):
     def _read(self, rows: np.ndarray, model: Model):
         """Return the member, q, ξ, length, strains less those at the start, and the numbers.
 
-        In an element of a beam the bending strain a₁ is constant, and accurate in the middle. From
+        In a continuum element the bending strain a₁ is constant, and accurate in the middle. From
         there it is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
         """
         member, _, _, xi = self._located(model)
@@ -77,7 +77,7 @@ class _Local(Sensor):
         each = len(here)
         strain = [a - b for a, b in zip(here, rest[:each], strict=True)]
         numbers = rest[2 * each :]
-        if isinstance(member, Beam):
+        if isinstance(member, Beam) and member.integration is not None:
             c, at_start = SectionStiffness(*numbers[:9]), rest[each : 2 * each]
             shear = c.s0 * (middle[4] - at_start[4])
             strain[1] = middle[1] - at_start[1] + shear / c.c11 * (xi - 0.5) * length
@@ -110,8 +110,11 @@ class SectionForces(_Local):
         if isinstance(member, Cable):
             EA, EI = numbers
             return np.stack(
-                [EA * strain[0], -EI * member.curvature_slope(q, xi, length), EI * strain[1]]
+                [EA * strain[0], -EI * member.curvature_slope(q, length), EI * strain[1]]
             )
+        if member.integration is None:
+            EA, EI, kGA = numbers
+            return np.stack([EA * strain[0], kGA * strain[2], EI * strain[1]])
         p, w, d = member.vectors(q, xi, length)
         force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), (p, w, d))
         size = np.hypot(*d)
@@ -124,8 +127,9 @@ class SectionForces(_Local):
 class Strain(_Local):
     """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
 
-    They are the Green–Lagrange strains E_xx, E_yy and 2E_xy in the section's axes. Those of a cable
-    are ε − y (κ − κ₀), 0 and 0.
+    They are E_xx, E_yy and 2E_xy in the section's axes. Those of a beam are ε − y (κ − κ₀), −ν
+    times this, since the section contracts freely, and the shear strain. Those of a beam with an
+    `integration` are Green–Lagrange strains. Those of a cable are ε − y (κ − κ₀), 0 and 0.
 
     Parameters
     ----------
@@ -154,14 +158,18 @@ class Strain(_Local):
         if np.any(np.abs(self.y) > half * (1 + 1e-12)):
             worst = np.ravel(self.y)[np.argmax(np.abs(self.y))]
             raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
-        return [*member.section_stiffness(along), self.y]
+        return [*member.section_stiffness(along), self.y, *member.elasticity(along)]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         member, *_, strain, numbers = self._read(rows, model)
         if isinstance(member, Cable):
             axial = strain[0] - numbers[0] * strain[1]
             return np.stack([axial, 0.0 * axial, 0.0 * axial])
-        y = numbers[9]
+        y, material = numbers[-4], Elasticity(*numbers[-3:])
+        if member.integration is None:
+            axial, bending, shear, thickness = strain
+            along = axial - y * bending
+            return np.stack([along, thickness - material.nu * along, shear])
         a0, a1, a2, b, g0, g1 = strain
         return np.stack([a0 + y * a1 + y**2 * a2, b, g0 + y * g1])
 
@@ -170,9 +178,10 @@ class Strain(_Local):
 class Stress(Strain):
     """Stresses at a point of a beam's section [Pa]: outputs "_xx", "_yy", "_xy".
 
-    They are second Piola–Kirchhoff stresses in the section's axes, without damping, from the law
-    that the beam's `integration` uses. Parameters and errors are those of `Strain`; a cable, which
-    has no section, is refused.
+    They are stresses in the section's axes, without damping: E times the axial strain, 0 (apart
+    from vibrations of the thickness), and kG times the shear strain, which is the mean over the
+    section. Those of a beam with an `integration` are second Piola–Kirchhoff stresses from its law.
+    Parameters and errors are those of `Strain`; a cable, which has no section, is refused.
     """
 
     units = (("_xx", "Pa"), ("_yy", "Pa"), ("_xy", "Pa"))
@@ -180,9 +189,13 @@ class Stress(Strain):
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
         if not isinstance(member, Beam):
             raise InputError(f"stresses need a Beam; {self.body!r} is a {type(member).__name__}")
-        return [*super()._numbers(member, along), *member.elasticity(along)]
+        return super()._numbers(member, along)
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         member, *_, strain, numbers = self._read(rows, model)
-        y, material = numbers[9], Elasticity(*numbers[10:])
-        return np.stack(cast("Beam", member).integration.stress(material, strain, y))
+        y, material = numbers[-4], Elasticity(*numbers[-3:])
+        rule = cast("Beam", member).integration
+        if rule is not None:
+            return np.stack(rule.stress(material, strain, y))
+        (E, nu, k), (axial, bending, shear, thickness) = material, strain
+        return np.stack([E * (axial - y * bending), E * thickness, k * E / (2 * (1 + nu)) * shear])

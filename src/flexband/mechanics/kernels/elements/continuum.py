@@ -1,10 +1,10 @@
-"""Elastic forces, tangent and energy of all beam elements, on lanes."""
+"""Elastic forces, tangent and energy of all continuum elements, on lanes."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.kernels.beam_strains import (
+from flexband.mechanics.kernels.elements.continuum_strains import (
     energy,
     gradient,
     hessian,
@@ -12,7 +12,7 @@ from flexband.mechanics.kernels.beam_strains import (
     strain_rates,
     strains,
 )
-from flexband.mechanics.kernels.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
+from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS, POSITIONS, hermite_slope
 from flexband.mechanics.kernels.lanes import (
     add_block,
     add_to,
@@ -52,29 +52,29 @@ def _section(vectors, g):
 
 
 @compiled
-def _strains_and_stiffness(beams, values, e, g, section):
+def _strains_and_stiffness(elements, values, e, g, section):
     """Return the strains and the stiffness coefficients of a section at Gauss point g."""
     strain, c = strains(section), load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9)
-    if beams.initial[e] >= 0:
-        strain = plus(strain, -1.0, load_rows(values.initial, beams.initial[e] + 6 * g, 6))
+    if elements.initial[e] >= 0:
+        strain = plus(strain, -1.0, load_rows(values.initial, elements.initial[e] + 6 * g, 6))
     return strain, c
 
 
 @compiled
-def add_elastic_forces(beams, values, z, velocity, r):
+def add_continuum_forces(elements, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
-    for e in range(len(beams.first)):
+    for e in range(len(elements.first)):
         il, time, first = (
             load(values.inverse_length, e),
             load(values.retardation, e),
-            beams.first[e],
+            elements.first[e],
         )
         vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
         fu = fgi = fgj = fdi = fdj = fw = (0.0 * il, 0.0 * il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            strain, c = _strains_and_stiffness(beams, values, e, g, section)
-            if beams.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
+            strain, c = _strains_and_stiffness(elements, values, e, g, section)
+            if elements.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
                 strain = plus(strain, time, strain_rates(section, _section(rates, g)))
             fp, fwg, fd = gradient(resultants(c, strain), section)
             fu, fw = plus(fu, SHAPES[0, g], fp), plus(fw, 1.0, fwg)
@@ -91,14 +91,14 @@ def add_elastic_forces(beams, values, z, velocity, r):
 
 
 @compiled
-def beam_energy(beams, values, z):
-    """Return the elastic energy of all beams [J]."""
+def continuum_energy(elements, values, z):
+    """Return the elastic energy of all continuum elements [J]."""
     total = 0.0 * load(z, 0)
-    for e in range(len(beams.first)):
-        vectors = _vectors(z, beams.first[e], load(values.inverse_length, e))
+    for e in range(len(elements.first)):
+        vectors = _vectors(z, elements.first[e], load(values.inverse_length, e))
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            strain, c = _strains_and_stiffness(beams, values, e, g, section)
+            strain, c = _strains_and_stiffness(elements, values, e, g, section)
             total += energy(resultants(c, strain), strain)
     return total
 
@@ -123,28 +123,28 @@ def _sum4(blocks, k, weights):
 
 
 @compiled
-def add_elastic_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
-    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the beams to `matrix`; `blocks` is work space.
+def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, blocks):
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the elements to `matrix`; `blocks` is work space.
 
     The derivative of the damping forces by q is neglected.
     """
-    for e in range(len(beams.first)):
+    for e in range(len(elements.first)):
         il, time, first = (
             load(values.inverse_length, e),
             load(values.retardation, e),
-            beams.first[e],
+            elements.first[e],
         )
         vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            strain, c = _strains_and_stiffness(beams, values, e, g, section)
-            if beams.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
+            strain, c = _strains_and_stiffness(elements, values, e, g, section)
+            if elements.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
                 strain = plus(strain, time, strain_rates(section, _section(rates, g)))
             forces = resultants(c, strain)
-            if beams.damped[e]:
+            if elements.damped[e]:
                 c = plus(c, rate * time, c)
             store_rows(blocks, g * HESSIAN_ROWS, hessian(c, forces, section))
-        _scatter_tangent(beams.slot[e], il, weight, matrix, blocks)
+        _scatter_tangent(elements.slot[e], il, weight, matrix, blocks)
 
 
 @compiled

@@ -21,21 +21,27 @@ from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.start import start
 from flexband.mechanics.kernels import (
     angles,
-    beam_strains,
-    beams,
-    cables,
     equations,
     factorization,
     lanes,
     laws,
     springs,
 )
+from flexband.mechanics.kernels.elements import (
+    beams,
+    cables,
+    centre_line,
+    continuum,
+    continuum_strains,
+    elastic,
+)
 from flexband.mechanics.kernels.lane_type import zeros
 from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
 
 CHAINS = 12
 MODULES = (
-    lanes, beam_strains, beams, cables, angles, springs, laws, equations, factorization,
+    lanes, continuum_strains, continuum, centre_line, beams, cables, elastic, angles, springs,
+    laws, equations, factorization,
 )  # fmt: skip
 
 
@@ -86,6 +92,7 @@ def counting():
             (slice(row, row + len(values)), 0), values
         ),
         "plus": lambda a, factor, b: tuple(x + factor * y for x, y in zip(a, b, strict=True)),
+        "times": lambda factor, a: tuple(factor * x for x in a),
         "add_to": lambda array, row, value: array.__setitem__(
             (row, 0), Counted(array[row, 0]) + value
         ),

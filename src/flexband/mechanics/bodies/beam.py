@@ -117,17 +117,16 @@ class Beam(CentreLine):
         return self.section
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
-        own = (("Beam shear_factor", self.shear_factor, positive), self._rotary)
-        return (
+        own = [
             ("Beam density [kg/m³]", self.density, positive),
             ("Beam youngs_modulus [Pa]", self.youngs_modulus, positive),
             ("Beam poissons_ratio", self.poissons_ratio, poissons_ratio),
-            *(given for given in own if given[1] is not None),
-        )
-
-    @property
-    def _rotary(self) -> tuple[str, Property | None, Callable]:
-        return "Beam rotary_inertia [kg m]", self.rotary_inertia, positive
+        ]
+        if self.shear_factor is not None:
+            own.append(("Beam shear_factor", self.shear_factor, positive))
+        if self.rotary_inertia is not None:
+            own.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, positive))
+        return own
 
     def coordinates(self) -> list[np.ndarray]:  # r, r_x and r_y of each node
         nodes = []
@@ -212,7 +211,8 @@ class Beam(CentreLine):
         entries = self.axis_mass(density * area)
         rotary = density * second
         if self.rotary_inertia is not None:
-            rotary = self.at_gauss_points(*self._rotary)
+            name = "Beam rotary_inertia [kg m]"
+            rotary = self.at_gauss_points(name, self.rotary_inertia, positive)
         across = np.stack([1 - POSITIONS, POSITIONS])
         if self.integration is not None:
             blocks = np.einsum("neg,ig,jg->nije", rotary * self.weights, across, across)

@@ -95,7 +95,8 @@ class Cable(CentreLine):
 
     def element_stiffness(self) -> list[np.ndarray]:
         """Return the stiffness by the strains of an element [J], see `kernels.elements.cables`."""
-        return line_stiffness(*self.stiffness(), self.element_length)
+        EA, EI = self.stiffness()
+        return line_stiffness(EA, EI, self.element_length)
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Return the five strains of elements, shape (5, …); `q` as in `strains`."""

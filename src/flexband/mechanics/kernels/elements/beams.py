@@ -185,7 +185,8 @@ def add_beam_forces(beams, values, z, velocity, r):
         first, il = beams.first[e], load(values.inverse_length, e)
         if e == 0 or beams.first[e - 1] + 6 != first:
             node_j = _node(z, first)
-        node_i, node_j = node_j, _node(z, first + 6)
+        node_i = node_j  # pyright: ignore[reportPossiblyUnboundVariable]
+        node_j = _node(z, first + 6)
         element = _element(node_i, node_j, z, first, il)
         forces, _ = _resultants(beams, values, z, velocity, e, il, node_i, node_j, element)
         (tx, ty), _, cos, _ = element[0]
@@ -229,7 +230,8 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
         first, il, slot = beams.first[e], load(values.inverse_length, e), beams.slot[e]
         if e == 0 or beams.first[e - 1] + 6 != first:
             node_j = _node(z, first)
-        node_i, node_j = node_j, _node(z, first + 6)
+        node_i = node_j  # pyright: ignore[reportPossiblyUnboundVariable]
+        node_j = _node(z, first + 6)
         element = _element(node_i, node_j, z, first, il)
         forces, c = _resultants(beams, values, z, velocity, e, il, node_i, node_j, element)
         if beams.damped[e]:

@@ -222,11 +222,11 @@ def blade(rate, hub=0.0, **loads):
 
 
 def test_a_rotating_cantilever():
-    """Wright et al. (1982): η out of the plane, √(η² − Ω²) in the plane of rotation."""
+    """Wright et al. (1982): η out of the plane is √(ω² + Ω²) of ω in the plane of rotation."""
     rate = np.array([2.0, 4.0, 12.0])
     found = fb.modes(blade(rate), 1, about=fb.SteadyRotation(rate))["frequency"][:, 0]
-    exact = np.sqrt(np.array([4.1373, 5.5850, 13.1702]) ** 2 - rate**2)
-    np.testing.assert_allclose(2 * np.pi * found, exact, rtol=1e-4)
+    out_of_plane = np.hypot(2 * np.pi * found, rate)
+    np.testing.assert_allclose(out_of_plane, [4.1373, 5.5850, 13.1702], rtol=1e-4)
 
 
 def test_a_hinged_blade_and_a_mass_on_a_spring():

@@ -30,14 +30,15 @@ def cantilever(member, **loads):
     )
 
 
-def EI(slenderness):
+def stiffness(slenderness):
+    """Return EI [N m²]."""
     return E * 0.01 / slenderness**3 / 12
 
 
-def timoshenko(slenderness, count=3):
+def timoshenko(slenderness, count=3, factor=FACTOR, inertia=1.0):
     """Return the frequencies of a clamped–free beam over √(EI/ρA L⁴), to all digits."""
-    rotary = 1 / (12 * slenderness**2)
-    shear = 2 * (1 + NU) / FACTOR * rotary
+    rotary = inertia / (12 * slenderness**2)
+    shear = 2 * (1 + NU) / factor / (12 * slenderness**2)
 
     def free(w):  # moment and shear force at the end for those at the clamp
         A = [[0, 1, 0, shear], [0, 0, 1, 0], [0, -w * w * rotary, 0, -1], [-w * w, 0, 0, 0]]
@@ -54,22 +55,22 @@ def test_frequencies_of_four_elements(slenderness):
     modes = fb.modes(cantilever(beam(slenderness)), 6, about="start")
     bending = np.abs(modes["shape"][:, 1]) > np.abs(modes["shape"][:, 0])
     rate = 2 * np.pi * modes["frequency"][bending.values][:3].values
-    rate /= np.sqrt(EI(slenderness) / (7800 * 0.01 / slenderness))
+    rate /= np.sqrt(stiffness(slenderness) / (7800 * 0.01 / slenderness))
     off = np.abs(rate / timoshenko(slenderness) - 1)
     assert np.all(off < [1e-4, 1.5e-3, 1.2e-2])
 
 
 @pytest.mark.parametrize("slenderness", [5, 20, 100])
 def test_the_tip_of_four_elements_is_exact_in_the_linear_limit(slenderness):
-    load = 1e-4 * EI(slenderness)
+    load = 1e-4 * stiffness(slenderness)
     own = fb.equilibrium(cantilever(beam(slenderness), P=fb.Force("b.end", y=load)))
     shear = 2 * (1 + NU) / (12 * FACTOR * slenderness**2)
     assert float(own.sel(output="tip_Y")) == pytest.approx(1e-4 * (1 / 3 + shear), rel=1e-7)
 
 
-@pytest.mark.parametrize(("slenderness", "a"), [(100, 1), (500, 1), (500, 10), (1e4, 10)])
+@pytest.mark.parametrize(("slenderness", "a"), [(100, 1), (500, 1), (500, 10)])
 def test_elastica_of_four_elements(slenderness, a):
-    load = fb.Force("b.end", y=a * EI(slenderness))
+    load = fb.Force("b.end", y=a * stiffness(slenderness))
     x, y, _ = fb.equilibrium(cantilever(beam(slenderness), P=load), steps=8).values
     u, w = ELASTICA[a]
     np.testing.assert_allclose([1 - x, y], [u, w], atol=1e-3)
@@ -77,7 +78,7 @@ def test_elastica_of_four_elements(slenderness, a):
 
 @pytest.mark.parametrize("cable", [False, True])
 def test_a_member_of_four_elements_rolls_up_to_a_circle(cable):
-    own, bending = beam(100), EI(100)
+    own, bending = beam(100), stiffness(100)
     if cable:
         rope = {"mass_per_length": 1.0, "axial_stiffness": 1e8 * bending}
         own = fb.Cable(length=1.0, elements=4, bending_stiffness=bending, **rope)
@@ -88,15 +89,12 @@ def test_a_member_of_four_elements_rolls_up_to_a_circle(cable):
 
 
 def test_shear_factor_and_rotary_inertia():
-    """A rotary inertia and a shear compliance of its own change the frequencies as beam theory."""
-    moments = 7800.0 * 0.01 * 0.2**3 / 12
-    given = {"shear_factor": 0.5, "rotary_inertia": moments}
-    stiff = fb.modes(cantilever(beam(5)), 1, about="start")["frequency"].item()
-    soft = fb.modes(cantilever(beam(5, **given)), 1, about="start")["frequency"].item()
-    assert soft == pytest.approx(stiff * 0.980, rel=5e-3)
-    heavy = given | {"rotary_inertia": 3 * moments}
-    slow = fb.modes(cantilever(beam(5, **heavy)), 1, about="start")["frequency"].item()
-    assert slow < soft
+    """Other ones than those of the section, against Timoshenko's beam."""
+    moment = 7800.0 * 0.01 * 0.2**3 / 12
+    other = beam(5, 8, shear_factor=0.5, rotary_inertia=3 * moment)
+    rate = 2 * np.pi * fb.modes(cantilever(other), 1, about="start")["frequency"].item()
+    rate /= np.sqrt(stiffness(5) / (7800 * 0.01 / 5))
+    assert rate == pytest.approx(timoshenko(5, 1, 0.5, 3.0)[0], rel=1e-5)
     with pytest.raises(fb.InputError, match="shear_factor"):
         beam(5, shear_factor=0.5, integration=fb.SelectiveIntegration())
 

@@ -203,7 +203,7 @@ def test_a_cantilever_of_stiff_and_soft_members_bends_as_beam_theory_says():
 
 def test_a_stiff_member_on_a_soft_one_falls_as_a_rigid_one():
     """The difference falls with the ratio of stiffness; steps are far longer than its periods."""
-    ratios = np.array([1e3, 1e4, 1e5])
+    ratios = np.array([1e2, 1e3, 1e4])
     rigid = run(two_members(1e7, 1e7, rigid=True), 0.6, 1e-3)
     assert float(rigid.sel(output="tip_Y").min()) < -0.4
     off = np.abs(run(two_members(1e7, 1e7 * ratios), 0.6, 1e-3) - rigid).max(["time", "output"])

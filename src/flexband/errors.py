@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+SMALL_SPREAD = 1e-9
+"""Relative spread of an input below which runs show rounding only."""
+
 LONGEST = 80
 """Characters of a value in a message."""
 
@@ -112,9 +115,15 @@ def plausible_angle(name: str, value: ArrayLike, turns: float = 2.0) -> np.ndarr
     return array
 
 
+def plausible_spread(name: str, spread: float, size: float) -> None:
+    """Warn if a spread is so small, compared with the value, that runs do not resolve it."""
+    if spread < SMALL_SPREAD * abs(size):
+        warn(f"{name} is {spread:g}, which is {spread / abs(size):.1g} of the value {size:g}")
+
+
 def whole(name: str, value: object, least: int, most: int | None = None) -> int:
     """Return `value` as an int; raise `InputError` if it is not a whole number in this range."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
+    if isinstance(value, bool | np.timedelta64) or not isinstance(value, int | np.integer):
         raise InputError(f"{name} must be a whole number, {least} or more; got {shown(value)}")
     if value < least:
         raise InputError(f"{name} must be {least} or more; got {shown(value)}")
@@ -139,7 +148,7 @@ def known(name: str, value: object, allowed: Iterable[str]) -> None:
         raise InputError(f"{name} must be {' or '.join(options)}; got {shown(value)}")
 
 
-def instance(name: str, value: object, kind: type, example: str = "") -> None:
+def instance(name: str, value: object, kind: Any, example: str = "") -> None:
     """Raise `InputError` if `value` is not of a class."""
     if not isinstance(value, kind):
         allowed = example or f"a {kind.__name__}"

@@ -68,3 +68,14 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
     np.testing.assert_array_equal(together[[1, 3]], finer[:, :, ::2])
     with pytest.raises(fb.SimulationError, match="also with half the step"):
         fb.simulate(model(22.0), duration=1.0, step=0.02)
+
+
+def test_a_run_that_does_not_fit_into_memory_is_refused_before_it_starts():
+    mechanism = fb.Mechanism(bodies={"m": fb.PointMass(mass=1.0)}, sensors={"x": fb.Position("m")})
+    with pytest.raises(fb.InputError, match=r"1e\+14 steps, would take 4e\+06 GB of memory"):
+        fb.simulate(mechanism, duration=1e5, step=1e-9)
+    many = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=np.ones(100_000))}, sensors={"x": fb.Position("m")}
+    )
+    with pytest.raises(fb.InputError, match="100000 samples of 2 outputs at 1000001 times would"):
+        fb.simulate(many, duration=1.0, step=1e-6)

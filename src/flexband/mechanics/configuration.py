@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import returned, whole
+from flexband.errors import instance, returned, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
@@ -60,6 +60,7 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
     AssemblyError
         If this sample's constraints cannot be met.
     """
+    instance("mechanism", mechanism, Mechanism)
     system = assemble(mechanism)
     whole("sample", sample, 0, system.samples - 1)
     failures = np.zeros((system.samples, 4))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from flexband.errors import numbers, whole
+from flexband.errors import InputError, instance, numbers, whole
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
@@ -22,6 +22,10 @@ from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
 from flexband.mechanics.mechanism import Mechanism
+
+MOST_STEPS = 100_000
+LONGEST_TIME = 1e9
+"""Time [s] at which functions can still be differentiated."""
 
 
 def equilibrium(
@@ -56,8 +60,13 @@ def equilibrium(
     AssemblyError
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
-    whole("steps", steps, 1)
+    instance("mechanism", mechanism, Mechanism)
+    whole("steps", steps, 1, MOST_STEPS)
+    if threads is not None:
+        whole("threads", threads, 1)
     at = float(numbers("time [s]", time))
+    if abs(at) > LONGEST_TIME:
+        raise InputError(f"time [s] must be at most {LONGEST_TIME:g}; got {at:g}")
     system = assemble(mechanism)
     packed = pack(system, np.array([at, at + 1.0]))
     outputs = np.empty((system.samples, len(system.outputs)))

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, known, warn, whole
+from flexband.errors import InputError, finite, instance, known, warn, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
@@ -28,7 +28,7 @@ from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE, statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.threads import interruptible, while_compiling
-from flexband.mechanics.equilibrium import rest
+from flexband.mechanics.equilibrium import MOST_STEPS, rest
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
@@ -115,7 +115,9 @@ def modes(
     AssemblyError
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
+    instance("mechanism", mechanism, Mechanism)
     whole("count", count, 1)
+    whole("steps", steps, 1, MOST_STEPS)
     system, spins = assemble(mechanism), None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError
+from flexband.errors import InputError, RunError, function, instance, numbers, positive, whole
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
@@ -85,7 +85,19 @@ def dynamic_response(
         array of shape (n,) per input; a random field is passed as a function of position.
     duration, step : simulated time and step [s].
     integrator, threads : as in `simulate`.
+
+    Raises
+    ------
+    InputError
+        If the builder is no function or a number is out of its range.
     """
+    function("builder", builder, " that returns a Mechanism")
+    for name, value in (("duration [s]", duration), ("step [s]", step)):
+        positive(name, numbers(name, value))
+    if integrator is not None:
+        instance("integrator", integrator, GeneralizedAlpha)
+    if threads is not None:
+        whole("threads", threads, 1)
     return DynamicResponse(builder, duration, step, integrator or GeneralizedAlpha(), threads)
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, numbers, positive
+from flexband.errors import InputError, affordable, function, instance, numbers, positive, whole
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.redundancy import dependent
-from flexband.mechanics.engine.threads import Progress
+from flexband.mechanics.engine.threads import Progress, available_cores
 from flexband.mechanics.engine.turning import warn_of_large_steps
+from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 
 
@@ -55,9 +56,22 @@ def simulate(
         If a sample diverges or a force law fails, also with half the step; there are no results
         then.
     """
-    integrator = integrator or GeneralizedAlpha()
+    instance("mechanism", mechanism, Mechanism)
+    integrator = GeneralizedAlpha() if integrator is None else integrator
+    instance("integrator", integrator, GeneralizedAlpha)
+    if threads is not None:
+        whole("threads", threads, 1)
+    if progress is not None:
+        function("progress", progress)
     times = _times(duration, step)
     system = assemble(mechanism)
+    runs, lanes = system.samples, WIDTH * (threads or available_cores())
+    per_time = runs * len(system.outputs) + lanes * system.sensed
+    per_time += len(system.functions) * runs
+    affordable(
+        f"{runs} samples of {len(system.outputs)} outputs at {len(times)} times",
+        per_time * len(times),
+    )
     batch = run_samples(system, times, integrator, threads=threads, progress=progress)
     again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
     if len(again):
@@ -93,6 +107,7 @@ def _times(duration: float, step: float) -> np.ndarray:
     given = (("duration [s]", duration), ("step [s]", step))
     length, one = (float(positive(name, numbers(name, value))) for name, value in given)
     ratio = length / one
+    affordable(f"duration [s] {length:g} with step {one:g}, {ratio:.3g} steps,", 5.0 * ratio)
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(

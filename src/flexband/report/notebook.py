@@ -5,6 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 from typing import Any
 
+from flexband.errors import InputError, shown
 from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
 
@@ -16,6 +17,8 @@ def load_ipython_extension(ipython: Any) -> None:
     ----------
     ipython : the running shell, which ``%load_ext flexband`` passes.
     """
+    if not hasattr(ipython, "display_formatter"):
+        raise InputError(f"ipython must be a running shell; got {shown(ipython)}")
     ipython.display_formatter.formatters["image/png"].for_type(Mechanism, _png)
 
 

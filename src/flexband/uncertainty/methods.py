@@ -123,7 +123,7 @@ class PCCI:
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (14)."""
-        return chebyshev_zeros(order)
+        return chebyshev_zeros(whole("order", order, 0, MAX_ORDER))
 
     def orders(self, space: Space) -> tuple[list[int], list[int]]:
         """Return k of every random and q of every interval variable."""
@@ -165,4 +165,4 @@ class ImprovedPCCI(PCCI):
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (19)."""
-        return scaled_chebyshev_zeros(order)
+        return scaled_chebyshev_zeros(whole("order", order, 0, MAX_ORDER))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, whole
+from flexband.errors import InputError, function, whole
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
@@ -94,6 +94,10 @@ class _Runs:
         """Check the arguments of `propagate`, and find the domains of fields."""
         whole("batch", batch, 1)
         check_method(method)
+        whole("most_runs", most_runs, 1)
+        function("response", response)
+        if progress is not None:
+            function("progress", progress)
         check_names(response, inputs)
         located, self.explored = locate_fields(response, inputs)
         self.space = space = Space(located)

@@ -19,7 +19,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, poissons_ratio, positive
+from flexband.errors import InputError, poissons_ratio, positive, shown
 from flexband.mechanics.bodies.assumed_strains import (
     AXIAL,
     ENDS,
@@ -101,7 +101,13 @@ class Beam(CentreLine):
     def __post_init__(self) -> None:
         super().__post_init__()
         _ = self.profile  # refuses a beam without a section
-        if self.integration is not None and self.shear_factor is not None:
+        integration = self.integration
+        if integration is not None and (
+            isinstance(integration, type) or not hasattr(integration, "stiffness")
+        ):
+            allowed = "None, SelectiveIntegration() or FullIntegration()"
+            raise InputError(f"Beam integration must be {allowed}; got {shown(integration)}")
+        if integration is not None and self.shear_factor is not None:
             raise InputError(
                 "Beam shear_factor must be None if there is an integration; "
                 "use SelectiveIntegration(shear_factor=...)"
@@ -114,6 +120,9 @@ class Beam(CentreLine):
             return Rectangle(self.height, self.width)
         if self.section is None or self.height is not None or self.width is not None:
             raise InputError("a Beam must have either height and width or a section")
+        if isinstance(self.section, type) or not hasattr(self.section, "moments"):
+            allowed = "a Circle, a Rectangle or a GeneralSection"
+            raise InputError(f"Beam section must be {allowed}; got {shown(self.section)}")
         return self.section
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:

@@ -154,7 +154,7 @@ class CentreLine(Body):
         places |= {f"node {k}": k for k in range(count + 1)}
         try:
             place = places[name] if name in places else float(name) * count
-        except ValueError:
+        except (TypeError, ValueError, OverflowError):
             place = np.nan
         if not 0 <= place <= count:
             raise InputError(

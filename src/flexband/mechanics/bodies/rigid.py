@@ -144,7 +144,8 @@ class RigidBody(Body):
             If there are fewer than three vertices, the outline encloses no area or crosses itself,
             or the width or the density is not positive.
         """
-        if not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
+        scalar = isinstance(vertices, np.ndarray) and vertices.ndim == 0
+        if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
             raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))

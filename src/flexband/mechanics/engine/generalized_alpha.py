@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import InputError, numbers, positive
+from flexband.errors import InputError, numbers, positive, warn
 from flexband.mechanics.engine.projection import SMALLEST_PIVOT, project, share
 from flexband.mechanics.kernels.equations import (
     residual,
@@ -54,6 +54,9 @@ mechanism."""
 ROUNDING = 1e-14
 """The smallest tolerance that Newton's method can reach."""
 
+TINY_TOLERANCE, LARGE_TOLERANCE = 1e-15, 1e-4
+"""Tolerances of Newton's method beyond which rounding, or the tolerance itself, is all there is."""
+
 DIVERGED, CONTRADICTED = 3.0, 4.0
 
 
@@ -81,6 +84,11 @@ class GeneralizedAlpha:
         if not 0 <= rho <= 1:
             raise InputError(f"spectral_radius must be between 0 and 1; got {rho:g}")
         positive("tolerance", numbers("tolerance", self.tolerance))
+        if not TINY_TOLERANCE < self.tolerance < LARGE_TOLERANCE:
+            warn(
+                f"GeneralizedAlpha tolerance is {self.tolerance:g} of the mechanism's size; "
+                f"it is usually 1e-12 to 1e-8"
+            )
 
     def coefficients(self, step: float) -> Coefficients:
         """Return the coefficients of the method for a step [s] (Chung and Hulbert 1993)."""

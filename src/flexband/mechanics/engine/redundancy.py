@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import null_space
 
+from flexband.errors import returned
 from flexband.mechanics.assembly.system import System
 
 RANK = 1e-9
@@ -27,7 +28,7 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     c = own(system.values.terms).copy()
     for t, f in enumerate(terms.f):
         if f > 0:
-            c[t] *= own(np.atleast_1d(np.asarray(system.functions[f - 1](0.0), dtype=float)))
+            c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], 0.0)))
     dense = np.zeros((state.angle, 1 + count, len(samples)))
     plain, vectors = slice(terms.polynomials), system.structure.vectors
     k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]

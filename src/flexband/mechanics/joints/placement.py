@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from flexband.errors import returned
 from flexband.mechanics.forms import Form
 
 ITERATIONS = 10
@@ -49,7 +50,8 @@ def placed(
         jacobian = np.zeros((len(apart), len(rows), 2 * len(bodies)))
         for k, row in enumerate(rows):
             for (i, j, f), c in row.terms.items():
-                factor = np.broadcast_to(c * (1.0 if f is None else f(0.0)), samples)[apart]
+                at_start = 1.0 if f is None else returned(f, 0.0)
+                factor = np.broadcast_to(c * at_start, samples)[apart]
                 for moved, other in ((i, j), (j, i)):
                     if moved in column:
                         jacobian[:, k, column[moved]] += factor * z[other, apart]
@@ -74,7 +76,7 @@ def _samples(guess: Sequence[np.ndarray], rows: Sequence[Form]) -> int | None:
     functions += [own.f for row in rows for own in row.polar if own.f is not None]
     parts = [*guess, *(c for row in rows for c in row.terms.values())]
     try:
-        parts += [np.asarray(f(0.0), dtype=float) for f in functions]
+        parts += [np.asarray(returned(f, 0.0)) for f in functions]
     except (TypeError, ValueError):
         return None
     sizes = {np.size(part) for part in parts} - {1}

@@ -46,7 +46,9 @@ class ForceLaw:
     def __post_init__(self) -> None:
         if not isinstance(self.points, list | tuple) or not self.points:
             raise InputError(f"ForceLaw points must be a list of points; got {shown(self.points)}")
-        if not isinstance(self.parameters, list | tuple | np.ndarray):
+        if not isinstance(self.parameters, list | tuple | np.ndarray) or not np.iterable(
+            self.parameters
+        ):
             given = shown(self.parameters)
             raise InputError(f"ForceLaw parameters must be a list of numbers; got {given}")
         for k, value in enumerate(self.parameters):

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flexband.errors import flag, instance
 from flexband.mechanics.configuration import assembled
 from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.loads.loads import Gravity
@@ -61,6 +62,10 @@ def draw(
     AssemblyError
         If the constraints of this sample cannot be met.
     """
+    flag("dimensions", dimensions)
+    flag("names", names)
+    if axes is not None:
+        instance("axes", axes, Axes, "axes of matplotlib")
     scene = Scene(mechanism, assembled(mechanism, sample))
     canvas = _canvas(scene, axes, names=names, dimensions=dimensions)
     for name in mechanism.bodies:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, positive, whole
+from flexband.errors import InputError, flag, numbers, positive, warn, whole
 from flexband.uncertainty.adaptive.batches import BATCH, BatchModel
 from flexband.uncertainty.adaptive.expected_error import diagnostics, series, step
 from flexband.uncertainty.adaptive.interpolation import NestedModel
@@ -18,6 +18,9 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 GROWTH = 0.25
 """Size of a batch, as a part of the runs there are."""
+
+LARGE_TOLERANCE = 0.5
+"""Error of the bands, in parts of the error bar's width, that is hardly meant."""
 
 MOST_INTERPOLATED = 48
 """Runs that interpolation may start with; where it takes more, terms are found by regression."""
@@ -57,7 +60,13 @@ class AdaptivePCCI:
     name = "adaptive PCCI"
 
     def __post_init__(self) -> None:
-        positive("tolerance", self.tolerance)
+        positive("tolerance", numbers("tolerance", self.tolerance))
+        if self.tolerance >= LARGE_TOLERANCE:
+            warn(
+                f"tolerance is {self.tolerance:g} of the error bar's mean width, "
+                f"{100 * self.tolerance:g} %; is it in per cent?"
+            )
+        flag("phase_resolved", self.phase_resolved)
         whole("max_runs", self.max_runs, 2)
 
     @property

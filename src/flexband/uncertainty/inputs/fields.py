@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, numbers, positive, whole
+from flexband.errors import InputError, function, numbers, plausible_spread, positive, whole
 from flexband.uncertainty.inputs.correlation import Correlation, exponential, squared_exponential
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
@@ -114,10 +114,14 @@ class RandomField(Input):
         super().__post_init__()
         for name in ("std", "correlation_length", "tolerance"):
             positive(f"RandomField {name}", getattr(self, name))
+        plausible_spread("RandomField std", self.std, self.mean)
+        if self.tolerance >= 1:
+            raise InputError(f"RandomField tolerance must be below 1; got {self.tolerance:g}")
+        function("RandomField correlation", self.correlation)
         if self.terms is not None:
             whole("RandomField terms", self.terms, 1)
         if self.nodes is not None:
-            whole("RandomField nodes", self.nodes, 2)
+            whole("RandomField nodes", self.nodes, 2, MAX_NODES)
         if self.domain is not None:
             start, end = numbers("RandomField domain [m]", self.domain, 2)
             if start >= end:

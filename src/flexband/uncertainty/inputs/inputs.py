@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from flexband.errors import InputError, numbers, positive
+from flexband.errors import InputError, numbers, plausible_spread, positive
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
 
@@ -45,7 +45,8 @@ class Input(ABC):
     def __post_init__(self) -> None:
         for field in fields(self):  # pyright: ignore[reportArgumentType]
             if field.type in ("float", float):
-                numbers(f"{type(self).__name__} {field.name}", getattr(self, field.name))
+                value = numbers(f"{type(self).__name__} {field.name}", getattr(self, field.name))
+                object.__setattr__(self, field.name, float(value))
 
     @property
     def dimension(self) -> int:
@@ -90,6 +91,8 @@ class Interval(Input):
             raise InputError(
                 f"Interval lower {self.lower:g} must not be above upper {self.upper:g}"
             )
+        if self.lower < self.upper:
+            plausible_spread("width of the Interval", self.upper - self.lower, self.upper)
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""
@@ -124,6 +127,7 @@ class Normal(Input):
     def __post_init__(self) -> None:
         super().__post_init__()
         positive("Normal std", self.std)
+        plausible_spread("Normal std", self.std, self.mean)
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return mean + std ξ."""
@@ -151,6 +155,7 @@ class Uniform(Input):
         super().__post_init__()
         if self.lower >= self.upper:
             raise InputError(f"Uniform lower {self.lower:g} must be below upper {self.upper:g}")
+        plausible_spread("width of the Uniform", self.upper - self.lower, self.upper)
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return lower + (upper − lower) P(ξ) with the normal distribution function P."""

@@ -10,13 +10,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import fields
 from importlib import import_module
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError
+from flexband.errors import InputError, instance
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields import RandomField
@@ -45,6 +46,7 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         If an input has a field that cannot be saved, such as a correlation function that is not in
         `RandomField.correlations`, or if the file is a folder.
     """
+    instance("surrogate", surrogate, Surrogate)
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     own = diagnostics.drop_vars(labels.coords, errors="ignore").variables
@@ -70,6 +72,7 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         "attributes": _attributes(diagnostics.attrs),
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
+    instance("file", file, str | PathLike, "the name of a file")
     file = Path(file)
     if file.is_dir():
         raise InputError(f"{file} is a folder; give the name of a file")
@@ -87,6 +90,7 @@ def load_surrogate(file: str | Path) -> Surrogate:
     """
     if not isinstance(file, str | Path):
         raise InputError(f"file must be a path; got {file!r}")
+    instance("file", file, str | PathLike, "the name of a file")
     file = Path(file)
     if not file.is_file():
         raise InputError(f"there is no file {file}")

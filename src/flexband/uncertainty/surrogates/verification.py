@@ -7,12 +7,14 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from flexband.errors import whole
+from flexband.errors import function, instance, whole
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+MOST_SAMPLES = 1_000_000
 
 
 def verify(
@@ -42,7 +44,9 @@ def verify(
     InputError
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
-    whole("samples", samples, 2)
+    instance("surrogate", surrogate, Surrogate)
+    function("response", response)
+    whole("samples", samples, 2, MOST_SAMPLES)
     whole("seed", seed, 0)
     space, labels = surrogate.space, surrogate.labels
     xi = latin_hypercube_normals(samples, space.random_dimension, seed)

@@ -206,7 +206,8 @@ class Equations:
                 states[place, half + lanes] -= steps[columns]
                 width = states[place, lanes] - states[place, half + lanes]  # as rounded
                 Q = self.loads(states)
-                found[part][:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
+                with np.errstate(invalid="ignore"):  # where a force law fails
+                    found[part][:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
         return found[0], found[1]
 
 

@@ -1,0 +1,166 @@
+"""Every public class and function, given what it is not made for: `InputError`, or a right result.
+
+The names and their parameters are read from the package, so that new ones are tested as well.
+"""
+
+import inspect
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import flexband as fb
+from flexband.mechanics.bodies.body import Body
+from flexband.mechanics.joints.joint import Joint
+from flexband.mechanics.loads.load import Load
+from flexband.mechanics.sensors.motion import Sensor
+
+REFUSAL = (fb.InputError, fb.AssemblyError, fb.SimulationError)
+
+
+def nothing(t, x, v, p, force):
+    """A force law."""
+
+
+def mechanism(**parts):
+    bodies = {
+        "r": fb.RigidBody(mass=1.0, inertia=1.0, points={"tip": (1.0, 0.0)}),
+        "m": fb.PointMass(mass=1.0),
+        "c": fb.Cable(
+            length=1.0, mass_per_length=1.0, axial_stiffness=1.0, bending_stiffness=1.0, elements=1
+        ),
+    }
+    all_parts = {
+        "joints": {"pin": fb.Revolute("r", (0.0, 0.0))},
+        "loads": {"spring": fb.Spring("r.tip", (2.0, 0.0))},
+    }
+    return fb.Mechanism(bodies=bodies | parts.pop("bodies", {}), **all_parts | parts)
+
+
+def same(a):
+    return np.array(a)
+
+
+def response(a, b):
+    return np.stack([a, a * b], axis=1)
+
+
+STUDY = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+GOOD = {
+    "first": "r.tip", "second": (0.0, 1.0), "point": "r.tip", "points": ["r.tip"],
+    "axis": (1.0, 0.0),
+    "joint": "pin", "spring": "spring", "body": "c", "beam": "c", "part": "pin", "place": "0.5",
+    "law": nothing, "parameters": (1.0,), "angle": 0.0, "travel": np.sin, "x": 0.0, "y": 0.0,
+    "elements": 1, "bodies": {"m": fb.PointMass(mass=1.0)}, "mechanism": mechanism(),
+    "duration": 0.1, "step": 0.05, "count": 1, "builder": mechanism, "response": response,
+    "inputs": STUDY, "method": fb.PCCI(1, 1), "lower": 0.0, "upper": 1.0, "mean": 1.0,
+    "vertices": [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "file": "surrogate.npz",
+    "poissons_ratio": 0.3, "surrogate": fb.expand(response, STUDY, fb.PCCI(1, 1)),
+}  # fmt: skip
+OWN = {
+    ("PrescribedRotation", "angle"): lambda t: 0.0,
+    ("PrescribedPath", "x"): np.sin,
+    ("PrescribedPath", "y"): np.cos,
+    ("Beam", "height"): 0.1,
+    ("Beam", "width"): 0.1,
+    ("Weld", "axis"): False,
+    ("RigidBody", "points"): {},
+}
+NUMBERS = [0, 1, -1, 2.5, 1e-300, 1e300, -1e300, 10**400, np.nan, np.inf, -np.inf, True]
+ARRAYS = [
+    np.zeros(0), np.ones(1), np.ones(3), np.ones((2, 2)), np.array(1.0), np.array("x"),
+    np.array([1, 2j]), np.array([None, 1.0]), np.ma.array([1.0, 2.0], mask=[0, 1]),
+    np.array(["2020-01-01"], dtype="datetime64[D]"), np.timedelta64(1, "s"), np.float32(1.5),
+]  # fmt: skip
+OBJECTS = [
+    None, "", "x", "r.tip", "nan", "1", b"1", 1j, (), [], {}, {1.0}, (1.0, 2.0), [1.0, "x"],
+    [[1.0]],
+    {"a": 1}, {1: 2.0}, {"m": fb.PointMass(mass=1.0)}, object(), float, fb.Force, fb.PCCI(1, 1),
+    fb.Force("m", 1.0), fb.Interval(0.0, 1.0), fb.RigidBody(mass=1.0, inertia=1.0),
+    lambda *a, **k: None, lambda *a, **k: "x", lambda *a, **k: np.ones(7),
+    lambda *a, **k: np.nan, iter([]), slice(None), NotImplemented, ...,
+]  # fmt: skip
+VALUES = st.one_of(st.sampled_from(NUMBERS), st.sampled_from(ARRAYS), st.sampled_from(OBJECTS))
+
+
+def callables():
+    """Yield the name and the object of everything public that can be called."""
+    for name in fb.__all__:
+        public = getattr(fb, name)
+        if isinstance(public, type) and (
+            issubclass(public, Exception) or inspect.isabstract(public)
+        ):
+            continue
+        yield name, public
+        if isinstance(public, type):
+            for own, member in inspect.getmembers(public):
+                kind = inspect.getattr_static(public, own)
+                if not own.startswith("_") and isinstance(kind, staticmethod | classmethod):
+                    yield f"{name}.{own}", member
+
+
+CALLABLES = dict(callables())
+
+
+def parameters(name):
+    """Return the parameters of a public object that have a name."""
+    found = inspect.signature(CALLABLES[name]).parameters.values()
+    return [p for p in found if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+
+
+def usual(name):
+    """Return arguments that are fine, as far as the names of the parameters tell."""
+    chosen = {}
+    for one in parameters(name):
+        own = OWN.get((name.partition(".")[0], one.name))
+        if own is not None:
+            chosen[one.name] = own
+        elif one.default is one.empty:
+            chosen[one.name] = GOOD.get(one.name, 1.0)
+    return chosen
+
+
+def used(made):
+    """Put a part into a mechanism and run it."""
+    for kind, kinds in ((Body, "bodies"), (Joint, "joints"), (Sensor, "sensors"), (Load, "loads")):
+        if isinstance(made, kind):
+            moved = fb.simulate(mechanism(**{kinds: {"it": made}}), duration=0.02, step=0.01)
+            assert np.isfinite(moved.values).all()
+            return
+    if isinstance(made, fb.Input):
+        fb.propagate(same, {"a": made}, fb.PCCI(1, 1))
+
+
+def attempt(name, arguments):
+    """Call a public object; return what is wrong with how it refuses, or None."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", DeprecationWarning)
+        warnings.simplefilter("ignore", RuntimeWarning)  # numbers that overflow
+        try:
+            used(CALLABLES[name](**arguments))
+        except REFUSAL:
+            return None
+        except Exception as error:
+            return f"{name}({arguments}) raised {type(error).__name__}: {error}"
+    return None
+
+
+@pytest.mark.parametrize("name", CALLABLES)
+def test_nothing_but_an_input_error_comes_out(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = [p.name for p in parameters(name)]
+    if not names:
+        return
+
+    @settings(
+        suppress_health_check=list(HealthCheck), max_examples=10 + 5 * len(names), database=None
+    )
+    @given(st.dictionaries(st.sampled_from(names), VALUES, min_size=1, max_size=2))
+    def refuses(changes):
+        assert attempt(name, {**usual(name), **changes}) is None
+
+    refuses()

@@ -43,7 +43,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize("value", REFUSED, ids=repr)
+@pytest.mark.parametrize("value", REFUSED, ids=lambda value: type(value).__name__)
 def test_what_is_no_number_is_refused_by_name(value):
     for check in (errors.finite, errors.positive, errors.non_negative, errors.numbers):
         with pytest.raises(fb.InputError, match=r"mass \[kg\] must be"):

@@ -11,8 +11,9 @@ CANDIDATES = 8
 """Number of the largest changes between neighbouring times that are looked into."""
 
 HALVINGS = 35
-SMALLEST_JUMP, ROUNDING = 1e-6, 1e-9
-"""Relative to the range of the values in the table, and to the values themselves."""
+SMALLEST_JUMP, ROUNDING, NOTHING = 1e-6, 1e-9, 1e-12
+"""Relative to the range of the values in the table and to the values themselves, and [m] or [rad].
+"""
 
 
 def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: np.ndarray) -> None:
@@ -27,7 +28,8 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     values : those of the function at the times [s], shape (times, n).
     """
     changes = np.abs(np.diff(values, axis=0)).max(axis=1)
-    allowed = max(SMALLEST_JUMP * np.ptp(values, axis=0).max(), ROUNDING * np.abs(values).max())
+    spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
+    allowed = max(SMALLEST_JUMP * spread, ROUNDING * largest, NOTHING)
     for k in np.argsort(changes)[::-1][:CANDIDATES]:
         if changes[k] <= allowed:
             return

@@ -197,17 +197,16 @@ def returned(function: Callable, argument: Any, name: str = "") -> Any:
 
     They may be infinite or NaN. `name` is that of the function's values, for messages.
     """
-    name = name or named(function)
     try:
         value = function(argument)
     except InputError:
         raise
     except Exception as error:
         where = f"at {shown(argument)}: {type(error).__name__}: {error}"
-        raise InputError(f"{name} raised an error {where}") from error
-    if type(value) is float:
+        raise InputError(f"{name or named(function)} raised an error {where}") from error
+    if isinstance(value, float):
         return value
-    return _real(f"{name} at {shown(argument)}", value, "numbers", lists=False)
+    return _real(f"{name or named(function)} at {shown(argument)}", value, "numbers", lists=False)
 
 
 def shown(value: object) -> str:

@@ -7,8 +7,8 @@ import numpy as np
 from flexband.errors import InputError, returned
 from flexband.mechanics.forms import TimeFunction
 
-CANDIDATES = 8
-"""Number of the largest changes between neighbouring times that are looked into."""
+CANDIDATES = 4
+"""Number of the intervals between times, those next to the sharpest bends, that are looked into."""
 
 HALVINGS = 35
 SMALLEST_JUMP, ROUNDING, NOTHING = 1e-6, 1e-9, 1e-12
@@ -27,21 +27,22 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     name : of what the function prescribes, for the message.
     values : those of the function at the times [s], shape (times, n).
     """
-    changes = np.abs(np.diff(values, axis=0)).max(axis=1)
     spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
     allowed = max(SMALLEST_JUMP * spread, ROUNDING * largest, NOTHING)
-    for k in np.argsort(changes)[::-1][:CANDIDATES]:
-        if changes[k] <= allowed:
-            return
+    bends = np.abs(np.diff(values, 2, axis=0)).max(axis=1)
+    sharpest = np.maximum(np.append(bends, 0.0), np.append(0.0, bends))
+    for k in np.argsort(sharpest)[::-1][:CANDIDATES]:
         (a, b), (fa, fb) = times[k : k + 2], values[k : k + 2]
         for _ in range(HALVINGS):
+            if np.abs(fb - fa).max() <= allowed:
+                break
             middle = (a + b) / 2
             fm = np.ravel(returned(function, float(middle)))
             if np.abs(fm - fa).max() > np.abs(fb - fm).max():
                 b, fb = middle, fm
             else:
                 a, fa = middle, fm
-        if np.abs(fb - fa).max() > allowed:
+        else:
             raise InputError(
                 f"{name} must be prescribed by a continuous function of time; it jumps at "
                 f"t = {a:.6g} s"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -34,8 +34,7 @@ def pack(
         If a function of time returns values that are not finite or not one number per sample, or
         one that prescribes a motion jumps.
     """
-    functions = _tabulate(system.functions, system.samples, times)
-    rates = _rates(system, times)
+    functions, rates = _tabulate(system, times)
     values = system.values._replace(
         functions=functions.reshape(-1, functions.shape[-1]),
         rates=rates.reshape(-1, rates.shape[-1]),
@@ -59,22 +58,30 @@ def pack(
     return block
 
 
-def _rates(system: System, times: np.ndarray) -> np.ndarray:
-    """Return f′ and f″ of the functions in constraints, shape (times, 2, functions, n).
+def _tabulate(system: System, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return 1 and the functions of time, shape (times, 1 + functions, n), and f′ and f″ of each.
 
+    The derivatives, shape (times, 2, 1 + functions, n), are those of the functions in constraints.
     Those of all other functions, which may jump, are not needed and zero.
     """
-    driven = sorted(set(system.structure.terms.f.tolist()) - {0})
-    if not driven:
-        return np.zeros((len(times), 2, 1 + len(system.functions), 1))
+    driven = set(system.structure.terms.f.tolist())
     half = (times[1] - times[0]) / 2
     fine = times[0] + half * np.arange(max(2 * len(times) - 1, 7))
-    own = _tabulate([system.functions[f - 1] for f in driven], system.samples, fine)
-    rates = np.zeros((len(times), 2, 1 + len(system.functions), own.shape[-1]))
-    for k, f in enumerate(driven, start=1):
-        refuse_jumps(_prescribed_by(system, f), system.functions[f - 1], fine, own[:, k])
-        rates[:, :, f] = derivatives(own[:, k], half)[: len(times)]
-    return rates
+    values, rates = [np.ones((len(times), 1))], [np.zeros((len(times), 2, 1))]
+    for f, function in enumerate(system.functions, start=1):
+        if f in driven:
+            table = _values(function, system.samples, fine)
+            refuse_jumps(_prescribed_by(system, f), function, fine, table)
+            values.append(table[::2][: len(times)])
+            rates.append(derivatives(table, half)[: len(times)])
+        else:
+            values.append(_values(function, system.samples, times))
+            rates.append(np.zeros((len(times), 2, 1)))
+    most = max(column.shape[-1] for column in values)
+    return (
+        np.stack([np.broadcast_to(v, (len(times), most)) for v in values], axis=1),
+        np.stack([np.broadcast_to(r, (len(times), 2, most)) for r in rates], axis=2),
+    )
 
 
 def _prescribed_by(system: System, f: int) -> str:
@@ -83,22 +90,18 @@ def _prescribed_by(system: System, f: int) -> str:
     return system.constraints[terms.k[np.flatnonzero(terms.f == f)[0]] - state.multiplier]
 
 
-def _tabulate(functions: Sequence[TimeFunction], samples: int, times: np.ndarray) -> np.ndarray:
-    """Return 1 and the functions at the times, shape (times, 1 + functions, n)."""
-    columns = [np.ones((len(times), 1))]
-    for function in functions:
-        values = [returned(function, float(t)) for t in times]
-        counts = {np.size(v) for v in values} - {1, samples}
-        if counts:
-            raise InputError(
-                f"{named(function)} returned {max(counts)} values; the mechanism has "
-                f"{samples} samples"
-            )
-        if any(np.size(v) > 1 for v in values):
-            values = [np.broadcast_to(v, samples) for v in values]
-        columns.append(np.array(values, dtype=float).reshape(len(times), -1))
-        if not np.all(np.isfinite(columns[-1])):
-            bad = times[np.flatnonzero(~np.isfinite(columns[-1]).all(axis=1))[0]]
-            raise InputError(f"{named(function)} must be finite; it is not at t = {bad:g} s")
-    most = max(c.shape[1] for c in columns)
-    return np.stack([np.broadcast_to(c, (len(times), most)) for c in columns], axis=1)
+def _values(function: TimeFunction, samples: int, times: np.ndarray) -> np.ndarray:
+    """Return a function of time at the times, shape (times, n) or (times, 1)."""
+    values = [returned(function, time) for time in times.tolist()]
+    counts = {np.size(v) for v in values} - {1, samples}
+    if counts:
+        raise InputError(
+            f"{named(function)} returned {max(counts)} values; the mechanism has {samples} samples"
+        )
+    if any(np.size(v) > 1 for v in values):
+        values = [np.broadcast_to(v, samples) for v in values]
+    table = np.array(values, dtype=float).reshape(len(times), -1)
+    if not np.all(np.isfinite(table)):
+        bad = times[np.flatnonzero(~np.isfinite(table).all(axis=1))[0]]
+        raise InputError(f"{named(function)} must be finite; it is not at t = {bad:g} s")
+    return table

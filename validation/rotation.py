@@ -38,4 +38,33 @@ def bar_pendulum() -> list[Check]:
     return [Check("bar pendulum, ρ∞ = 1, change of energy in 60 s [J]", 0.0, change, 1e-4)]
 
 
-PROBLEMS = [disc, bar_pendulum]
+def redundant_plate() -> list[Check]:
+    """Swing a plate of 1 kg on three equal parallel cranks: the least reactions, and their sum."""
+    bar = {"length": 0.3, "height": 0.01, "width": 0.01, "density": 1000.0}
+    bodies = {
+        "plate": fb.RigidBody.block(
+            length=1.0, height=0.1, width=0.01, density=1000.0, position=(0.6, 0.24),
+            points={str(k): (0.5 * k - 0.5, 0.0) for k in range(3)},
+        )
+    }  # fmt: skip
+    joints, sensors = {}, {"plate": fb.Acceleration("plate")}
+    for k in range(3):
+        bodies[f"crank{k}"] = fb.RigidBody.bar(**bar, start=(0.5 * k, 0.0), angle=-1.0)
+        joints[f"A{k}"] = fb.Revolute(f"crank{k}.start", (0.5 * k, 0.0))
+        joints[f"B{k}"] = fb.Revolute(f"plate.{k}", f"crank{k}.end")
+        sensors[f"B{k}"] = fb.Reaction(f"B{k}")
+    model = fb.Mechanism(
+        bodies=bodies, joints=joints, loads={"gravity": fb.Gravity()}, sensors=sensors
+    )
+    motion = fb.simulate(model, duration=2.0, step=1e-3)
+    forces = motion.sel(output=[f"B{k}_{axis}" for k in range(3) for axis in "XY"]).values
+    carried = motion.sel(output=["plate_X", "plate_Y"]).values + np.array([[0.0], [9.81]])
+    off = float(np.abs(forces.reshape(3, 2, -1).sum(axis=0) - carried).max())
+    largest = float(np.abs(forces).max())
+    return [
+        Check("plate on three cranks, sum of reactions − m (a − g) [N]", 0.0, off, 1e-7),
+        Check("plate on three cranks, largest reaction, below 2 m g [N]", 0.0, largest, 2 * 9.81),
+    ]
+
+
+PROBLEMS = [disc, bar_pendulum, redundant_plate]

@@ -1,12 +1,7 @@
 """The reference problems of docs/validation.md."""
 
-import flexible
 import pytest
-import rigid
-import rotation
-import stability
-
-PROBLEMS = [*rigid.PROBLEMS, *rotation.PROBLEMS, *flexible.PROBLEMS, *stability.PROBLEMS]
+from table import PROBLEMS
 
 
 @pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.__name__)

@@ -53,7 +53,7 @@ def princeton() -> list[Check]:
         )  # fmt: skip
         _, y, _ = cantilever(beam, {"P": fb.Force("beam.end", y=force)})
         name = f"Princeton beam, {plane} plane, {force:g} N, tip [m]"
-        found.append(Check(name, reference, float(y), 1e-3 * reference))
+        found.append(Check(name, reference, float(y), 3e-4 * reference))
     return found
 
 

@@ -43,7 +43,7 @@ def redundant_plate() -> list[Check]:
     bar = {"length": 0.3, "height": 0.01, "width": 0.01, "density": 1000.0}
     bodies = {
         "plate": fb.RigidBody.block(
-            length=1.0, height=0.1, width=0.01, density=1000.0, position=(0.6, 0.24),
+            length=1.0, height=0.1, width=0.01, density=1000.0, position=(0.662, -0.252),
             points={str(k): (0.5 * k - 0.5, 0.0) for k in range(3)},
         )
     }  # fmt: skip

@@ -48,16 +48,18 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 """
 
 
+PROBLEMS = [
+    *rigid.PROBLEMS,
+    *rotation.PROBLEMS,
+    *flexible.PROBLEMS,
+    *beams.PROBLEMS,
+    *stability.PROBLEMS,
+]
+
+
 def checks() -> list[Check]:
     """Return the checks of all problems."""
-    problems = [
-        *rigid.PROBLEMS,
-        *rotation.PROBLEMS,
-        *flexible.PROBLEMS,
-        *beams.PROBLEMS,
-        *stability.PROBLEMS,
-    ]
-    return list(chain.from_iterable(problem() for problem in problems))
+    return list(chain.from_iterable(problem() for problem in PROBLEMS))
 
 
 def main() -> int:

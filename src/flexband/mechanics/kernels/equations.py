@@ -124,50 +124,56 @@ def clear_matrix(pattern, matrix):
 
 
 @inlined
+def update_dependent(structure, values, now, z):
+    """Set the rows of z that follow from the coordinates: angles, tensions and elongations."""
+    state = structure.state
+    update_angles(structure.vectors, values.vectors, state, z)
+    update_springs(
+        structure.springs, values.springs, structure.vectors, values.vectors, state,
+        values.functions, now, z,
+    )  # fmt: skip
+
+
+@inlined
+def add_loads(structure, values, now, z, r, memory):
+    """Add −Q of the forces that are products of z or force laws; springs are not among them.
+
+    `memory` is work space of force laws.
+    """
+    functions = values.functions
+    add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
+    add_law_forces(
+        structure.laws, values.laws, structure.vectors, values.vectors, structure.state, functions,
+        now, z, r, memory,
+    )  # fmt: skip
+
+
+@inlined
 def residual(structure, values, now, z, r, memory):
     """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), in the rows of z.
 
     `memory` is work space of force laws.
     """
     state, functions = structure.state, values.functions
-    update_angles(structure.vectors, values.vectors, state, z)
-    update_springs(
-        structure.springs, values.springs, structure.vectors, values.vectors, state,
-        values.functions, now, z,
-    )  # fmt: skip
+    update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
     for i in range(1, state.coordinates + 1):
         add_to(r, i, -load(values.weight, i))
     add_elastic_forces(structure, values, z, r)
     add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
-    add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
-    add_law_forces(
-        structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z, r,
-        memory,
-    )  # fmt: skip
+    add_loads(structure, values, now, z, r, memory)
     add_constraints(structure.terms, values.terms, functions, now, z, r)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
 @inlined
 def loads(structure, values, now, z, r, memory):
-    """Set r to −Q of the forces that are products of z or force laws; springs are not among them.
-
-    `memory` is work space of force laws.
-    """
-    state, functions = structure.state, values.functions
-    update_angles(structure.vectors, values.vectors, state, z)
-    update_springs(
-        structure.springs, values.springs, structure.vectors, values.vectors, state,
-        values.functions, now, z,
-    )  # fmt: skip
+    """Set r to the loads alone, see `add_loads`."""
+    state = structure.state
+    update_dependent(structure, values, now, z)
     clear(r, state.velocity)
-    add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
-    add_law_forces(
-        structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z, r,
-        memory,
-    )  # fmt: skip
+    add_loads(structure, values, now, z, r, memory)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
@@ -216,11 +222,7 @@ def sense(structure, values, now, z, outputs, memory):
     `memory` is work space of force laws.
     """
     state = structure.state
-    update_angles(structure.vectors, values.vectors, state, z)
-    update_springs(
-        structure.springs, values.springs, structure.vectors, values.vectors, state,
-        values.functions, now, z,
-    )  # fmt: skip
+    update_dependent(structure, values, now, z)
     if structure.reads_energy:
         store(z, state.energy, elastic_energy(structure, values, z))
         add_to(z, state.energy, spring_energy(structure.springs, values.springs, state, z))

@@ -67,7 +67,11 @@ OWN = {
     ("Beam", "width"): 0.1,
     ("Weld", "axis"): False,
     ("RigidBody", "points"): {},
+    ("Beam", "path"): [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)],
+    ("Cable", "path"): lambda u: np.stack([u, u * u], axis=1),
 }
+FROM_PATH = {"length", "start", "angle", "curvature"}
+MOTION = {"points", "position", "angle", "velocity", "rate"}
 NUMBERS = [0, 1, -1, 2.5, 1e-300, 1e300, -1e300, 10**400, np.nan, np.inf, -np.inf, True]
 ARRAYS = [
     np.zeros(0), np.ones(1), np.ones(3), np.ones((2, 2)), np.array(1.0), np.array("x"),
@@ -105,9 +109,15 @@ CALLABLES = dict(callables())
 
 
 def parameters(name):
-    """Return the parameters of a public object that have a name."""
-    found = inspect.signature(CALLABLES[name]).parameters.values()
-    return [p for p in found if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    """Return the parameters of a public object that have a name, those of `**named` included."""
+    found = dict(inspect.signature(CALLABLES[name]).parameters)
+    own = inspect.signature(getattr(fb, name.partition(".")[0])).parameters
+    if found.pop("motion", None):
+        found |= {k: p for k, p in own.items() if k in MOTION}
+    if found.pop("properties", None):
+        found |= {k: p for k, p in own.items() if k not in FROM_PATH}
+    assert not [p for p in found.values() if p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    return list(found.values())
 
 
 def usual(name):

@@ -60,3 +60,58 @@ def test_points_are_where_the_axes_put_them_however_the_centre_lies():
 def test_bad_numbers_are_refused(build, text):
     with pytest.raises(fb.InputError, match=text):
         build()
+
+
+def star(count, skip, scale=1.0, at=0.0):
+    angles = 2 * np.pi * skip * np.arange(count) / count
+    return [(at + scale * np.cos(a), at + scale * np.sin(a)) for a in angles]
+
+
+SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+TOUCHING = {
+    "pentagram": star(5, 2),
+    "small and far away": star(7, 3, scale=1e-6, at=1e3),
+    "two squares at a corner": [*SQUARE, (0.0, 0.0), (-1.0, 0.0), (-1.0, -1.0), (0.0, -1.0)],
+    "corner on an edge": [(0, 0), (2, 0), (2, 1), (1, 0), (0, 1)],
+    "spike": [*SQUARE, (0.0, 1.5)],
+    "spike back along its edge": [(0, 0), (2, 0), (1, 0), (1, 1)],
+    "twice around": [*SQUARE, *SQUARE],
+    "by one unit in the last place": [
+        (0.1, 0.1), (0.7, 0.7), (0.7, 1.0), (0.3, np.nextafter(0.3, 0)), (0.1, 0.9)
+    ],
+    "in one sample of three": [
+        (0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (np.array([0.0, 0.5, 0.8]), np.array([1.0, 0.5, -0.5]))
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("vertices", TOUCHING.values(), ids=TOUCHING)
+def test_outlines_that_touch_or_cross_themselves_are_refused(vertices):
+    for corners in (vertices, vertices[::-1], vertices[2:] + vertices[:2]):
+        with pytest.raises(fb.InputError, match=r"must not cross: the edges from vertex|encl"):
+            fb.RigidBody.polygon(vertices=corners, width=1.0, density=1.0)
+
+
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [*SQUARE, SQUARE[0]],  # closed
+        [(0, 0), (0.5, 0), (1, 0), (1, 1), (0.5, 1), (0, 1)],  # corners on straight edges
+        [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)],
+        [(1e-140 * x, 1e140 * y) for x, y in SQUARE],
+        [(0.1, 0.1), (0.7, 0.7), (0.7, 1.0), (0.3, np.nextafter(0.3, 1)), (0.1, 0.9)],
+        star(400, 1),
+    ],
+)
+def test_outlines_that_do_not_touch_themselves_are_not_refused(vertices):
+    plate = fb.RigidBody.polygon(vertices=vertices, width=1.0, density=1e-3)
+    x, y = np.array(vertices, dtype=float).T
+    area = abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
+    assert plate.mass == pytest.approx(1e-3 * area)
+
+
+@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+def test_whole_numbers_of_any_size_are_numbers():
+    body, same = (fb.RigidBody(mass=1, inertia=1, angle=a, rate=a) for a in (10**30, 1e30))
+    np.testing.assert_array_equal(body.coordinates(), same.coordinates())
+    np.testing.assert_array_equal(body.velocities(), same.velocities())

@@ -24,6 +24,7 @@ from flexband.errors import (
     shown,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
+from flexband.mechanics.bodies.outlines import touching_edges
 from flexband.mechanics.forms import Form, Frame, dot
 
 
@@ -141,8 +142,8 @@ class RigidBody(Body):
         Raises
         ------
         InputError
-            If there are fewer than three vertices, the outline encloses no area or crosses itself,
-            or the width or the density is not positive.
+            If there are fewer than three vertices, the outline encloses no area, touches or crosses
+            itself, or the width or the density is not positive.
         """
         scalar = isinstance(vertices, np.ndarray) and vertices.ndim == 0
         if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
@@ -156,6 +157,11 @@ class RigidBody(Body):
         thickness = positive("polygon width [m]", width)
         per_area = thickness * positive("polygon density [kg/m³]", density)
         positive("area enclosed by the polygon vertices [m²]", area * turn)
+        own = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
+        met = touching_edges(*(v[own].reshape(len(own), -1) for v in (x, y)))
+        if met is not None:
+            edges = " and ".join(f"from vertex {own[k]}" for k in met)
+            raise InputError(f"polygon vertices must not cross: the edges {edges} meet")
         cx = ((x + x2) * doubled).sum(axis=0) / (6 * area)
         cy = ((y + y2) * doubled).sum(axis=0) / (6 * area)
         squares = x * x + x * x2 + x2 * x2 + y * y + y * y2 + y2 * y2
@@ -210,12 +216,14 @@ class RigidBody(Body):
         )
 
     def coordinates(self) -> list[np.ndarray]:  # r and r_x
-        c, s = np.cos(self.angle), np.sin(self.angle)
+        angle = np.asarray(self.angle, dtype=float)
+        c, s = np.cos(angle), np.sin(angle)
         x, y, cx, cy = (np.asarray(p, dtype=float) for p in (*self.position, *self.center))
         return [x + cx * c - cy * s, y + cx * s + cy * c, c, s]
 
     def velocities(self) -> list[np.ndarray]:
-        c, s, rate = np.cos(self.angle), np.sin(self.angle), np.asarray(self.rate, dtype=float)
+        angle, rate = (np.asarray(v, dtype=float) for v in (self.angle, self.rate))
+        c, s = np.cos(angle), np.sin(angle)
         x, y, cx, cy = (np.asarray(p, dtype=float) for p in (*self.velocity, *self.center))
         return [x - rate * (cx * s + cy * c), y + rate * (cx * c - cy * s), -rate * s, rate * c]
 

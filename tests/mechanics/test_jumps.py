@@ -25,6 +25,8 @@ def driven(angle):
         (lambda t: 0.2 * (t > 0.05037), "0.05037"),
         (lambda t: 1e-3 * np.sin(t) + 1e-5 * (t > 0.05), "0.05"),
         (lambda t: np.floor(16 * t), "0.0625"),
+        (lambda t: abs(np.sin(300 * t)) + 0.01 * (t > 0.05037), "0.05037"),  # among larger kinks
+        (lambda t: 0.3 - 30 * t + 0.02 * (t > 0.05037), "0.05037"),  # against the slope
         (lambda t: np.array([0.3 * t, 0.3 * t + (t > 0.05)]), "0.05"),
     ],
 )

@@ -7,10 +7,18 @@ import numpy as np
 from flexband.errors import InputError, returned
 from flexband.mechanics.forms import TimeFunction
 
-CANDIDATES = 4
-"""Number of the intervals between times, those next to the sharpest bends, that are looked into."""
+SHARPEST, MOST = 4, 100
+"""Number of the intervals between times that are looked into: the sharpest, and the most."""
 
-HALVINGS = 35
+LASTING = 0.5
+"""Sharpness at half the distance of the times, relative to that at the whole distance.
+
+It is 1 at a jump, between 1/6 and 3/2 at a kink, and 1/16 where a function is smooth.
+"""
+
+PARTS, DIVISIONS = 8, 14
+"""An interval is divided into so many parts, the one that differs most again, and so on."""
+
 SMALLEST_JUMP, ROUNDING, NOTHING = 1e-6, 1e-9, 1e-12
 """Relative to the range of the values in the table and to the values themselves, and [m] or [rad].
 """
@@ -19,31 +27,41 @@ SMALLEST_JUMP, ROUNDING, NOTHING = 1e-6, 1e-9, 1e-12
 def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: np.ndarray) -> None:
     """Raise `InputError` if a function of time jumps between two of the times.
 
-    A change that is left in an interval after many halvings is a jump: that of a continuous
-    function becomes smaller with the interval.
+    A change that is left in an interval after many divisions is a jump: that of a continuous
+    function becomes smaller with the interval. Looked into are intervals in which fourth
+    differences do not become smaller with the distance of the times, and the sharpest ones.
 
     Parameters
     ----------
     name : of what the function prescribes, for the message.
-    values : those of the function at the times [s], shape (times, n).
+    values : those of the function at the times [s], shape (times, n), an odd number of times.
     """
     spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
     allowed = max(SMALLEST_JUMP * spread, ROUNDING * largest, NOTHING)
-    bends = np.abs(np.diff(values, 2, axis=0)).max(axis=1)
-    sharpest = np.maximum(np.append(bends, 0.0), np.append(0.0, bends))
-    for k in np.argsort(sharpest)[::-1][:CANDIDATES]:
-        (a, b), (fa, fb) = times[k : k + 2], values[k : k + 2]
-        for _ in range(HALVINGS):
-            if np.abs(fb - fa).max() <= allowed:
+    sharp = _sharpness(values)
+    coarse = np.repeat(_sharpness(values[::2]), 2)
+    lasting = sharp > np.maximum(LASTING * coarse, allowed)
+    count = min(max(SHARPEST, np.count_nonzero(lasting)), MOST)
+    for k in np.lexsort((sharp, lasting))[::-1][:count]:
+        (a, b), ends = times[k : k + 2], values[k : k + 2]
+        for _ in range(DIVISIONS):
+            if np.abs(ends[1] - ends[0]).max() <= allowed:
                 break
-            middle = (a + b) / 2
-            fm = np.ravel(returned(function, float(middle)))
-            if np.abs(fm - fa).max() > np.abs(fb - fm).max():
-                b, fb = middle, fm
-            else:
-                a, fa = middle, fm
+            inner = np.linspace(a, b, PARTS + 1)
+            found = np.array([np.ravel(returned(function, time)) for time in inner.tolist()])
+            changes = np.diff(found, axis=0)
+            part = np.argmax(np.abs(changes - np.median(changes, axis=0)).max(axis=1))
+            (a, b), ends = inner[part : part + 2], found[part : part + 2]
         else:
             raise InputError(
                 f"{name} must be prescribed by a continuous function of time; it jumps at "
                 f"t = {a:.6g} s"
             )
+
+
+def _sharpness(values: np.ndarray) -> np.ndarray:
+    """Return the fourth differences at both ends of each interval, summed, shape (intervals,)."""
+    if len(values) < 5:
+        return np.zeros(len(values) - 1)
+    fourth = np.pad(np.abs(np.diff(values, 4, axis=0)).max(axis=1), 2, mode="edge")
+    return fourth[1:] + fourth[:-1]

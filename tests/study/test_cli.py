@@ -20,7 +20,7 @@ import flexband as fb
 time = np.linspace(0, 10, 21)
 
 def response(amplitude, rate, field):
-    values = amplitude[:, None] * np.exp(-rate[:, None] * time) + 0 * field(np.zeros(1))
+    values = amplitude[:, None] * np.exp(-rate[:, None] * time) + 1e-9 * (field(np.zeros(1)) - 1.0)
     return xr.DataArray(
         np.stack([values, 2 * values], axis=1),
         dims=("sample", "output", "time"),

@@ -116,6 +116,7 @@ def test_an_expansion_that_fails_says_so():
 coefficient = st.floats(-2, 2).map(lambda x: round(x, 3))
 
 
+@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
 @given(st.lists(coefficient, min_size=9, max_size=9))
 def test_hybrid_polynomials_are_reproduced(c):
     """Moments and bounds of polynomials of the basis are exact, whatever they are."""

@@ -74,6 +74,7 @@ def test_a_carrier_that_fades_and_returns():
     assert max(errors(bands, exact(fades))) < 0.005
 
 
+@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
 @pytest.mark.parametrize(
     ("f", "order"),
     [

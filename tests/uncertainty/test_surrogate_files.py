@@ -206,6 +206,7 @@ def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
     assert most < 1e8
 
 
+@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
 def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(archive, "SMALL_SIZE", 2**20)
     zeros = np.zeros(2**17)

@@ -27,6 +27,11 @@ class DynamicResponse:
     threads: int | None = None
 
     @property
+    def __wrapped__(self) -> Callable[..., Mechanism]:
+        """The function that reads the arguments."""
+        return self.builder
+
+    @property
     def __signature__(self) -> inspect.Signature:
         return inspect.signature(self.builder)
 

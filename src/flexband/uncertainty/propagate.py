@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, function, whole
+from flexband.errors import InputError, function, warn, whole
+from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
@@ -108,12 +110,14 @@ class _Runs:
                 f"and {space.interval_dimension} interval variables; most_runs is {most_runs}"
             )
         self.response, self.method, self.batch = response, method, batch
+        self.calls: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self.progress = progress or (lambda done, total: None)
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         points = xi, eta, self.batch, self._advance
         values = evaluate(self.response, self.space, *points, self.labels)
         self.labels = values[:0]
+        self.calls.append((xi, eta, values.values))
         return values
 
     def _advance(self, runs: int) -> None:
@@ -121,7 +125,35 @@ class _Runs:
         self.progress(self.done, self.total)
 
     def attributes(self) -> dict[str, object]:
-        """Return the number of runs and the method, and report that all runs are done."""
+        """Return the number of runs and the method, and report that all runs are done.
+
+        Inputs that change no output are warned of.
+        """
+        self._check_inputs()
         if self.done < self.total:
             self.progress(self.done, self.done)
         return {"runs": self.done + self.explored, "method": repr(self.method)}
+
+    def _check_inputs(self) -> None:
+        """Warn of inputs that change no output; the budget may pay for runs that prove it."""
+        unread = never_read(self.response, self.space.inputs)
+        idle, likely = self._without_effect()
+        likely = [name for name in likely if name not in unread]
+        further = probes(self.space, likely)
+        if likely and self.done + len(further[0]) <= self.total:
+            self.calls = []
+            with suppress(Exception):  # a run that fails here proves nothing
+                self(*further)
+                still = self._without_effect()[1]
+                idle |= {name: len(further[0]) for name in likely if name in still}
+        for name in self.space.inputs:
+            if name in unread:
+                warn(f"input {name!r} changes no output: the response never reads it")
+            elif name in idle:
+                where = " at the two values of it that were run" if idle[name] == 2 else ""
+                warn(f"input {name!r} changes no output{where}")
+
+    def _without_effect(self) -> tuple[dict[str, int], list[str]]:
+        parts = zip(*self.calls, strict=True)
+        xi, eta, values = (p[0] if len(p) == 1 else np.concatenate(p) for p in parts)
+        return without_effect(self.space, (xi, eta), values)

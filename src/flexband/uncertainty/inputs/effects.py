@@ -1,0 +1,169 @@
+"""Inputs that change no output, as far as the runs of a method can prove it.
+
+Two runs that differ in one input only, and whose values are equal, show that it has no effect
+there. The design of a tensor or scanning method has such pairs at every combination of the other
+inputs, which is a proof for these points.
+"""
+
+from __future__ import annotations
+
+import dis
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.space import Response, Space
+
+ROUNDING = 4 * np.finfo(float).eps
+"""Relative difference of equal values: products of matrices round differently row by row."""
+
+WATCHERS = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
+"""Functions that read arguments without naming them."""
+
+
+def never_read(response: Response, inputs: Mapping[str, Input]) -> list[str]:
+    """Return the inputs that the code of a response never reads.
+
+    An object that wraps a function, such as one with a cache, is taken for the function; a function
+    around another may read the arguments on its own, and is taken for itself.
+    """
+    inner: Any = response
+    while not isinstance(inner, FunctionType) and hasattr(inner, "__wrapped__"):
+        inner = inner.__wrapped__
+    if not isinstance(inner, FunctionType):
+        return []
+    code = inner.__code__
+    if WATCHERS & set(code.co_names):
+        return []
+    own = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    read = set(code.co_cellvars)
+    for instruction in dis.get_instructions(code):
+        name = instruction.argval
+        if instruction.opname not in ("STORE_FAST", "DELETE_FAST"):
+            read |= set(name) if isinstance(name, tuple) else {name}
+    return [name for name in inputs if name in own and name not in read]
+
+
+def without_effect(
+    space: Space, points: tuple[np.ndarray, np.ndarray], values: np.ndarray
+) -> tuple[dict[str, int], list[str]]:
+    """Return the inputs that provably change no value, and others that may change none.
+
+    The first are given with the number of their values in the runs.
+
+    It is a proof if there are pairs of runs at every combination of two values or more of every
+    other variable. Samples have no pairs, so that random inputs are then judged together.
+
+    Parameters
+    ----------
+    points : ξ of shape (runs, n) and η of shape (runs, m).
+    values : of the runs, shape (runs, …).
+    """
+    runs, own = _Runs.of(*points, values), _variables(space)
+    together = np.arange(len(runs.codes)) < space.random_dimension
+    sure, likely = {}, []
+    for name, one in space.inputs.items():
+        if isinstance(one, Interval) and one.lower == one.upper:
+            continue
+        proof = runs.proof(own[name])
+        if proof is None and one.random and not runs.has_pairs(own[name]):
+            proof = runs.proof(together)
+        if proof:
+            sure[name] = len(np.unique(runs.keys[own[name]].sum(axis=0)))
+        elif proof is False:
+            likely.append(name)
+    return sure, likely
+
+
+def probes(space: Space, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return ξ and η of 2 (1 + inputs) runs: pairs for each of the inputs at two random places."""
+    generator, own = np.random.default_rng(0), _variables(space)
+    n, m = space.random_dimension, space.interval_dimension
+    points = []
+    for _ in range(2):
+        xi, eta = generator.standard_normal((2, n)), generator.uniform(-1.0, 1.0, (2, m))
+        here, there = np.concatenate([xi, eta], axis=1)
+        points += [here, *(np.where(own[name], there, here) for name in names)]
+    all_points = np.stack(points)
+    return all_points[:, :n], all_points[:, n:]
+
+
+def _variables(space: Space) -> dict[str, np.ndarray]:
+    """Return which of the variables, ξ before η, are those of each input."""
+    owners = [
+        name
+        for random in (True, False)
+        for name, one in space.of_kind(random=random).items()
+        for _ in range(one.dimension)
+    ]
+    return {name: np.array([owner == name for owner in owners]) for name in space.inputs}
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """Runs, of which equal values of a variable have equal codes.
+
+    Attributes
+    ----------
+    codes : number of the value of every variable, ξ before η, shape (variables, runs).
+    keys : the codes times random numbers, whose sums tell combinations of values apart.
+    random : which variables are ξ.
+    values : shape (runs, …).
+    """
+
+    codes: np.ndarray
+    keys: np.ndarray
+    random: np.ndarray
+    values: np.ndarray
+
+    @staticmethod
+    def of(xi: np.ndarray, eta: np.ndarray, values: np.ndarray) -> _Runs:
+        columns = [*xi.T, *eta.T]
+        codes = np.array([np.unique(c, return_inverse=True)[1] for c in columns], dtype=np.uint64)
+        factors = np.random.default_rng(0).integers(2**63, size=len(codes), dtype=np.uint64)
+        random = np.arange(len(codes)) < xi.shape[1]
+        return _Runs(codes, codes * (2 * factors + 1)[:, None], random, values)
+
+    def pairs(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of runs that differ in these variables only: chains of pairs."""
+        rest, key = self.keys[~own].sum(axis=0), self.keys[own].sum(axis=0)
+        order = np.lexsort((key, rest))
+        first, second = order[:-1], order[1:]
+        pair = (rest[first] == rest[second]) & (key[first] != key[second])
+        return first[pair], second[pair]
+
+    def has_pairs(self, own: np.ndarray) -> bool:
+        return len(self.pairs(own)[0]) > 0
+
+    def proof(self, own: np.ndarray) -> bool | None:
+        """Return whether it is proven that these variables change nothing; None if they do.
+
+        None also if there are no pairs.
+        """
+        first, second = self.pairs(own)
+        if not len(first) or not self._equal(first, second):
+            return None
+        codes, keys = self.codes[:, first], self.keys[:, first]
+        samples = self.random & ~own
+        counts = [len(np.unique(row)) for row in codes[samples]]
+        joint = len(np.unique(keys[samples].sum(axis=0)))
+        if counts and set(counts) == {joint}:  # samples, which differ in all their variables
+            counts = [joint]
+        counts += [len(np.unique(row)) for row in codes[~own & ~self.random]]
+        places = len(np.unique(keys[~own].sum(axis=0)))
+        return min(counts, default=2) > 1 and places == math.prod(counts)
+
+    def _equal(self, first: np.ndarray, second: np.ndarray) -> bool:
+        """Return whether pairs of runs have equal values; soon, if the first ones have not."""
+        begin, count = 0, 8
+        while begin < len(first):
+            a, b = (self.values[runs[begin : begin + count]] for runs in (first, second))
+            if np.any(np.abs(a - b) > ROUNDING * np.maximum(np.abs(a), np.abs(b))):
+                return False
+            begin, count = begin + count, min(2 * count, 256)
+        return True

@@ -132,6 +132,13 @@ def whole(name: str, value: object, least: int, most: int | None = None) -> int:
     return int(value)
 
 
+def same_samples(name: str, *values: ArrayLike) -> None:
+    """Raise `InputError` if checked numbers, each one or one per sample, are not equally many."""
+    counts = sorted({int(np.size(value)) for value in values} - {1})
+    if len(counts) > 1:
+        raise InputError(f"{name}: parameters have different numbers of samples: {counts}")
+
+
 def flag(name: str, value: object) -> bool:
     """Return `value` as a bool; raise `InputError` if it is neither True nor False."""
     if not isinstance(value, bool | np.bool_):

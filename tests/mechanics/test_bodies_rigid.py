@@ -115,3 +115,40 @@ def test_whole_numbers_of_any_size_are_numbers():
     body, same = (fb.RigidBody(mass=1, inertia=1, angle=a, rate=a) for a in (10**30, 1e30))
     np.testing.assert_array_equal(body.coordinates(), same.coordinates())
     np.testing.assert_array_equal(body.velocities(), same.velocities())
+
+
+TWO, THREE = np.ones(2), np.ones(3)
+RIGID = {"mass": 1.0, "inertia": 1.0}
+BLOCK = {"length": 1.0, "height": 1.0, "width": 1.0, "density": 1.0}
+CABLE = {"mass_per_length": 1.0, "axial_stiffness": 1.0, "bending_stiffness": 1.0, "elements": 1}
+
+
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda: fb.RigidBody(**RIGID | {"mass": TWO, "inertia": THREE}),
+        lambda: fb.RigidBody(**RIGID, center=(TWO, 0.0), rate=THREE),
+        lambda: fb.RigidBody(**RIGID, points={"p": (TWO, THREE)}),
+        lambda: fb.RigidBody.block(**BLOCK | {"length": TWO, "density": THREE}),
+        lambda: fb.RigidBody.bar(**BLOCK | {"length": TWO}, angle=THREE),
+        lambda: fb.RigidBody.disc(radius=TWO, width=THREE, density=1.0),
+        lambda: fb.RigidBody.polygon(
+            vertices=[(TWO, 0.0), (2.0, 0.0), (0.0, 1.0)], width=THREE, density=1.0
+        ),
+        lambda: fb.Cable(length=TWO, start=(THREE, 0.0), **CABLE),
+        lambda: fb.Cable(length=TWO, curvature=THREE, **CABLE),
+    ],
+)
+def test_numbers_of_samples_that_differ_are_refused(build):
+    with pytest.raises(fb.InputError, match=r"different numbers of samples: \[2, 3\]"):
+        build()
+
+
+def test_short_integers_count_like_others():
+    elements = np.int8(60)  # 2 · 60 + … does not fit into eight bits
+    assert fb.Cable(length=1.0, **CABLE | {"elements": elements}) == fb.Cable(
+        length=1.0, **CABLE | {"elements": 60}
+    )
+    method = fb.LHSScanning(np.int8(100), np.int8(10))
+    assert {type(n) for n in (method.samples, method.points, method.seed)} == {int}
+    assert isinstance(fb.PCCI(np.int8(3), {"a": np.uint8(1)}).random_order, int)

@@ -215,7 +215,9 @@ def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkey
     assert fb.load_surrogate(tmp_path / "s.npz").labels.shape == (0, len(zeros))
 
 
-@pytest.mark.parametrize("file", [None, 3, b"s.npz", ["s.npz"]])
+@pytest.mark.parametrize("file", [None, 3, b"s.npz", ["s.npz"], "\0", "s" * 5000])
 def test_a_file_is_a_path(file):
-    with pytest.raises(fb.InputError, match="file must be a path"):
-        fb.load_surrogate(file)
+    surrogate = fb.expand(lambda x: x, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 1))
+    for use in (fb.load_surrogate, lambda own: fb.save_surrogate(surrogate, own)):
+        with pytest.raises(fb.InputError, match="file must be a path"):
+            use(file)

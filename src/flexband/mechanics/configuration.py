@@ -62,7 +62,7 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
     """
     instance("mechanism", mechanism, Mechanism)
     system = assemble(mechanism)
-    whole("sample", sample, 0, system.samples - 1)
+    sample = whole("sample", sample, 0, system.samples - 1)
     failures = np.zeros((system.samples, 4))
     values = pack(system, AT_START, np.array([sample]))(0)
     work, failure = while_compiling(lambda: begin(system, values))

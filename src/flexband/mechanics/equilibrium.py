@@ -61,7 +61,7 @@ def equilibrium(
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
     instance("mechanism", mechanism, Mechanism)
-    whole("steps", steps, 1, MOST_STEPS)
+    steps = whole("steps", steps, 1, MOST_STEPS)
     if threads is not None:
         whole("threads", threads, 1)
     at = float(numbers("time [s]", time))

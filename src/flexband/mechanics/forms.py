@@ -178,7 +178,7 @@ def cross(a: Vector, b: Vector) -> Form:
 
 def turned(a: Vector, angle: ArrayLike) -> Vector:
     """Return `a` rotated by an angle [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = (f(np.asarray(angle, dtype=float)) for f in (np.cos, np.sin))
     return a[0] * c - a[1] * s, a[0] * s + a[1] * c
 
 

@@ -116,8 +116,7 @@ def modes(
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
     instance("mechanism", mechanism, Mechanism)
-    whole("count", count, 1)
-    whole("steps", steps, 1, MOST_STEPS)
+    count, steps = whole("count", count, 1), whole("steps", steps, 1, MOST_STEPS)
     system, spins = assemble(mechanism), None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)

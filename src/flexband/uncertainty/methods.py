@@ -114,11 +114,11 @@ class PCCI:
         for name in ("random_order", "interval_order"):
             order = getattr(self, name)
             if isinstance(order, Mapping):
-                for own, value in order.items():
-                    whole(f"{name} of {own!r}", value, 0, MAX_ORDER)
-                object.__setattr__(self, name, OrdersByName(sorted(order.items())))
+                orders = {k: whole(f"{name} of {k!r}", v, 0, MAX_ORDER) for k, v in order.items()}
+                checked = OrdersByName(sorted(orders.items()))
             else:
-                whole(name, order, 0, MAX_ORDER)
+                checked = whole(name, order, 0, MAX_ORDER)
+            object.__setattr__(self, name, checked)
 
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:

@@ -94,7 +94,7 @@ class _Runs:
 
     def __init__(self, response, inputs, method, batch, most_runs, progress):
         """Check the arguments of `propagate`, and find the domains of fields."""
-        whole("batch", batch, 1)
+        batch = whole("batch", batch, 1)
         check_method(method)
         whole("most_runs", most_runs, 1)
         function("response", response)

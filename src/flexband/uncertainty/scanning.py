@@ -32,9 +32,8 @@ class Scanning:
         return self.name
 
     def __post_init__(self) -> None:
-        whole("samples", self.samples, 2)
-        whole("points", self.points, 2)
-        whole("seed", self.seed, 0)
+        for name, least in (("samples", 2), ("points", 2), ("seed", 0)):
+            object.__setattr__(self, name, whole(name, getattr(self, name), least))
 
     def normals(self, dimension: int) -> np.ndarray:
         """Return samples of ξ, shape (samples, dimension)."""

@@ -21,6 +21,7 @@ from flexband.errors import (
     non_negative,
     plausible_angle,
     positive,
+    same_samples,
     whole,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
@@ -48,16 +49,20 @@ class CentreLine(Body):
     def __post_init__(self) -> None:
         name = type(self).__name__
         positive(f"{name} length [m]", self.length)
-        whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
-        point(f"{name} start", self.start)
+        elements = whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
+        object.__setattr__(self, "elements", elements)
+        start = point(f"{name} start", self.start)
         plausible_angle(f"{name} angle", self.angle)
-        point(f"{name} velocity", self.velocity)
+        velocity = point(f"{name} velocity", self.velocity)
         finite(f"{name} rate [rad/s]", self.rate)
         non_negative(f"{name} retardation [s]", self.retardation)
         curvature = (f"{name} curvature [1/m]", self.curvature, finite)
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
+        bent = [] if callable(self.curvature) else [self.curvature]
+        motion = self.angle, self.rate, *start, *velocity
+        same_samples(name, self.length, self.retardation, *bent, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:

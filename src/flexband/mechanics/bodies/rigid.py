@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,6 +22,7 @@ from flexband.errors import (
     known,
     plausible_angle,
     positive,
+    same_samples,
     shown,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
@@ -69,17 +71,18 @@ class RigidBody(Body):
         positive("RigidBody mass [kg]", self.mass)
         positive("RigidBody inertia [kg m²]", self.inertia)
         instance("RigidBody points", self.points, Mapping, "a mapping from names to coordinates")
+        places = []
         for name, place in self.points.items():
             if not isinstance(name, str) or not name or name == "center":
                 raise InputError(
                     f"RigidBody points must have names other than 'center'; got {name!r}"
                 )
-            point(f"RigidBody point {name!r}", place)
-        point("RigidBody center", self.center)
-        point("RigidBody position", self.position)
+            places += point(f"RigidBody point {name!r}", place)
+        for name in ("center", "position", "velocity"):
+            places += point(f"RigidBody {name}", getattr(self, name))
         plausible_angle("RigidBody angle", self.angle)
-        point("RigidBody velocity", self.velocity)
         finite("RigidBody rate [rad/s]", self.rate)
+        same_samples("RigidBody", self.mass, self.inertia, self.angle, self.rate, *places)
 
     @staticmethod
     def block(
@@ -101,7 +104,9 @@ class RigidBody(Body):
         a = positive("block length [m]", length)
         b = positive("block height [m]", height)
         c = positive("block width [m]", width)
-        mass = positive("block density [kg/m³]", density) * a * b * c
+        rho = positive("block density [kg/m³]", density)
+        same_samples("block", a, b, c, rho)
+        mass = rho * a * b * c
         return RigidBody(mass=mass, inertia=mass * (a**2 + b**2) / 12, **motion)
 
     @staticmethod
@@ -123,7 +128,9 @@ class RigidBody(Body):
         """
         r = positive("disc radius [m]", radius)
         w = positive("disc width [m]", width)
-        mass = positive("disc density [kg/m³]", density) * np.pi * r**2 * w
+        rho = positive("disc density [kg/m³]", density)
+        same_samples("disc", r, w, rho)
+        mass = rho * np.pi * r**2 * w
         return RigidBody(mass=mass, inertia=mass * r**2 / 2, **motion)
 
     @staticmethod
@@ -149,13 +156,15 @@ class RigidBody(Body):
         if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
             raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
+        thickness = positive("polygon width [m]", width)
+        rho = positive("polygon density [kg/m³]", density)
+        same_samples("polygon", thickness, rho, *chain(*corners))
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)
         doubled = x * y2 - x2 * y
         area = doubled.sum(axis=0) / 2
         turn = np.sign(area)
-        thickness = positive("polygon width [m]", width)
-        per_area = thickness * positive("polygon density [kg/m³]", density)
+        per_area = thickness * rho
         positive("area enclosed by the polygon vertices [m²]", area * turn)
         own = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
         met = touching_edges(*(v[own].reshape(len(own), -1) for v in (x, y)))
@@ -202,6 +211,7 @@ class RigidBody(Body):
         turn, spin = finite("bar angle [rad]", angle), finite("bar rate [rad/s]", rate)
         x, y = point("bar start", start)
         vx, vy = point("bar velocity", velocity)
+        same_samples("bar", half, turn, spin, x, y, vx, vy)
         across, along = half * np.sin(turn), half * np.cos(turn)
         return RigidBody.block(
             length=length,

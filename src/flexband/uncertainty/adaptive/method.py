@@ -67,7 +67,7 @@ class AdaptivePCCI:
                 f"{100 * self.tolerance:g} %; is it in per cent?"
             )
         flag("phase_resolved", self.phase_resolved)
-        whole("max_runs", self.max_runs, 2)
+        object.__setattr__(self, "max_runs", whole("max_runs", self.max_runs, 2))
 
     @property
     def label(self) -> str:

@@ -118,10 +118,10 @@ class RandomField(Input):
         if self.tolerance >= 1:
             raise InputError(f"RandomField tolerance must be below 1; got {self.tolerance:g}")
         function("RandomField correlation", self.correlation)
-        if self.terms is not None:
-            whole("RandomField terms", self.terms, 1)
-        if self.nodes is not None:
-            whole("RandomField nodes", self.nodes, 2, MAX_NODES)
+        for name, least, most in (("terms", 1, None), ("nodes", 2, MAX_NODES)):
+            if (count := getattr(self, name)) is not None:
+                count = whole(f"RandomField {name}", count, least, most)
+                object.__setattr__(self, name, count)
         if self.domain is not None:
             start, end = numbers("RandomField domain [m]", self.domain, 2)
             if start >= end:

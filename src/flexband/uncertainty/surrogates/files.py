@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields
 from importlib import import_module
 from os import PathLike
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance
+from flexband.errors import InputError, instance, shown
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields import RandomField
@@ -72,11 +73,7 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         "attributes": _attributes(diagnostics.attrs),
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
-    instance("file", file, str | PathLike, "the name of a file")
-    file = Path(file)
-    if file.is_dir():
-        raise InputError(f"{file} is a folder; give the name of a file")
-    write_archive(file, about, arrays)
+    write_archive(_path(file), about, arrays)
 
 
 def load_surrogate(file: str | Path) -> Surrogate:
@@ -88,10 +85,7 @@ def load_surrogate(file: str | Path) -> Surrogate:
         If there is no such file, it holds no surrogate or a damaged one, it is of another version
         of the format, or an input in it is of a class that is not defined yet.
     """
-    if not isinstance(file, str | Path):
-        raise InputError(f"file must be a path; got {file!r}")
-    instance("file", file, str | PathLike, "the name of a file")
-    file = Path(file)
+    file = _path(file)
     if not file.is_file():
         raise InputError(f"there is no file {file}")
     try:
@@ -106,6 +100,20 @@ def load_surrogate(file: str | Path) -> Surrogate:
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
+
+
+def _path(file: Any) -> Path:
+    """Return the path of a file that could be there; raise `InputError` if none can."""
+    instance("file", file, str | PathLike, "a path")
+    try:
+        path = Path(file)
+        with suppress(FileNotFoundError, NotADirectoryError):
+            path.stat()
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"file must be a path; got {shown(file)}: {error}") from None
+    if path.is_dir():
+        raise InputError(f"{path} is a folder; give the name of a file")
+    return path
 
 
 def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surrogate:

@@ -46,8 +46,7 @@ def verify(
     """
     instance("surrogate", surrogate, Surrogate)
     function("response", response)
-    whole("samples", samples, 2, MOST_SAMPLES)
-    whole("seed", seed, 0)
+    samples, seed = whole("samples", samples, 2, MOST_SAMPLES), whole("seed", seed, 0)
     space, labels = surrogate.space, surrogate.labels
     check_names(response, space.inputs)
     xi = latin_hypercube_normals(samples, space.random_dimension, seed)

@@ -313,3 +313,50 @@ def test_loads_that_the_start_does_not_balance_are_named():
     heavy = fb.modes(column(np.array([0.0, 3.0])), 1, about="start")
     assert heavy.attrs["unbalanced"] == [1]
     assert "unbalanced" not in fb.modes(column(3.0), 1).attrs
+
+
+@pytest.mark.parametrize("mass_per_length", [1.0, 1e6])
+def test_a_slow_member_keeps_its_free_motion_and_its_frequencies(mass_per_length):
+    """The stiffness is not rounded relative to the mass, which is much larger in these units."""
+    cable = fb.Cable(
+        length=100.0, mass_per_length=mass_per_length, axial_stiffness=1e-2,
+        bending_stiffness=1.0, elements=12,
+    )  # fmt: skip
+    free = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
+    found = fb.modes(free, 40, about="start")
+    assert not found["unstable"].any()
+    assert np.count_nonzero(found["frequency"] == 0) == 3
+    axial = np.pi * np.sqrt(1e-2 / mass_per_length) / 100.0
+    bending = np.array([4.730041, 7.853205]) ** 2 / 100.0**2 / np.sqrt(mass_per_length)
+    omega = np.abs(found["eigenvalue"].values)
+    for exact in (axial, *bending):
+        assert np.abs(omega / exact - 1).min() < 2e-3
+
+
+def test_stiff_motions_that_are_not_resolved_do_not_count_as_growing():
+    cable = fb.Cable(
+        length=0.0112, mass_per_length=6.9e-3, axial_stiffness=2e15, bending_stiffness=1.7e4,
+        elements=4, retardation=1e-4,
+    )  # fmt: skip
+    free = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
+    assert not fb.modes(free, 6, about="start")["unstable"].any()
+
+
+def test_small_inertias_are_not_lost_next_to_large_ones():
+    """A thin cable on a wheel of 1e12 times its inertia vibrates as if it were clamped there."""
+    L, J = 0.1, 1e10
+    wheel = fb.RigidBody(mass=1.0, inertia=J, points={"rim": (3.0, 4.0)})
+    cable = fb.Cable(
+        length=L, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=1.0, elements=8,
+        start=(3.0, 4.0), angle=0.7,
+    )  # fmt: skip
+    mechanism = fb.Mechanism(
+        bodies={"cable": cable, "wheel": wheel},
+        joints={
+            "axle": fb.Revolute("wheel", (0.0, 0.0)),
+            "weld": fb.Weld("cable.start", "wheel.rim", angle=0.7),
+        },
+        sensors={"tip": fb.Position("cable.end")},
+    )
+    omega = np.abs(fb.modes(mechanism, 3)["eigenvalue"].values)
+    assert omega[1:] * L**2 == pytest.approx([3.516015, 22.034492], rel=1e-3)

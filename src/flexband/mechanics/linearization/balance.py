@@ -8,7 +8,7 @@ the size of the mechanism, so that r [N m] and displacements compare.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh, get_lapack_funcs
+from scipy.linalg import get_lapack_funcs
 
 from flexband.mechanics.engine.threads import stop_flag
 from flexband.mechanics.linearization.eigenmodes import (
@@ -16,6 +16,7 @@ from flexband.mechanics.linearization.eigenmodes import (
     eigenmodes,
     is_symmetric,
     reduced,
+    softest,
 )
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 
@@ -171,9 +172,7 @@ class Balance:
         """Return the lowest ω² [1/s²] of the symmetric part of the stiffness, or 0."""
         if not self.free:
             return 0.0
-        K = reduced(self.linear.K + self.linear.L, self.basis)
-        M = reduced(self.linear.M, self.basis)
-        return float(eigh((K + K.T) / 2, M, eigvals_only=True, subset_by_index=[0, 0])[0])
+        return float(softest(self.linear, self.basis, 1)[0][0])
 
     def stable(self) -> bool:
         """Return whether no small motion grows, but for rounding of the multipliers."""

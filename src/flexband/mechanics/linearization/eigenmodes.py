@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh, qr, solve_triangular
+from scipy.linalg import LinAlgError, cholesky, eigh, qr, solve_triangular
 
 from flexband.mechanics.engine.redundancy import RANK
 from flexband.mechanics.linearization.linearize import Linear
@@ -19,6 +19,9 @@ ROUNDING = 16 * np.finfo(float).eps
 
 SYMMETRY = 1e-7
 """Relative asymmetry below which the stiffness of loads counts as symmetric."""
+
+RESOLVED = 1e-12
+"""Eigenvalues of a shifted and inverted problem below this are nothing but rounding."""
 
 PURE = 1e-9
 """Relative real part below which an eigenvalue counts as imaginary."""
@@ -98,7 +101,7 @@ def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
     if D.any():
         s, vectors = _general(linear, M, D, K, basis, count, symmetric)
     elif symmetric:
-        s, vectors = _conservative(linear, M, (K + K.T) / 2, basis, count)
+        s, vectors = _conservative(linear, basis, count)
     else:
         s, vectors = _circulatory(linear, M, K, basis, count)
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=0)[None], axis=0)
@@ -107,10 +110,23 @@ def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
     return Eigenmodes(s[order], vectors[:, order])
 
 
-def _conservative(linear: Linear, M, K, basis: np.ndarray, count: int):
+def softest(linear: Linear, basis: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the `count` lowest ω² of the symmetric part of the stiffness, and their vectors."""
+    K = reduced(linear.K + linear.L, basis)
+    few = (0, min(count, len(K)) - 1)
+    try:
+        squares, y = eigh((K + K.T) / 2, reduced(linear.M, basis), subset_by_index=few)
+    except LinAlgError:  # small inertias are lost next to large ones: make each direction's 1
+        R = qr(cholesky(linear.M) @ basis, mode="r")[0][: len(K)]
+        basis = solve_triangular(R, basis.T, trans=1).T
+        K = reduced(linear.K + linear.L, basis)
+        squares, y = eigh((K + K.T) / 2, subset_by_index=few)
+    return squares, basis @ y
+
+
+def _conservative(linear: Linear, basis: np.ndarray, count: int):
     """Solve K φ = ω² M φ. A second projection removes what stiff modes leave in soft ones."""
-    _, y = eigh(K, M, subset_by_index=[0, min(count, len(M)) - 1])
-    soft = basis @ y
+    _, soft = softest(linear, basis, count)
     squares, z = eigh(soft.T @ (linear.K + linear.L) @ soft, soft.T @ linear.M @ soft)
     vectors = soft @ z
     squares = np.where(np.abs(squares) > rounding(linear, vectors), squares, 0.0)
@@ -122,7 +138,8 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
     far = np.sort(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
     shift = 1.3 * far[min(count, len(far)) - 1] + np.finfo(float).tiny
     inverse, y = np.linalg.eig(np.linalg.solve(K + shift * M, shift * M))
-    squares = shift / inverse - shift
+    resolved = np.abs(inverse) > RESOLVED
+    squares, y = shift / inverse[resolved] - shift, y[:, resolved]
     upper = np.imag(squares) >= 0
     squares, y = squares[upper], y[:, upper]
     vectors = _normalized(linear, basis @ y)
@@ -148,10 +165,10 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     M, D = shift**2 * M, shift * D
     upper = [-np.linalg.solve(M + D + K, part) for part in (M + D, M)]
     inverse, y = np.linalg.eig(np.block([upper, [one + upper[0], upper[1]]]))
-    inverse = np.where(inverse == 0, np.finfo(float).tiny, inverse)
-    s = shift * (1 + 1 / inverse)
+    resolved = np.abs(inverse) > RESOLVED
+    s, y = shift * (1 + 1 / inverse[resolved]), y[:n, resolved]
     kept = np.imag(s) >= 0
-    s, vectors = s[kept], _normalized(linear, basis @ y[:n, kept])
+    s, vectors = s[kept], _normalized(linear, basis @ y[:, kept])
     noise, size = rounding(linear, vectors), np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
     resting = np.maximum(size**2, size * damping) <= noise

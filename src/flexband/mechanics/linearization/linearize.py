@@ -107,6 +107,11 @@ class Equations:
         return replace(self.system, structure=structure)
 
     @cached_property
+    def _massless(self) -> Values:
+        """The numbers without the mass: M + K would round K relative to M."""
+        return self.values._replace(mass=np.zeros_like(self.values.mass))
+
+    @cached_property
     def mass(self) -> np.ndarray:
         """The mass matrix."""
         mass, count = self.system.structure.mass, self.state.coordinates
@@ -162,7 +167,8 @@ class Equations:
 
     def _run(self, task: int, system: System, number: float = 0.0) -> None:
         self.failure[:] = 0.0
-        run(task, system, self.values, self.work, failure=self.failure, number=number)
+        values = self.values if task != LINEARIZE else self._massless
+        run(task, system, values, self.work, failure=self.failure, number=number)
 
     def _matrix(self, z: np.ndarray, rate: float) -> np.ndarray:
         self.work.z[:] = z[:, None]
@@ -178,7 +184,7 @@ class Equations:
     def linear(self, z: np.ndarray, spin: Spin) -> Linear:
         """Return the matrices about a state, in axes that turn with `spin`."""
         n, M, matrix = self.state.coordinates, self.mass, self._matrix(z, 0.0)
-        K, Phi = matrix[:n, :n] - M, matrix[n:, :n]
+        K, Phi = matrix[:n, :n], matrix[n:, :n]
         D = (self._matrix(z, FAST) - matrix)[:n, :n] / FAST
         by_place, by_rate = self._load_derivatives(z, spin)
         centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)

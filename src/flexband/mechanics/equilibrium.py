@@ -12,7 +12,7 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import begin, derive, run
-from flexband.mechanics.engine.corrections import Corrections, corrections, report
+from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.redundancy import dependent
@@ -74,13 +74,13 @@ def equilibrium(
     stable = np.zeros(system.samples, dtype=bool)
     redundant: dict[int, np.ndarray] = {}
     blocks = -(-system.samples // WIDTH)
-    corrected: list[Corrections | None] = [None] * blocks
+    firsts = np.empty((system.structure.state.rows, system.samples))
     at_rest = Spin(0.0, np.zeros(system.structure.state.coordinates))
 
     def settle(block: int) -> int:
         own = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
-        corrected[block] = corrections(system, begin(system, packed(block))[0].z, own)
-        rows, failure, found = rest(system, packed(block), steps, [at_rest] * len(own))
+        rows, failure, found, start = rest(system, packed(block), steps, [at_rest] * len(own))
+        firsts[:, own] = start[:, : len(own)]
         outputs[own] = derive(system, rows[:, None])[:, 0].T[: len(own)]
         failures[own] = failure.T[: len(own)]
         for sample, balance in zip(own, found, strict=True):
@@ -102,7 +102,7 @@ def equilibrium(
             "unit": ("output", system.units),
             "stable": ("sample", stable),
         },
-        attrs=report(system, Corrections.joined(corrected)),
+        attrs=report(system, corrections(system, firsts, np.arange(system.samples))),
     )
     if redundant:
         sample = min(redundant)
@@ -112,10 +112,11 @@ def equilibrium(
 
 def rest(
     system: System, values: Values, steps: int, spins: Sequence[Spin]
-) -> tuple[np.ndarray, np.ndarray, list[Balance]]:
+) -> tuple[np.ndarray, np.ndarray, list[Balance], np.ndarray]:
     """Find the equilibria of the first samples of one block, each in its own steady rotation.
 
-    Returns the sensors' rows (rows, WIDTH), failures (4, WIDTH) and the balance of each sample.
+    Returns the sensors' rows (rows, WIDTH), failures (4, WIDTH), the balance of each sample, and
+    the state at the start, (rows, WIDTH).
     """
     work, failure = begin(system, values)
     rows = np.zeros((system.sensed, WIDTH))
@@ -147,7 +148,7 @@ def rest(
     for condition in range(len(system.conditions)):
         wrong = rows[system.sensed - len(system.conditions) + condition] < 0
         failed[:3, wrong & (failed[0] == 0)] = [[WRONG_BRANCH], [0.0], [condition]]
-    return rows, failed, found
+    return rows, failed, found, start
 
 
 def _raised(values: Values, part: float) -> Values:

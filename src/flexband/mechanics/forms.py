@@ -20,6 +20,19 @@ from flexband.errors import returned
 TimeFunction = Callable[[float], ArrayLike]
 """A function of the time [s], which returns a number or an array of shape (n,)."""
 
+
+@dataclass(frozen=True)
+class Composed:
+    """The function outer(inner(t)) of the time; `name` is that of inner(t), for messages."""
+
+    outer: np.ufunc
+    inner: TimeFunction
+    name: str
+
+    def __call__(self, time: float) -> np.ndarray:
+        return self.outer(returned(self.inner, time, self.name))
+
+
 Key = tuple[int, int, TimeFunction | None]
 
 

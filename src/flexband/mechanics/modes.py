@@ -190,7 +190,7 @@ def _solve(
             Balance(Equations(system, values, lane), z, still) for lane, z in enumerate(work.z.T)
         ][: len(own)]
     else:
-        _, failure, balances = rest(system, values, steps, spins or [still] * len(own))
+        _, failure, balances, _ = rest(system, values, steps, spins or [still] * len(own))
     results, unbalanced = [], []
     for lane, balance in enumerate(balances):
         if failure[0, lane]:

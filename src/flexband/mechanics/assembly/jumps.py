@@ -29,7 +29,8 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
 
     A change that is left in an interval after many divisions is a jump: that of a continuous
     function becomes smaller with the interval. Looked into are intervals in which fourth
-    differences do not become smaller with the distance of the times, and the sharpest ones.
+    differences do not become smaller with the distance of the times, and the sharpest ones; a jump
+    makes them larger than itself.
 
     Parameters
     ----------
@@ -43,6 +44,8 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     lasting = sharp > np.maximum(LASTING * coarse, allowed)
     count = min(max(SHARPEST, np.count_nonzero(lasting)), MOST)
     for k in np.lexsort((sharp, lasting))[::-1][:count]:
+        if sharp[k] <= allowed:
+            break
         (a, b), ends = times[k : k + 2], values[k : k + 2]
         for _ in range(DIVISIONS):
             if np.abs(ends[1] - ends[0]).max() <= allowed:

@@ -13,7 +13,7 @@ from flexband.mechanics.assembly.jumps import refuse_jumps
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.forms import TimeFunction
+from flexband.mechanics.forms import Composed, TimeFunction
 from flexband.mechanics.kernels.lane_type import to_lanes, zeros
 
 AT_START = np.array([0.0, 1e-4])
@@ -68,9 +68,16 @@ def _tabulate(system: System, times: np.ndarray) -> tuple[np.ndarray, np.ndarray
     half = (times[1] - times[0]) / 2
     fine = times[0] + half * np.arange(max(2 * len(times) - 1, 7))
     values, rates = [np.ones((len(times), 1))], [np.zeros((len(times), 2, 1))]
+    inner: dict[TimeFunction, np.ndarray] = {}
     for f, function in enumerate(system.functions, start=1):
         if f in driven:
-            table = _values(function, system.samples, fine)
+            if isinstance(function, Composed):
+                own = function.inner
+                if own not in inner:
+                    inner[own] = _values(own, system.samples, fine, function.name)
+                table = function.outer(inner[own])
+            else:
+                table = _values(function, system.samples, fine)
             refuse_jumps(_prescribed_by(system, f), function, fine, table)
             values.append(table[::2][: len(times)])
             rates.append(derivatives(table, half)[: len(times)])
@@ -90,9 +97,11 @@ def _prescribed_by(system: System, f: int) -> str:
     return system.constraints[terms.k[np.flatnonzero(terms.f == f)[0]] - state.multiplier]
 
 
-def _values(function: TimeFunction, samples: int, times: np.ndarray) -> np.ndarray:
+def _values(
+    function: TimeFunction, samples: int, times: np.ndarray, name: str = ""
+) -> np.ndarray:
     """Return a function of time at the times, shape (times, n) or (times, 1)."""
-    values = [returned(function, time) for time in times.tolist()]
+    values = [returned(function, time, name) for time in times.tolist()]
     counts = {np.size(v) for v in values} - {1, samples}
     if counts:
         raise InputError(

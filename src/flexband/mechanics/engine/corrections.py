@@ -35,12 +35,6 @@ class Corrections(NamedTuple):
         np.ndarray
     )  # whether loops closed in another branch than that of the guess, (samples,)
 
-    @staticmethod
-    def joined(blocks: Sequence[Corrections | None]) -> Corrections:
-        """Return the corrections of all samples."""
-        known = [block for block in blocks if block is not None]
-        return Corrections(*(np.concatenate(parts, axis=-1) for parts in zip(*known, strict=True)))
-
 
 def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Corrections:
     """Return how the states `z` of these samples at the start, (rows, …), differ from the given."""

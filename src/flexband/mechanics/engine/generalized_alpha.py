@@ -179,34 +179,34 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
     z, a, r, rate = work.z, work.a, work.r, work.rate
     matrix, inverse_pivots, none = work.matrix, work.inverse_pivots, filled(0.0)
     weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
-    active, pending, solved, redundant, previous = alive, alive, none, none, none
-    for factorization in range(FACTORIZATIONS):
+    active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
+    age, first = 0, True  # iterations since the factorization, and whether this is the first one
+    for _ in range(FACTORIZATIONS * ITERATIONS_PER_FACTORIZATION):
         residual(structure, values, now, z, r, work.blocks)
-        tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
-        left_out = factorize(structure.pattern, matrix, inverse_pivots, work.row, SMALLEST_PIVOT)
-        redundant = where(pending, where(left_out, left_out, redundant), redundant)
-        moved = none
-        for iteration in range(ITERATIONS_PER_FACTORIZATION):
-            if not any_true(active):
-                break
-            if iteration > 0:
-                residual(structure, values, now, z, r, work.blocks)
-            to_right_side(structure, r, method.dq_da)
-            solve(structure.pattern, matrix, inverse_pivots, r)
-            moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
-            change = correct(structure, method, values, z, a, r, active)
-            if factorization + iteration > 0:
-                store(rate, 0, where(active, change / previous, load(rate, 0)))
-            previous = change
-            q = maximum(load(rate, 0), filled(1e-3))
-            left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-            active = where(less(left, filled(tolerance)), none, where(solved, none, active))
+        if age == 0:
+            tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
+            left_out = factorize(structure.pattern, matrix, inverse_pivots, work.row, SMALLEST_PIVOT)
+            redundant = where(pending, where(left_out, left_out, redundant), redundant)
+            moved = none
+        age += 1
+        to_right_side(structure, r, method.dq_da)
+        solve(structure.pattern, matrix, inverse_pivots, r)
+        moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
+        change = correct(structure, method, values, z, a, r, active)
+        if not first:
+            store(rate, 0, where(active, change / previous, load(rate, 0)))
+        previous, first = change, False
+        q = maximum(load(rate, 0), filled(1e-3))
+        left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
+        active = where(less(left, filled(tolerance)), none, where(solved, none, active))
+        if any_true(active) and age < ITERATIONS_PER_FACTORIZATION:
+            continue
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
         pending, solved = where(done, none, pending), where(done, none, solved)
-        active = pending  # where a new Jacobian is needed, it serves one more iteration, too
         if not any_true(pending):
             break
+        active, age = pending, 0  # where a new Jacobian is needed, it serves one more iteration
     return pending, redundant
 
 

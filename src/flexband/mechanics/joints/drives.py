@@ -7,8 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import function, returned
-from flexband.mechanics.forms import Form, TimeFunction, Vector, cross, dot, length, scale, subtract
+from flexband.errors import function
+from flexband.mechanics.forms import (
+    Composed,
+    Form,
+    TimeFunction,
+    Vector,
+    cross,
+    dot,
+    length,
+    scale,
+    subtract,
+)
 from flexband.mechanics.joints.joint import (
     Couple,
     Joint,
@@ -45,13 +55,9 @@ class PrescribedRotation(Joint):
         function("PrescribedRotation angle", self.angle, " of time")
 
     def _direction(self) -> Vector:
-        return Form.function(self._cosine), Form.function(self._sine)
-
-    def _cosine(self, time: float) -> np.ndarray:
-        return np.cos(returned(self.angle, time, "PrescribedRotation angle [rad]"))
-
-    def _sine(self, time: float) -> np.ndarray:
-        return np.sin(returned(self.angle, time, "PrescribedRotation angle [rad]"))
+        name = "PrescribedRotation angle [rad]"
+        cosine, sine = (Composed(outer, self.angle, name) for outer in (np.cos, np.sin))
+        return Form.function(cosine), Form.function(sine)
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the body's x axis."""

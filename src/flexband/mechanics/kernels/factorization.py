@@ -110,8 +110,8 @@ def solve(pattern, matrix, inverse_pivots, x):
             column = pattern.row_column[p]
             v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.row_tile[p], 4)
             y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
-            a -= v00 * y0 + v01 * y1
-            b -= v10 * y0 + v11 * y1
+            a = a - v00 * y0 - v01 * y1
+            b = b - v10 * y0 - v11 * y1
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, i01 * a + i11 * b)  # D⁻¹ L⁻¹ of the right side
         store(x, first, i00 * a + i01 * b)
@@ -129,8 +129,8 @@ def solve_constraints(pattern, matrix, inverse_pivots, x):
             column = pattern.reached_column[p]
             v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.reached_tile[p], 4)
             y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
-            a -= v00 * y0 + v01 * y1
-            b -= v10 * y0 + v11 * y1
+            a = a - v00 * y0 - v01 * y1
+            b = b - v10 * y0 - v11 * y1
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, i01 * a + i11 * b)
         store(x, first, i00 * a + i01 * b)
@@ -146,8 +146,8 @@ def substitute_back(pattern, matrix, inverse_pivots, x):
             entry = pattern.entry_row[tile - pattern.tiles]
             v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
             y0, y1 = load(x, pattern.first[entry]), load(x, pattern.second[entry])
-            a += v00 * y0 + v10 * y1
-            b += v01 * y0 + v11 * y1
+            a = a + v00 * y0 + v10 * y1
+            b = b + v01 * y0 + v11 * y1
         first, second = pattern.first[k], pattern.second[k]
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, load(x, second) - i01 * a - i11 * b)
@@ -166,10 +166,10 @@ def solve_two_constraints(pattern, matrix, inverse_pivots, x, y):
             one, other = pattern.first[column], pattern.second[column]
             v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.reached_tile[p], 4)
             x0, x1, y0, y1 = load(x, one), load(x, other), load(y, one), load(y, other)
-            a -= v00 * x0 + v01 * x1
-            b -= v10 * x0 + v11 * x1
-            c -= v00 * y0 + v01 * y1
-            d -= v10 * y0 + v11 * y1
+            a = a - v00 * x0 - v01 * x1
+            b = b - v10 * x0 - v11 * x1
+            c = c - v00 * y0 - v01 * y1
+            d = d - v10 * y0 - v11 * y1
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, i01 * a + i11 * b)
         store(x, first, i00 * a + i01 * b)
@@ -182,10 +182,10 @@ def solve_two_constraints(pattern, matrix, inverse_pivots, x, y):
             one, other = pattern.first[entry], pattern.second[entry]
             v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
             x0, x1, y0, y1 = load(x, one), load(x, other), load(y, one), load(y, other)
-            a += v00 * x0 + v10 * x1
-            b += v01 * x0 + v11 * x1
-            c += v00 * y0 + v10 * y1
-            d += v01 * y0 + v11 * y1
+            a = a + v00 * x0 + v10 * x1
+            b = b + v01 * x0 + v11 * x1
+            c = c + v00 * y0 + v10 * y1
+            d = d + v01 * y0 + v11 * y1
         first, second = pattern.first[k], pattern.second[k]
         i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
         store(x, second, load(x, second) - i01 * a - i11 * b)

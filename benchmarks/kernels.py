@@ -41,13 +41,13 @@ def tangents(count, structure, values, work):
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
-        factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row, 1e-12)
+        factorize(structure.pattern, work.matrix, work.row, 1e-12)
 
 
 @entry
 def solutions(count, structure, values, work):
     for _ in range(count):
-        solve(structure.pattern, work.matrix, work.inverse_pivots, work.r)
+        solve(structure.pattern, structure.pattern.below, work.matrix, work.r)
 
 
 def kernel_time(kernel, count: int, *arguments) -> float:
@@ -103,8 +103,8 @@ def main() -> None:
         measured,
         [
             f"{state.coordinates} coordinates, {state.angle - state.multiplier} multipliers, "
-            f"{len(pattern.entry_row)} tiles below the pivots, "
-            f"{len(pattern.product_v) + len(pattern.row_tile)} products in a factorization",
+            f"{len(pattern.below.tile)} tiles below the "
+            f"{len(pattern.product_v) + len(pattern.below.tile)} products in a factorization",
             f"{chosen.samples} consecutive calls; a step computes a residual and a solution in "
             "every iteration, and a tangent and a factorization once",
         ],

@@ -131,7 +131,7 @@ def main() -> None:
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
     work = Work.of(structure)
     start(structure, values, work, np.zeros((4, WIDTH)))
-    z, matrix, pivots, pattern = work.z, work.matrix, work.inverse_pivots, structure.pattern
+    z, matrix, pattern = work.z, work.matrix, structure.pattern
     count = {
         "residual": operations(
             lambda: equations.residual(structure, values, 0, z, work.r, work.blocks)
@@ -142,9 +142,9 @@ def main() -> None:
             )
         ),
         "factorization": operations(
-            lambda: factorization.factorize(pattern, matrix, pivots, work.row, 1e-12)
+            lambda: factorization.factorize(pattern, matrix, work.row, 1e-12)
         ),
-        "solution": operations(lambda: factorization.solve(pattern, matrix, pivots, work.r)),
+        "solution": operations(lambda: factorization.solve(pattern, pattern.below, matrix, work.r)),
     }
     start(structure, values, work, np.zeros((4, WIDTH)))
     array = zeros(3) + 0.5

@@ -267,12 +267,12 @@ def tangent_of(structure, values, work, weight):
 
 @njit
 def factorize_of(structure, work):
-    factorize(structure.pattern, work.matrix, work.inverse_pivots, work.row, 1e-12)
+    factorize(structure.pattern, work.matrix, work.row, 1e-12)
 
 
 @njit
 def solve_of(structure, work):
-    solve(structure.pattern, work.matrix, work.inverse_pivots, work.r)
+    solve(structure.pattern, structure.pattern.below, work.matrix, work.r)
 
 
 def states(mechanism, steps, step, integrator=None):

@@ -177,7 +177,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
     that remains after a correction is estimated from the rate of convergence, stored in `rate`.
     """
     z, a, r, rate = work.z, work.a, work.r, work.rate
-    matrix, inverse_pivots, none = work.matrix, work.inverse_pivots, filled(0.0)
+    matrix, none = work.matrix, filled(0.0)
     weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     age, first = 0, True  # iterations since the factorization, and whether this is the first one
@@ -185,12 +185,12 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
         residual(structure, values, now, z, r, work.blocks)
         if age == 0:
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
-            left_out = factorize(structure.pattern, matrix, inverse_pivots, work.row, SMALLEST_PIVOT)
+            left_out = factorize(structure.pattern, matrix, work.row, SMALLEST_PIVOT)
             redundant = where(pending, where(left_out, left_out, redundant), redundant)
             moved = none
         age += 1
         to_right_side(structure, r, method.dq_da)
-        solve(structure.pattern, matrix, inverse_pivots, r)
+        solve(structure.pattern, structure.pattern.below, matrix, r)
         moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
         change = correct(structure, method, values, z, a, r, active)
         if not first:

@@ -44,7 +44,7 @@ def settle(structure, values, work, outputs, failure, stop):
     Fills `outputs`, shape (rows, WIDTH), with the sensors' rows, and updates `failure`.
     """
     state = structure.state
-    z, r, matrix, pivots = work.z, work.r, work.matrix, work.inverse_pivots
+    z, r, matrix = work.z, work.r, work.matrix
     now = np.int64(0)
     for i in range(1, state.coordinates + 1):
         store(z, state.velocity + i, filled(0.0))
@@ -56,9 +56,9 @@ def settle(structure, values, work, outputs, failure, stop):
             break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
-        factorize(structure.pattern, matrix, pivots, work.row, SMALLEST_PIVOT)
+        factorize(structure.pattern, matrix, work.row, SMALLEST_PIVOT)
         to_right_side(structure, r, w)
-        solve(structure.pattern, matrix, pivots, r)
+        solve(structure.pattern, structure.pattern.below, matrix, r)
         largest = filled(0.0)
         for i in range(1, state.coordinates + 1):
             largest = maximum(largest, magnitude(w * load(r, i)) * load(values.inverse_scale, i))

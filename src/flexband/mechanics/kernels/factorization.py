@@ -2,8 +2,8 @@
 
 A product of tiles is eight multiply-adds on eight numbers that are read once. The pattern of the
 matrix is fixed by the mechanism, so the order of elimination and the list of products are computed
-once, and the numeric factorization does not pivot. It stores V = L D and D⁻¹ only, which fit into
-the processor's fastest cache.
+once, and the numeric factorization does not pivot. It stores V = L D below the diagonal and D⁻¹ on
+it, since time is spent on what does not fit into the processor's fastest cache.
 
 It is stable without pivoting because a multiplier is eliminated only after its coordinates. Its
 pivot is then −Φ_q A⁻¹ Φ_qᵀ, which vanishes only if a constraint is redundant or the Jacobian loses
@@ -33,9 +33,7 @@ from flexband.mechanics.kernels.pattern import Pattern
 def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
     """Return the matrix before its factorization, shape (WIDTH, unknowns, unknowns)."""
     pairs = np.stack([pattern.first, pattern.second], axis=1)
-    diagonal = np.arange(pattern.tiles)
-    row = np.append(diagonal, pattern.entry_row)
-    column = np.append(diagonal, np.repeat(diagonal, np.diff(pattern.column_start)))
+    row, column = pattern.row, np.repeat(np.arange(pattern.columns), np.diff(pattern.start))
     tiles = matrix[: 4 * len(row)].T.reshape(-1, len(row), 2, 2)
     flipped = tiles.transpose(0, 1, 3, 2)
     dense = np.zeros((matrix.shape[1], pattern.unknowns + 1, pattern.unknowns + 1))
@@ -47,27 +45,29 @@ def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def factorize(pattern, matrix, inverse_pivots, row, smallest):
-    """Replace `matrix` by V = L D below the diagonal, and compute `inverse_pivots`, D⁻¹.
+def factorize(pattern, matrix, row, smallest):
+    """Replace `matrix` by V = L D below the diagonal and D⁻¹ on it.
 
-    All are arrays of lanes; `row` is work space. The pivot of a multiplier counts as zero below
+    Both are arrays of lanes; `row` is work space. The pivot of a multiplier counts as zero below
     `smallest` times the sum of the magnitudes of its terms. `solve` sets such a multiplier to
     zero, as if it had no constraint. Returns the number of one of them as a lane, or 0.
     """
     redundant = filled(0.0)
-    for k in range(pattern.tiles):
-        a, _, b, d = load_rows(matrix, 4 * k, 4)
+    for k in range(pattern.columns):
+        diagonal = pattern.start[k]
+        a, _, b, d = load_rows(matrix, 4 * diagonal, 4)
         size_a, size_d = magnitude(a), magnitude(d)
-        begin = pattern.row_start[k]
-        for p in range(begin, pattern.row_start[k + 1]):
-            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.row_tile[p], 4)
-            i00, i01, _, i11 = load_rows(inverse_pivots, 4 * pattern.row_column[p], 4)
+        begin = pattern.below.start[k]
+        for p in range(begin, pattern.below.start[k + 1]):
+            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.below.tile[p], 4)
+            pivot = pattern.start[pattern.below.column[p]]
+            i00, i01, _, i11 = load_rows(matrix, 4 * pivot, 4)
             w00, w01 = v00 * i00 + v01 * i01, v00 * i01 + v01 * i11
             w10, w11 = v10 * i00 + v11 * i01, v10 * i01 + v11 * i11
             store_rows(row, 4 * (p - begin), (w00, w01, w10, w11))
             part_a, part_d = v00 * w00 + v01 * w01, v10 * w10 + v11 * w11
             a -= part_a
-            b -= v10 * w00 + v11 * w01
+            b = b - v10 * w00 - v11 * w01
             d -= part_d
             size_a += magnitude(part_a)
             size_d += magnitude(part_d)
@@ -85,11 +85,10 @@ def factorize(pattern, matrix, inverse_pivots, row, smallest):
             inverse_d = where(sound, inverse_d, filled(0.0))
             redundant = where(sound, redundant, filled(float(pattern.second[k])))
         i01 = -ratio * inverse_d
-        store_rows(inverse_pivots, 4 * k, (inverse_a - ratio * i01, i01, i01, inverse_d))
-        for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
+        store_rows(matrix, 4 * diagonal, (inverse_a - ratio * i01, i01, i01, inverse_d))
+        for tile in range(diagonal + 1, pattern.start[k + 1]):
             c00, c01, c10, c11 = load_rows(matrix, 4 * tile, 4)
-            products = tile - pattern.tiles
-            for p in range(pattern.product_start[products], pattern.product_start[products + 1]):
+            for p in range(pattern.product_start[tile], pattern.product_start[tile + 1]):
                 v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.product_v[p], 4)
                 w00, w01, w10, w11 = load_rows(row, 4 * pattern.product_w[p], 4)
                 c00 = c00 - v00 * w00 - v01 * w01
@@ -101,108 +100,48 @@ def factorize(pattern, matrix, inverse_pivots, row, smallest):
 
 
 @compiled
-def solve(pattern, matrix, inverse_pivots, x):
-    """Replace the right-hand side `x`, whose row i is unknown i, by the solution."""
-    for k in range(pattern.tiles):
+def solve(pattern, rows, matrix, x):
+    """Replace the right-hand side `x`, whose row i is unknown i, by the solution.
+
+    `rows` is `pattern.below`, or `pattern.reached` if only the multipliers' rows are not zero.
+    """
+    for n in range(len(rows.pivot)):
+        k = rows.pivot[n]
         first, second = pattern.first[k], pattern.second[k]
         a, b = load(x, first), load(x, second)
-        for p in range(pattern.row_start[k], pattern.row_start[k + 1]):
-            column = pattern.row_column[p]
-            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.row_tile[p], 4)
+        for p in range(rows.start[n], rows.start[n + 1]):
+            column = rows.column[p]
+            v00, v01, v10, v11 = load_rows(matrix, 4 * rows.tile[p], 4)
             y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
             a = a - v00 * y0 - v01 * y1
             b = b - v10 * y0 - v11 * y1
-        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
+        i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
         store(x, second, i01 * a + i11 * b)  # D⁻¹ L⁻¹ of the right side
         store(x, first, i00 * a + i01 * b)
-    substitute_back(pattern, matrix, inverse_pivots, x)
-
-
-@compiled
-def solve_constraints(pattern, matrix, inverse_pivots, x):
-    """Solve as `solve` does, if the right-hand side is zero but for the multipliers' rows."""
-    for n in range(len(pattern.reached)):
-        k = pattern.reached[n]
-        first, second = pattern.first[k], pattern.second[k]
-        a, b = load(x, first), load(x, second)
-        for p in range(pattern.reached_start[n], pattern.reached_start[n + 1]):
-            column = pattern.reached_column[p]
-            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.reached_tile[p], 4)
-            y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
-            a = a - v00 * y0 - v01 * y1
-            b = b - v10 * y0 - v11 * y1
-        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
-        store(x, second, i01 * a + i11 * b)
-        store(x, first, i00 * a + i01 * b)
-    substitute_back(pattern, matrix, inverse_pivots, x)
-
-
-@compiled
-def substitute_back(pattern, matrix, inverse_pivots, x):
-    """Replace D⁻¹ L⁻¹ of a right-hand side by the solution."""
-    for k in range(pattern.tiles - 1, -1, -1):
+    for k in range(pattern.columns - 1, -1, -1):
         a, b = filled(0.0), filled(0.0)
-        for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
-            entry = pattern.entry_row[tile - pattern.tiles]
+        for tile in range(pattern.start[k] + 1, pattern.start[k + 1]):
+            entry = pattern.row[tile]
             v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
             y0, y1 = load(x, pattern.first[entry]), load(x, pattern.second[entry])
             a = a + v00 * y0 + v10 * y1
             b = b + v01 * y0 + v11 * y1
         first, second = pattern.first[k], pattern.second[k]
-        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
+        i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
         store(x, second, load(x, second) - i01 * a - i11 * b)
         store(x, first, load(x, first) - i00 * a - i01 * b)
-
-
-@compiled
-def solve_two_constraints(pattern, matrix, inverse_pivots, x, y):
-    """Solve for two right-hand sides as `solve_constraints` does for one, reading L once."""
-    for n in range(len(pattern.reached)):
-        k = pattern.reached[n]
-        first, second = pattern.first[k], pattern.second[k]
-        a, b, c, d = load(x, first), load(x, second), load(y, first), load(y, second)
-        for p in range(pattern.reached_start[n], pattern.reached_start[n + 1]):
-            column = pattern.reached_column[p]
-            one, other = pattern.first[column], pattern.second[column]
-            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.reached_tile[p], 4)
-            x0, x1, y0, y1 = load(x, one), load(x, other), load(y, one), load(y, other)
-            a = a - v00 * x0 - v01 * x1
-            b = b - v10 * x0 - v11 * x1
-            c = c - v00 * y0 - v01 * y1
-            d = d - v10 * y0 - v11 * y1
-        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
-        store(x, second, i01 * a + i11 * b)
-        store(x, first, i00 * a + i01 * b)
-        store(y, second, i01 * c + i11 * d)
-        store(y, first, i00 * c + i01 * d)
-    for k in range(pattern.tiles - 1, -1, -1):
-        a, b, c, d = filled(0.0), filled(0.0), filled(0.0), filled(0.0)
-        for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
-            entry = pattern.entry_row[tile - pattern.tiles]
-            one, other = pattern.first[entry], pattern.second[entry]
-            v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
-            x0, x1, y0, y1 = load(x, one), load(x, other), load(y, one), load(y, other)
-            a = a + v00 * x0 + v10 * x1
-            b = b + v01 * x0 + v11 * x1
-            c = c + v00 * y0 + v10 * y1
-            d = d + v01 * y0 + v11 * y1
-        first, second = pattern.first[k], pattern.second[k]
-        i00, i01, _, i11 = load_rows(inverse_pivots, 4 * k, 4)
-        store(x, second, load(x, second) - i01 * a - i11 * b)
-        store(x, first, load(x, first) - i00 * a - i01 * b)
-        store(y, second, load(y, second) - i01 * c - i11 * d)
-        store(y, first, load(y, first) - i00 * c - i01 * d)
 
 
 @compiled
 def soften(pattern, matrix, part):
     """Replace the zeros on the multipliers' diagonal by −`part` Σ Φ_ki² / M_ii, if A is M."""
-    for k in range(pattern.tiles):
+    for k in range(pattern.columns):
         if not pattern.is_multiplier[k]:
-            first, second = part / load(matrix, 4 * k), part / load(matrix, 4 * k + 3)
-            for tile in range(pattern.column_start[k], pattern.column_start[k + 1]):
-                entry = pattern.entry_row[tile - pattern.tiles]
-                if pattern.is_multiplier[entry]:
+            diagonal = pattern.start[k]
+            first, second = part / load(matrix, 4 * diagonal), part / load(matrix, 4 * diagonal + 3)
+            for tile in range(diagonal + 1, pattern.start[k + 1]):
+                if pattern.is_multiplier[pattern.row[tile]]:
+                    entry = 4 * pattern.start[pattern.row[tile]]
                     v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
-                    add_to(matrix, 4 * entry, -(v00 * v00 * first + v01 * v01 * second))
-                    add_to(matrix, 4 * entry + 3, -(v10 * v10 * first + v11 * v11 * second))
+                    add_to(matrix, entry, -(v00 * v00 * first + v01 * v01 * second))
+                    add_to(matrix, entry + 3, -(v10 * v10 * first + v11 * v11 * second))

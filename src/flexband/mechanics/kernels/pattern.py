@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import heapq
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,33 +19,36 @@ NONE = 0
 """Stands for an unknown in the empty place of a tile."""
 
 
+class Rows(NamedTuple):
+    """Rows of tiles below the diagonal, in order of elimination."""
+
+    pivot: np.ndarray  # k of each row
+    start: np.ndarray  # of each row in the two arrays below
+    tile: np.ndarray
+    column: np.ndarray  # k of the tile's column
+
+
 class Pattern(NamedTuple):
     """The storage of the matrix, and the products of tiles that its factorization computes.
 
-    Tile k < tiles is on the diagonal, that of the k-th eliminated pair of unknowns. The other tiles
-    are below the diagonal, column by column in order of elimination. The four entries of tile t,
-    row by row, are rows 4t to 4t + 3 of the matrix array. The last row of the array receives
-    entries that belong to no unknown.
+    Tiles are stored column by column in order of elimination, k = 0, 1, …, that on the diagonal
+    first. The four entries of tile t, row by row, are rows 4t to 4t + 3 of the matrix array. The
+    last row of the array receives entries that belong to no unknown.
     """
 
     unknowns: int
     rows: int  # of the matrix array
-    tiles: int  # on the diagonal
+    columns: int
     longest_row: int
     filled_up: np.ndarray  # rows of the matrix array that hold the pivot 1 of an empty place
     first: np.ndarray  # k -> unknown
     second: np.ndarray  # k -> unknown, or NONE
     is_multiplier: np.ndarray  # k -> whether its unknowns are multipliers
-    column_start: np.ndarray  # k -> first tile of the column
-    entry_row: np.ndarray  # tile − tiles -> k of its row
-    row_start: np.ndarray  # k -> first tile of the row in the two arrays below
-    row_tile: np.ndarray
-    row_column: np.ndarray  # k of the column
-    reached: np.ndarray  # tiles whose unknowns depend on the multipliers' right-hand side alone
-    reached_start: np.ndarray  # their rows, as above, without the columns that do not
-    reached_tile: np.ndarray
-    reached_column: np.ndarray
-    product_start: np.ndarray  # tile − tiles -> first of its products V Wᵀ, W = V D⁻¹
+    start: np.ndarray  # k -> first tile of the column
+    row: np.ndarray  # tile -> k of its row
+    below: Rows  # all of them
+    reached: Rows  # those that a right-hand side of the multipliers alone reaches
+    product_start: np.ndarray  # tile -> first of its products V Wᵀ, W = V D⁻¹
     product_v: np.ndarray  # tile in the row of the entry
     product_w: np.ndarray  # place in the row of the pivot
 
@@ -79,44 +82,37 @@ def analyse(
     order, columns = _minimum_degree(neighbours, multipliers)
     place = {pair: k for k, pair in enumerate(order)}
 
-    tiles = [(k, k) for k in range(len(order))]
+    tiles, start = [], [0]
     for k, column in enumerate(columns):
-        tiles += [(row, k) for row in sorted(place[pair] for pair in column)]
-    below = range(len(order), len(tiles))
-    rows = defaultdict(list)  # k -> its tiles and their columns
-    for t in below:
-        rows[tiles[t][0]].append((t, tiles[t][1]))
+        tiles += [(k, k), *((row, k) for row in sorted(place[pair] for pair in column))]
+        start.append(len(tiles))
+    rows: list[list[tuple[int, int]]] = [[] for _ in order]  # k -> its tiles and their columns
+    for t, (row, column) in enumerate(tiles):
+        if row != column:
+            rows[row].append((t, column))
 
     product_start, product_v, product_w = [0], [], []
-    for t in below:
-        row, column = tiles[t]
-        tile_in = {c: tile for tile, c in rows[row]}
+    for row, column in tiles:
+        tile_in = {c: tile for tile, c in rows[row]} if row != column else {}
         for w, (_, c) in enumerate(rows[column]):
             if c in tile_in:
                 product_v.append(tile_in[c])
                 product_w.append(w)
         product_start.append(len(product_v))
 
-    row_entries = [entry for k in range(len(order)) for entry in rows[k]]
-    among = _reached([pair in multipliers for pair in order], rows)
     pattern = Pattern(
         unknowns=len(pair_of),
         rows=4 * len(tiles) + 1,
-        tiles=len(order),
-        longest_row=max((len(entries) for entries in rows.values()), default=0),
-        filled_up=_indices([4 * k + 3 for k, p in enumerate(order) if pairs[p][1] == NONE]),
+        columns=len(order),
+        longest_row=max((len(row) for row in rows), default=0),
+        filled_up=_indices([4 * start[k] + 3 for k, p in enumerate(order) if pairs[p][1] == NONE]),
         first=_indices([pairs[p][0] for p in order]),
         second=_indices([pairs[p][1] for p in order]),
         is_multiplier=np.array([p in multipliers for p in order], dtype=bool),
-        column_start=_indices(np.cumsum([len(order)] + [len(column) for column in columns])),
-        entry_row=_indices([tiles[t][0] for t in below]),
-        row_start=_indices(np.cumsum([0] + [len(rows[k]) for k in range(len(order))])),
-        row_tile=_indices([t for t, _ in row_entries]),
-        row_column=_indices([c for _, c in row_entries]),
-        reached=_indices(list(among)),
-        reached_start=_indices(np.cumsum([0] + [len(own) for own in among.values()])),
-        reached_tile=_indices([t for own in among.values() for t, _ in own]),
-        reached_column=_indices([c for own in among.values() for _, c in own]),
+        start=_indices(start),
+        row=_indices([row for row, _ in tiles]),
+        below=_rows(dict(enumerate(rows))),
+        reached=_rows(_reached([pair in multipliers for pair in order], rows)),
         product_start=_indices(product_start),
         product_v=_indices(product_v),
         product_w=_indices(product_w),
@@ -130,14 +126,25 @@ def analyse(
     return pattern, slots
 
 
-def _reached(is_multiplier: list[bool], rows: dict) -> dict[int, list[tuple[int, int]]]:
-    """Return the tiles that depend on the multipliers' right-hand side, and why, see `Pattern`."""
+def _reached(
+    is_multiplier: list[bool], rows: Sequence[list[tuple[int, int]]]
+) -> dict[int, list[tuple[int, int]]]:
+    """Return the rows that depend on the multipliers' right-hand side, without other columns."""
     among = {}
     for k, multiplier in enumerate(is_multiplier):
         own = [(t, c) for t, c in rows[k] if c in among]
         if own or multiplier:
             among[k] = own
     return among
+
+
+def _rows(rows: Mapping[int, list[tuple[int, int]]]) -> Rows:
+    return Rows(
+        pivot=_indices(list(rows)),
+        start=_indices(np.cumsum([0] + [len(row) for row in rows.values()])),
+        tile=_indices([t for row in rows.values() for t, _ in row]),
+        column=_indices([c for row in rows.values() for _, c in row]),
+    )
 
 
 def _indices(values) -> np.ndarray:

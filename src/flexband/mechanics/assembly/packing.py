@@ -97,9 +97,7 @@ def _prescribed_by(system: System, f: int) -> str:
     return system.constraints[terms.k[np.flatnonzero(terms.f == f)[0]] - state.multiplier]
 
 
-def _values(
-    function: TimeFunction, samples: int, times: np.ndarray, name: str = ""
-) -> np.ndarray:
+def _values(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
     """Return a function of time at the times, shape (times, n) or (times, 1)."""
     values = [returned(function, time, name) for time in times.tolist()]
     counts = {np.size(v) for v in values} - {1, samples}

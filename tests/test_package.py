@@ -45,6 +45,7 @@ ROOMS = [
     "study",
     "report",
     "cli",
+    "__main__",
 ]
 """The folders and modules of the package, from the lowest up: each imports only those above it in
 this list, and lower files of its own."""

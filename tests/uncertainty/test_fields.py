@@ -122,3 +122,14 @@ def test_a_field_that_would_fill_the_memory_is_refused():
     field = fb.RandomField(1.0, 0.1, correlation_length=1e-4, domain=(0.0, 1.0))
     with pytest.raises(fb.InputError, match="nodes must be 4000 or less; got 80001"):
         field.dimension  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "correlation",
+    [lambda d: 1.0, lambda d: d[0], lambda d: None, lambda d: d / 0j, lambda d: [d][1]],
+)
+@pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
+def test_correlations_are_numbers_for_every_distance(correlation):
+    field = fb.RandomField(1.0, 0.1, 1.0, domain=(0.0, 1.0), correlation=correlation)
+    with pytest.raises(fb.InputError, match="RandomField correlation"):
+        field.expansion  # noqa: B018

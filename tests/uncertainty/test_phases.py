@@ -147,7 +147,7 @@ def test_bounds_do_not_depend_on_the_number_of_threads(monkeypatch):
     s = ten_inputs(np.linspace(0.0, 1.0, 48))
     found = []
     for cores in (1, 3):
-        monkeypatch.setattr(expansion.os, "cpu_count", lambda cores=cores: cores)
+        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
         found.append(s.extremes(SIGMAS))
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one.values, other.values)

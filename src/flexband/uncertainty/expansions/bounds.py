@@ -7,9 +7,7 @@ extreme is kept for every series: it shows which tolerances make the worst case.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +16,7 @@ from scipy.stats import qmc
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
 from flexband.uncertainty.expansions.polish import polish, sweep
+from flexband.uncertainty.expansions.threads import in_threads
 
 MAX_SCAN_POINTS = 2000
 MAX_VERTICES = 64
@@ -25,6 +24,9 @@ MAX_VERTICES = 64
 
 CHUNK_SIZE = 500_000
 """Numbers in a temporary array: about as many as the processor's cache holds."""
+
+ROWS = 256
+"""Problems that are polished in one call."""
 
 
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
@@ -54,10 +56,8 @@ def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extrem
                 sweep(*own, at[part], found[part])
             polish(*own, at[part], found[part])
 
-        cores = os.cpu_count() or 1
-        ends = [len(row) * k // cores for k in range(cores + 1)]
-        with ThreadPoolExecutor(cores) as pool:
-            list(pool.map(improve, map(slice, ends, ends[1:])))
+        starts = range(0, len(row), ROWS)
+        in_threads(improve, [slice(first, first + ROWS) for first in starts])
         values[target, row], places[target, row] = found, at
     return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
 

@@ -11,12 +11,31 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, function, numbers, plausible_spread, positive, whole
+from flexband.errors import (
+    InputError,
+    finite,
+    function,
+    numbers,
+    plausible_spread,
+    positive,
+    returned,
+    whole,
+)
+from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.correlation import Correlation, exponential, squared_exponential
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 
 MAX_NODES = 4000
 """Of a field: the correlations of more do not fit into the memory of a small computer."""
+
+
+def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
+    """Return a user's correlations; raise `InputError` if they are no numbers of this shape."""
+    name = "RandomField correlation"
+    values = finite(name, returned(correlation, distance, name), "numbers", rank=None)
+    if values.shape != distance.shape:
+        raise InputError(f"{name} must return shape {distance.shape}; got {values.shape}")
+    return values
 
 
 @dataclass(frozen=True)
@@ -43,7 +62,10 @@ class Eole:
         The tolerance is on the largest variance error at the nodes and halfway between them.
         """
         rho, length, terms = field.correlation, field.correlation_length, field.terms
-        values, vectors = np.linalg.eigh(rho((nodes[:, None] - nodes) / length))
+        found = []
+        matrix = correlations(rho, (nodes[:, None] - nodes) / length)
+        in_threads(lambda own: found.append(np.linalg.eigh(own)), [matrix])
+        ((values, vectors),) = found
         values, vectors = values[::-1], vectors[:, ::-1]
         usable = int(np.sum(values > 1e-12 * values[0]))
         full = Eole(rho, length, nodes, values[:usable], vectors[:, :usable])
@@ -64,7 +86,7 @@ class Eole:
 
     def basis(self, x: np.ndarray) -> np.ndarray:
         """Return b_i at positions x [m], shape (terms, *x.shape), Eq. (29)."""
-        rho = self.correlation((np.asarray(x)[..., None] - self.nodes) / self.length)
+        rho = correlations(self.correlation, (np.asarray(x)[..., None] - self.nodes) / self.length)
         return np.moveaxis(rho @ self.eigenvectors / np.sqrt(self.eigenvalues), -1, 0)
 
 

@@ -10,9 +10,7 @@ and put together where the extremes are searched.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +20,7 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.sequences import interval_sequence
+from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.phases.moments import mean_and_std
@@ -70,8 +69,7 @@ class PhaseExpansion:
             times, own = block
             places[..., times, :] = _search(own, targets, values[..., times])
 
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            list(pool.map(solve, terms.blocks()))
+        in_threads(solve, terms.blocks())
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
 
     def of(self, outputs: np.ndarray, times: slice = slice(None)) -> PhaseExpansion:

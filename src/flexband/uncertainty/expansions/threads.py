@@ -1,0 +1,41 @@
+"""Compiled work in threads, for which Ctrl-C does not wait."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable
+from queue import SimpleQueue
+from typing import TypeVar
+
+Part = TypeVar("Part")
+
+
+def in_threads(work: Callable[[Part], object], parts: Iterable[Part]) -> None:
+    """Call `work` with every part, in as many threads as there are cores.
+
+    An error, or Ctrl-C, is raised at once. The threads, which do not keep the process alive, then
+    end after the part that they are at.
+    """
+    listed = list(parts)
+    waiting, finished, stop = iter(listed), SimpleQueue(), threading.Event()
+
+    def run() -> None:
+        for part in waiting:
+            try:
+                work(part)
+                finished.put(None)
+            except BaseException as error:
+                finished.put(error)
+            if stop.is_set():
+                return
+
+    try:
+        for _ in range(min(len(listed), os.cpu_count() or 1)):
+            threading.Thread(target=run, daemon=True).start()
+        for _ in listed:
+            error = finished.get()
+            if error is not None:
+                raise error
+    finally:
+        stop.set()

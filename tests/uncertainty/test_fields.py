@@ -126,7 +126,7 @@ def test_a_field_that_would_fill_the_memory_is_refused():
 
 @pytest.mark.parametrize(
     "correlation",
-    [lambda d: 1.0, lambda d: d[0], lambda d: None, lambda d: d / 0j, lambda d: [d][1]],
+    [lambda d: 1.0, lambda d: d[0], lambda d: None, lambda d: d / 0j, lambda d: d.nothing],
 )
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
 def test_correlations_are_numbers_for_every_distance(correlation):

@@ -10,7 +10,7 @@ from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases import expansion, terms
+from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.carriers import track
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.phases.expansion import PhaseExpansion

@@ -22,7 +22,7 @@ from typer.core import TyperGroup
 import flexband as fb
 from flexband.errors import known, whole
 from flexband.report import tables
-from flexband.report.results import write_bands_report, write_comparison, write_netcdf
+from flexband.report.results import data_file, write_bands_report, write_comparison, write_netcdf
 from flexband.report.terminal import print_anywhere
 from flexband.study.comparison import compare
 from flexband.study.options import method_classes, method_options, with_options
@@ -173,6 +173,8 @@ def run(
 ) -> None:
     """Run the study in FILE; write its bands, surrogate, figures and a report.
 
+    Files of an earlier run in the same folder are replaced or removed once the report is written.
+
     Options of methods change the study's method, or the one given by --method.
     """
     study = load_study(file)
@@ -185,23 +187,26 @@ def run(
         if not study.expands:
             raise fb.InputError(f"--verify requires a method with a surrogate; got {label}")
     check_folder(output)
-    data, model = output / "bands.nc", output / "surrogate.npz"
+    data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
     with progress_bars() as bars:
         progress = add_task(bars, label)
         if study.expands:
             surrogate = study.expand(progress=progress)
-            files = [f"Model:  {model}"] * save(lambda: fb.save_surrogate(surrogate, model))
+            files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
             bands = surrogate.bands()
         else:
             surrogate, files, bands = None, [], study.run(progress=progress)
-    files += [f"Data:   {data}"] * save(lambda: write_netcdf(bands, data))
+    files += [data] * save(lambda: write_netcdf(bands, data))
     title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
     print_table(title, tables.summary_table(bands))
-    page = write_bands_report(output, title, label, bands)
-    print_text("\n".join([*tables.remarks(bands), f"Report: {page}", *files]))
+    page = write_bands_report(output, title, label, bands, [*files, *[checks] * bool(verify)])
+    kinds = {model: "Model: ", data: "Data:  "}
+    written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
+    print_text("\n".join([*tables.remarks(bands), *written]))
     if surrogate and verify:
+        checks.unlink(missing_ok=True)
         checked = fb.verify(surrogate, study.response, samples=verify)
-        write_netcdf(checked, output / "verification.nc")
+        write_netcdf(checked, checks)
         title = f"New runs at the extremes of the error bar: {checked.attrs['runs']}"
         print_table(title, tables.verification_table(checked))
 
@@ -232,7 +237,13 @@ def compare_methods(
     check_folder(output)
     print_text("Everything is compiled before the methods are timed.", error=True)
     with progress_bars() as bars:
-        results = compare(study, reference, methods, progress=lambda m: add_task(bars, m.label))
+        results = compare(
+            study,
+            reference,
+            methods,
+            progress=lambda method: add_task(bars, method.label),
+            finished=lambda one: save(lambda: write_netcdf(one.bands, data_file(output, one))),
+        )
     title = f"{file.stem}: relative errors against {reference.label}"
     page = write_comparison(output, title, study, results, (pairs[0], pairs[-1]))
     print_table(title, tables.error_table(results))

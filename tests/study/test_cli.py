@@ -1,8 +1,11 @@
 """The command line, run as a user would."""
 
+import errno
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -338,3 +341,57 @@ def test_an_ascii_terminal_is_enough(study_file, tmp_path):
         assert b"Traceback" not in done.stderr
         assert b"UnicodeEncodeError" not in done.stderr
         (done.stdout + done.stderr).decode("ascii")
+
+
+def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path):
+    out = tmp_path / "out"
+    assert call("run", study_file, "--output", out, "--verify", 2).exit_code == 0
+    mine = {"mine.png", "notes.txt"}
+    for name in mine:
+        (out / name).write_text("mine", encoding="utf-8")
+    first = {"bands.nc", "surrogate.npz", "report.html", "verification.nc"}
+    assert {p.name for p in out.iterdir()} == mine | first | {"bands_u.png", "bands_v.png"}
+    renamed = STUDY.replace('"u", "v"', '"u", "w"')
+    study_file.write_text(renamed, encoding="utf-8")
+    result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--samples", 3)
+    assert result.exit_code == 0, result.output
+    later = {"bands.nc", "report.html", "bands_u.png", "bands_w.png"}
+    assert {p.name for p in out.iterdir()} == mine | later
+
+
+def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    assert call("run", study_file, "--output", out).exit_code == 0
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+
+    def full(self, *arguments, **options):
+        if self.name.endswith(".partial"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return opened(self, *arguments, **options)
+
+    opened = Path.open
+    monkeypatch.setattr(Path, "open", full)
+    monkeypatch.setattr(Path, "write_text", full)
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", lambda own, file, **_: full(file))
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda own, file, **_: full(file))
+    result = call("run", study_file, "--output", out, "--interval-order", 2)
+    assert result.exit_code == 1
+    text = " ".join(result.output.replace("\n", "").split())
+    for name in ("surrogate.npz", "bands.nc", "report.html"):
+        assert re.search(rf"No space left on device: '[^']*{name}'", text), name
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+
+
+def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, monkeypatch):
+    def fails(*arguments):
+        raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    monkeypatch.setattr("flexband.study.comparison.warm_up", lambda *_: None)
+    monkeypatch.setattr(fb.PhaseResolvedPCCI, "solve", fails)
+    result = call("compare", study_file, "--output", out, "--samples", 4, "--points", 2,
+                  "--orders", "1,1")  # fmt: skip
+    assert result.exit_code == 130
+    assert {p.name for p in out.iterdir()} == {
+        "lhs_scanning.nc", "pcci_1_1.nc", "improved_pcci_1_1.nc"
+    }  # fmt: skip

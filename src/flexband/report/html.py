@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from html import escape
+from html import escape, unescape
 from itertools import chain, count
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +16,11 @@ from matplotlib.figure import Figure
 from flexband.errors import warn
 from flexband.files import replaced
 from flexband.report.tables import Table
+
+LISTED = "flexband-files"
+"""Name of the tag that lists the files of a page, separated by "|"."""
+
+SUFFIXES = (".nc", ".npz", ".png")
 
 LONGEST_NAME = 100
 """Bytes of a file name, without its suffix."""
@@ -45,17 +51,21 @@ def write_report(
     table: Table,
     drawings: Sequence[Drawing],
     remarks: Sequence[str] = (),
+    files: Sequence[Path] = (),
 ) -> Path:
     """Write ``report.html`` and one PNG file per figure; return the path of the page.
 
-    A figure that cannot be drawn is a remark.
+    A figure that cannot be drawn is a remark. The page lists the files that belong to it. Files
+    that belonged to the page before and not to the new one are removed, so that results of an
+    earlier run are not taken for new ones.
 
     Parameters
     ----------
     remarks : paragraphs below the table.
+    files : other files in the folder that belong to the page.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    shown, remarks, taken = [], list(remarks), set()
+    shown, remarks, taken, listed = [], list(remarks), set(), {file.name for file in files}
     for name, caption, draw in drawings:
         file = file_name(name, taken)
         taken.add(file.casefold())
@@ -65,12 +75,14 @@ def write_report(
             remarks.append(f"The figure {caption!r} could not be drawn: {error}")
             warn(remarks[-1])
             continue
+        listed.add(f"{file}.png")
         text = escape(caption)
         shown.append(f'<figure><img src="{quote(file)}.png" alt="{text}">')
         shown.append(f"<figcaption>{text}</figcaption></figure>")
     (header, rows), heading = table, escape(title)
     parts = [
         '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">',
+        f'<meta name="{LISTED}" content="{escape("|".join(sorted(listed)))}">',
         f"<title>{heading}</title>\n<style>{STYLE}</style>\n<h1>{heading}</h1>\n<table>",
         *(_row("th", header), *(_row("td", row) for row in rows)),
         "</table>",
@@ -78,10 +90,24 @@ def write_report(
         *shown,
     ]
     page = folder / "report.html"
+    before = _listed(page)
     with replaced(page) as partial:
         text = "\n".join([*parts, "</html>\n"])
         partial.write_text(text, encoding="utf-8", errors="replace")
+    for name in before - listed:
+        (folder / name).unlink(missing_ok=True)
     return page
+
+
+def _listed(page: Path) -> set[str]:
+    """Return the files that belong to a page, if there is one."""
+    try:
+        text = page.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return set()
+    found = re.search(f'<meta name="{LISTED}" content="([^"]*)">', text)
+    names = unescape(found[1]).split("|") if found else []
+    return {name for name in names if Path(name).name == name and Path(name).suffix in SUFFIXES}
 
 
 def file_name(name: str, taken: Collection[str] = ()) -> str:

@@ -21,12 +21,15 @@ from flexband.uncertainty.methods import PCCI, ImprovedPCCI
 BANDS = "Interval mean and interval error bar"
 
 
-def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) -> Path:
+def write_bands_report(
+    folder: Path, title: str, label: str, bands: xr.Dataset, files: Sequence[Path] = ()
+) -> Path:
     """Write a figure for every output, and report.html; return its path.
 
     Parameters
     ----------
     title, label : of the report, and of the method in legends.
+    files : other files in the folder that belong to the report.
     """
     drawn = [
         Drawing(
@@ -37,7 +40,7 @@ def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) 
         for name in figures.drawable_outputs(bands["mean"])
     ]
     text = [*tables.remarks(bands), figures.DEFINITIONS]
-    return write_report(folder, title, tables.summary_table(bands), drawn, text)
+    return write_report(folder, title, tables.summary_table(bands), drawn, text, files)
 
 
 def write_comparison(
@@ -56,7 +59,7 @@ def write_comparison(
         the reference and of adaptive PCCI.
     """
     for result in results:
-        write_netcdf(result.bands, folder / f"{file_name(result.method.label.lower())}.nc")
+        write_netcdf(result.bands, data_file(folder, result))
     fields, response, drawn = study.fields(), study.nominal(), []
     if fields:
         caption = "Variance error of the random fields after discretization"
@@ -77,7 +80,13 @@ def write_comparison(
         draw = partial(figures.errors_figure, results, name)
         drawn.append(Drawing(f"errors_{called}", caption, draw))
     text = [*tables.comparison_remarks(fields), figures.DEFINITIONS]
-    return write_report(folder, title, tables.error_table(results), drawn, text)
+    files = [data_file(folder, result) for result in results]
+    return write_report(folder, title, tables.error_table(results), drawn, text, files)
+
+
+def data_file(folder: Path, result: Comparison) -> Path:
+    """Return the file for the bands of one of several methods."""
+    return folder / f"{file_name(result.method.label.lower())}.nc"
 
 
 def write_netcdf(dataset: xr.Dataset, file: Path) -> None:

@@ -58,6 +58,7 @@ def compare(
     methods: Sequence[Method],
     *,
     progress: Callable[[Method], Callable[[int, int], object]] | None = None,
+    finished: Callable[[Comparison], object] | None = None,
 ) -> list[Comparison]:
     """Run the study with the reference and with every method; the reference comes first.
 
@@ -67,6 +68,7 @@ def compare(
     ----------
     progress : called with each method before it starts; returns the function that is called as
         ``(done, total)`` after every batch of runs.
+    finished : called with the result of each method before the next one starts.
     """
     study = study.located()
     warm_up(study, (reference, *methods))
@@ -79,6 +81,8 @@ def compare(
         variables = ("mean", "error_bar") if results else ()
         errors = {v: relative_error(bands[v], results[0].bands[v]) for v in variables}
         results.append(Comparison(method, bands, seconds, errors))
+        if finished:
+            finished(results[-1])
     return results
 
 

@@ -133,3 +133,11 @@ def test_correlations_are_numbers_for_every_distance(correlation):
     field = fb.RandomField(1.0, 0.1, 1.0, domain=(0.0, 1.0), correlation=correlation)
     with pytest.raises(fb.InputError, match="RandomField correlation"):
         field.expansion  # noqa: B018
+
+
+@pytest.mark.parametrize("domain", [None, (0.0, 1.0)])
+@pytest.mark.parametrize("x", ["x", None, [np.nan, 1.0], [], 1j, [True, False], np.zeros((3, 2))])
+def test_positions_are_numbers_for_all_runs(domain, x):
+    inputs = {"e": fb.RandomField(1.0, 0.1, 1.0, domain=domain)}
+    with pytest.raises(fb.InputError, match=r"positions|one position"):
+        fb.propagate(lambda e: e(x), inputs, fb.PCCI(1, 1))

@@ -133,7 +133,7 @@ def test_verification_of_intervals_alone_is_exact():
         (lambda s: s.evaluate(x=[0.0, 1.0], e=[0.0, 0.1, 0.2]), "values must be equally many"),
         (lambda s: s.moments(x=0.0), "values must be given for e; got x"),
         (lambda s: s.evaluate(x=np.nan, e=0.0), "x: values must be finite; got nan"),
-        (lambda s: s.evaluate(x=abs, e=0.0), "x: float"),
+        (lambda s: s.evaluate(x=abs, e=0.0), "x: values must be finite; got a function"),
         (lambda s: fb.save_surrogate(s, Path(__file__).parent), "is a folder; give the name"),
         (
             lambda s: fb.verify(s, lambda x, e: np.zeros((len(x), 2))),
@@ -195,3 +195,16 @@ def test_plain_expansions_run_without_the_machinery_of_phases(tmp_path):
     rooms = {name.split(".")[2] for name in loaded if name.startswith("flexband.uncertainty.")}
     assert {"expansions", "inputs", "surrogates"} <= rooms
     assert not {"phases", "phase_resolved", "adaptive"} & rooms
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["1.5", True, np.ma.array([1.0, 2.0], mask=[0, 1]), np.datetime64("2020", "D"), 1j, None, [],
+     np.zeros(0), np.nan, ["1"], b"1"],
+)  # fmt: skip
+def test_a_surrogate_is_evaluated_at_numbers(value):
+    inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+    surrogate = fb.expand(lambda a, b: np.stack([a, b], axis=1), inputs, fb.PCCI(1, 1))
+    for values in ({"a": value, "b": 0.0}, {"a": 1.0, "b": value}):
+        with pytest.raises(fb.InputError, match=r"[ab]: values must be finite"):
+            surrogate.evaluate(**values)

@@ -190,13 +190,16 @@ class RandomField(Input):
         """Return the samples as a function of position, Eq. (29).
 
         The function takes positions of shape (points,) or (n, points) and returns shape
-        (n, points); it raises `InputError` for positions outside the domain.
+        (n, points); it raises `InputError` for other positions and those outside the domain.
         """
         start, end = self.expansion.nodes[[0, -1]]
         slack = 1e-9 * (end - start)
 
         def samples(x: np.ndarray) -> np.ndarray:
-            x = np.atleast_2d(x)
+            x = np.atleast_2d(finite("RandomField: positions [m]", x, rank=None))
+            if x.ndim > 2 or len(x) not in (1, len(standard)):
+                shapes = f"(points,) or ({len(standard)}, points)"
+                raise InputError(f"RandomField: positions must have shape {shapes}; got {x.shape}")
             outside = (x < start - slack) | (x > end + slack)
             if np.any(outside):
                 raise InputError(

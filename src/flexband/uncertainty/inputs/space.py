@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.errors import InputError
+from flexband.errors import InputError, finite, shown
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
@@ -82,14 +82,14 @@ class Space:
 def _standard(name: str, one: Input, value: Any) -> np.ndarray:
     """Return the standard variables of values of an input, shape (runs, dimension)."""
     try:
-        standard = one.standard(np.asarray(value, dtype=float))
+        standard = one.standard(finite("values", value, "finite", rank=None))
     except (InputError, ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
     columns = standard.reshape(len(standard) if standard.ndim else 1, -1)
     if columns.shape[1] != one.dimension:
         raise InputError(f"{name}: values must have shape (n,); got {np.shape(value)}")
     if not np.isfinite(columns).all():
-        raise InputError(f"{name}: values must be finite; got {value}")
+        raise InputError(f"{name}: values must be finite; got {shown(value)}")
     return columns
 
 
@@ -142,8 +142,9 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
 
     def nominal(name: str, mean: float) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
-            positions[name].append(np.ravel(x))
-            return np.full(np.atleast_2d(x).shape, mean)
+            own = finite(f"{name}: positions [m]", x, rank=None)
+            positions[name].append(own.ravel())
+            return np.full(np.atleast_2d(own).shape, mean)
 
         return value
 

@@ -41,7 +41,7 @@ def tangents(count, structure, values, work):
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
-        factorize(structure.pattern, work.matrix, work.row, 1e-12)
+        factorize(structure.pattern, work.matrix, work.row, filled(1e-12))
 
 
 @entry

@@ -73,3 +73,72 @@ def test_contradicting_drives_are_refused_when_they_part():
     )
     with pytest.raises(fb.SimulationError, match=r"t = 0.051 s: .*(contradict|diverged)"):
         fb.simulate(model, duration=0.1, step=1e-3)
+
+
+@pytest.mark.parametrize("slope", [1e-2, 2e-4, -1e-5])
+def test_a_mass_between_two_rods_almost_in_line_is_held(slope):
+    """The tension of the rods is m g / (2 sin a)."""
+    x, y = np.cos(slope), np.sin(slope)
+    model = fb.Mechanism(
+        bodies={"p": fb.PointMass(mass=2.0, position=(0.0, 0.0))},
+        joints={
+            "one": fb.Distance("p", (-x, -y), 1.0),
+            "two": fb.Distance("p", (1.5 * x, -1.5 * y), 1.5),
+        },
+        loads={"gravity": fb.Gravity()},
+        sensors={"R": fb.Reaction("one"), "p": fb.Position("p")},
+    )
+    motion = fb.simulate(model, duration=0.02, step=1e-3)
+    exact = 2.0 * 9.81 / (2 * np.tan(slope))
+    np.testing.assert_allclose(motion.sel(output="R_X"), exact, rtol=1e-6)
+    assert np.abs(motion.sel(output=["p_X", "p_Y"])).max() < 1e-9
+
+
+def test_a_mass_between_two_rods_in_line_does_not_fall():
+    """It is locked, but only to second order, so its reactions are without bound."""
+    model = fb.Mechanism(
+        bodies={"p": fb.PointMass(mass=2.0, position=(0.0, 0.0))},
+        joints={
+            "one": fb.Distance("p", (-1.0, 0.0), 1.0),
+            "two": fb.Distance("p", (1.5, 0.0), 1.5),
+        },
+        loads={"gravity": fb.Gravity()},
+    )
+    with pytest.raises(fb.SimulationError, match=r"contradict each other; the worst is joint"):
+        fb.simulate(model, duration=0.02, step=1e-3)
+
+
+@pytest.mark.parametrize("mass", [1e-3, 1e-7, 1e-11])
+def test_a_light_body_carries_the_force_between_heavy_ones(mass):
+    heavy = fb.RigidBody(mass=1.0, inertia=1.0)
+    model = fb.Mechanism(
+        bodies={"a": heavy, "b": heavy, "light": fb.PointMass(mass=mass)},
+        joints={
+            "p": fb.Revolute("light", "a"),
+            "q": fb.Revolute("light", "b"),
+            "guide": fb.Slot("a", (0.0, 0.0)),
+        },
+        loads={"force": fb.Force("a", x=1.0)},
+        sensors={"R": fb.Reaction("q"), "b": fb.Position("b")},
+    )
+    motion = fb.simulate(model, duration=0.1, step=1e-2)
+    np.testing.assert_allclose(motion.sel(output="R_X"), -1 / (2 + mass), rtol=1e-4)
+    np.testing.assert_allclose(motion.sel(output="b_X"), motion.time**2 / 2 / (2 + mass), rtol=1e-6)
+
+
+def test_a_drive_out_of_reach_is_named_with_its_time():
+    bar = {"length": 0.5, "height": 0.01, "width": 0.01, "density": 1e3}
+    model = fb.Mechanism(
+        bodies={
+            "a": fb.RigidBody.bar(**bar),
+            "b": fb.RigidBody.bar(start=(0.5, 0.0), angle=-0.5, **bar),
+        },
+        joints={
+            "foot": fb.Revolute("a.start", (0.0, 0.0)),
+            "knee": fb.Revolute("a.end", "b.start"),
+            "guide": fb.Slot("b.end", (0.0, 0.0)),
+            "drive": fb.PrescribedTravel("b.end", (0.0, 0.0), lambda t: 0.9 + 0.3 * t),
+        },
+    )
+    with pytest.raises(fb.SimulationError, match=r"t = 0.333 s: joint 'drive' .* cannot reach"):
+        fb.simulate(model, duration=1.0, step=1e-3)

@@ -83,7 +83,7 @@ def test_a_run_that_does_not_fit_into_memory_is_refused_before_it_starts():
         fb.simulate(many, duration=1.0, step=1e-6)
 
 
-@pytest.mark.parametrize("slope", [2e-4, -1e-6])
+@pytest.mark.parametrize("slope", [1e-7, -2e-9])
 def test_a_point_between_two_rods_almost_in_line_stands_still_or_is_warned_of(slope):
     """The force in each rod is m g/(2 sin α)."""
     along, up = np.cos(slope), np.sin(slope)
@@ -100,7 +100,7 @@ def test_a_point_between_two_rods_almost_in_line_stands_still_or_is_warned_of(sl
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         try:
-            force = fb.simulate(mechanism, duration=0.05, step=1e-3).sel(output="F_X")
+            force = fb.simulate(mechanism, duration=0.003, step=1e-3).sel(output="F_X")
         except fb.SimulationError:
             return
     right = np.allclose(force, exact, rtol=1e-3)

@@ -20,8 +20,9 @@ from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.reach import find_out_of_reach
 from flexband.mechanics.engine.redundancy import dependent, jacobian
-from flexband.mechanics.engine.threads import Progress, available_cores
+from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.engine.turning import warn_of_large_steps
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
@@ -87,9 +88,9 @@ def simulate(
     batch = run_samples(system, times, integrator, threads=threads, progress=progress)
     again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
     if len(again):
-        finer = run_samples(
-            system, _times(duration, step / 2), integrator, samples=again, threads=threads
-        )
+        halves = _times(duration, step / 2)
+        finer = run_samples(system, halves, integrator, samples=again, threads=threads)
+        interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs[:, :, ::2], finer.failures
         batch.turned[again] = finer.turned

@@ -189,6 +189,7 @@ class Work(NamedTuple):
     row: np.ndarray  # of the factor, during the factorization
     blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
+    smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
     turned: np.ndarray  # Σ φ⁴ of the angle φ that each body turns in a step, see `project`
 
     @staticmethod
@@ -197,5 +198,5 @@ class Work(NamedTuple):
         state, pattern = structure.state, structure.pattern
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         rows = (state.rows, 1 + state.coordinates, state.velocity, state.velocity, pattern.rows)
-        rows += (4 * pattern.longest_row, blocks, 1, len(structure.directions))
+        rows += (4 * pattern.longest_row, blocks, 1, 1, len(structure.directions))
         return Work(*(zeros(count) for count in rows))

@@ -11,7 +11,7 @@ from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.loads.compiled_laws import take_failures
 
-WRONG_BRANCH, LAW_FAILED = 5.0, 7.0
+WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH = 5.0, 7.0, 8.0
 
 
 def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
@@ -36,7 +36,9 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
     failed = np.flatnonzero(code)
     if not len(failed):
         return
-    found = {}
+    terms, found = system.structure.terms, {}
+    driven = terms.k[terms.f > 0] - system.structure.state.multiplier
+    drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
     for sample in failed:
         names = {WRONG_BRANCH: system.conditions, LAW_FAILED: system.law_failures}.get(
             code[sample], system.constraints
@@ -58,6 +60,7 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
             ),
             LAW_FAILED: where,
             CONTRADICTED: f"constraints contradict each other; the worst is {where}",
+            OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"sample {s}, t = {t:g} s: {reason}" for s, (t, reason) in list(found.items())[:5]]

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import InputError, numbers, positive, warn
-from flexband.mechanics.engine.projection import SMALLEST_PIVOT, project, share
+from flexband.mechanics.engine.projection import project, share
 from flexband.mechanics.kernels.equations import (
     residual,
     sense,
@@ -44,7 +44,7 @@ FACTORIZATIONS, ITERATIONS_PER_FACTORIZATION = 6, 5
 INITIAL_RATE = 0.1
 """Rate of convergence of Newton's method that is assumed before it has been observed."""
 
-REDUNDANT_TOLERANCE = 1e-6
+REDUNDANT_TOLERANCE = 1e-8
 """Of redundant constraints during the motion, relative to the size of the mechanism."""
 
 LONGEST_FALL = 0.05
@@ -171,7 +171,7 @@ def turn_of_jacobian(structure, method, values, x):
 def solve_step(structure, method, tolerance, values, now, work, alive):
     """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
 
-    Returns two lanes: the mask of those that diverged, and a multiplier that was left out, or 0.
+    Returns two lanes: the mask of those that diverged, and the number of multipliers left out.
 
     A lane that has converged is frozen, so that no sample depends on its neighbours. The error
     that remains after a correction is estimated from the rate of convergence, stored in `rate`.
@@ -185,7 +185,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
         residual(structure, values, now, z, r, work.blocks)
         if age == 0:
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
-            left_out = factorize(structure.pattern, matrix, work.row, SMALLEST_PIVOT)
+            left_out = factorize(structure.pattern, matrix, work.row, load(work.smallest, 0))
             redundant = where(pending, where(left_out, left_out, redundant), redundant)
             moved = none
         age += 1

@@ -50,10 +50,15 @@ LARGE_STEP = 3e-5
 turns by φ in a step."""
 
 SMALLEST_PIVOT = 1e-7
-"""Relative size of the pivot of a multiplier below which its constraint counts as redundant.
+"""Relative size of the pivot of a multiplier below which its constraint is left out of a step.
 
-It is the squared sine of the angle between its gradient and those of all other constraints.
+It is the squared sine of the angle between its gradient and those of all other constraints. In a
+mechanism that passes a position where constraints depend on each other, reactions next to it would
+be rounding errors divided by this sine.
 """
+
+ZERO_PIVOT = 1e-13
+"""The same for mechanisms that start nearly locked, or with a light body between heavy ones."""
 
 SHARING_PASSES = 2
 
@@ -159,7 +164,7 @@ def share(structure, values, now, work, shared):
         now, z, none, matrix,
     )  # fmt: skip
     soften(structure.pattern, matrix, SMALLEST_PIVOT)
-    factorize(structure.pattern, matrix, work.row, 0.0)
+    factorize(structure.pattern, matrix, work.row, none)
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
     for _ in range(SHARING_PASSES):  # z holds what is left to carry

@@ -62,7 +62,7 @@ NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 @inlined
 def elastic_matrix(structure, values, mass, s, work, smallest):
-    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return a multiplier left out, or 0.
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return how many multipliers were left out.
 
     `mass` holds the entries of M, those of the mass matrix or of the metric of assembly.
     """
@@ -77,15 +77,15 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
         structure.vectors, values.vectors, structure.terms, values.terms, state,
         values.functions, np.int64(0), z, filled(0.0), matrix,
     )  # fmt: skip
-    return factorize(structure.pattern, matrix, work.row, smallest)
+    return factorize(structure.pattern, matrix, work.row, filled(smallest))
 
 
 @inlined
 def assemble(structure, values, s, work):
     """Move q to where Φ(q, 0) = 0.
 
-    Returns the multiplier of the constraint that is violated most, or 0 if all are met, and a
-    multiplier that had to be left out at the guess, or 0.
+    Returns the multiplier of the constraint that is violated most, or 0 if all are met, and how
+    many multipliers had to be left out at the guess.
     """
     state, z, r = structure.state, work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
@@ -140,10 +140,16 @@ def project_velocities(structure, values, s, work):
 
 @inlined
 def solve_accelerations(structure, values, work):
-    """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ."""
+    """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ.
+
+    Returns how many multipliers were left out. Sets `work.smallest` to what pivots are compared
+    with during the motion: where constraints are independent by little, it is less.
+    """
     state, z, r = structure.state, work.z, work.r
-    smallest = projection.SMALLEST_PIVOT
-    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, smallest)
+    few, many = projection.ZERO_PIVOT, projection.SMALLEST_PIVOT
+    left_out = elastic_matrix(structure, values, values.mass, filled(0.0), work, many)
+    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, few)
+    store(work.smallest, 0, where(left_out - redundant, filled(few), filled(many)))
     residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))

@@ -49,10 +49,10 @@ def factorize(pattern, matrix, row, smallest):
     """Replace `matrix` by V = L D below the diagonal and D⁻¹ on it.
 
     Both are arrays of lanes; `row` is work space. The pivot of a multiplier counts as zero below
-    `smallest` times the sum of the magnitudes of its terms. `solve` sets such a multiplier to
-    zero, as if it had no constraint. Returns the number of one of them as a lane, or 0.
+    `smallest`, a lane, times the sum of the magnitudes of its terms. `solve` sets such a multiplier
+    to zero, as if it had no constraint. Returns how many there are as a lane.
     """
-    redundant = filled(0.0)
+    redundant, one = filled(0.0), filled(1.0)
     for k in range(pattern.columns):
         diagonal = pattern.start[k]
         a, _, b, d = load_rows(matrix, 4 * diagonal, 4)
@@ -75,7 +75,7 @@ def factorize(pattern, matrix, row, smallest):
         if pattern.is_multiplier[k]:
             sound = less(smallest * size_a, magnitude(a))
             inverse_a = where(sound, inverse_a, filled(0.0))
-            redundant = where(sound, redundant, filled(float(pattern.first[k])))
+            redundant += where(sound, filled(0.0), one)
         ratio = b * inverse_a
         d -= ratio * b
         size_d += magnitude(ratio * b)
@@ -83,7 +83,7 @@ def factorize(pattern, matrix, row, smallest):
         if pattern.is_multiplier[k]:
             sound = less(smallest * size_d, magnitude(d))
             inverse_d = where(sound, inverse_d, filled(0.0))
-            redundant = where(sound, redundant, filled(float(pattern.second[k])))
+            redundant += where(sound, filled(0.0), one)
         i01 = -ratio * inverse_d
         store_rows(matrix, 4 * diagonal, (inverse_a - ratio * i01, i01, i01, inverse_d))
         for tile in range(diagonal + 1, pattern.start[k + 1]):

@@ -1,0 +1,44 @@
+"""Why a run diverged: whether the constraints can be met at all at the time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.batch import begin, run
+from flexband.mechanics.engine.entries import MARCH, START
+from flexband.mechanics.engine.failures import OUT_OF_REACH
+from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.kernels.lane_type import WIDTH
+
+MOST_EXAMINED = 5
+"""Samples that are examined; messages list no more."""
+
+
+def find_out_of_reach(
+    system: System,
+    times: np.ndarray,
+    integrator: GeneralizedAlpha,
+    samples: np.ndarray,
+    failures: np.ndarray,
+) -> None:
+    """Set the code of runs that diverged where their drives ask for what cannot be reached.
+
+    Each is simulated once more up to the time before. From there the constraints of the next time
+    are assembled. `failures` are those of these samples, shape (samples, 4), see `entries`.
+    """
+    if not np.any(system.structure.terms.f > 0):
+        return
+    method = integrator.coefficients(times[1] - times[0])
+    for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MOST_EXAMINED]:
+        number, own = int(failures[place, 1]), np.full(WIDTH, samples[place])
+        values = pack(system, times, own)(0)
+        work, failure = begin(system, values)
+        series = np.zeros((number, system.sensed, WIDTH))
+        run(MARCH, system, values, work, series, failure, method, float(integrator.tolerance))
+        here = pack(system, times[number:] if number + 1 < len(times) else times[-2:], own)(0)
+        here.start[:] = work.z[: len(here.start)]
+        run(START, system, here, work, failure=failure)
+        if failure[0, 0]:
+            failures[place, 0] = OUT_OF_REACH

@@ -142,7 +142,7 @@ def main() -> None:
             )
         ),
         "factorization": operations(
-            lambda: factorization.factorize(pattern, matrix, work.row, filled(1e-12))
+            lambda: factorization.factorize(pattern, matrix, work.row, Counted(1e-12))
         ),
         "solution": operations(lambda: factorization.solve(pattern, pattern.below, matrix, work.r)),
     }

@@ -29,6 +29,18 @@ def test_a_free_disc_keeps_its_speed(radius, lost):
         assert 0.1 < speed_kept(2.0, 1000, radius) < 1 + 1e-9
 
 
+def test_a_step_that_slows_a_mass_on_a_rod_down_is_warned_of():
+    mass = fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(0.0, 0.5))
+    model = fb.Mechanism(
+        bodies={"mass": mass}, joints={"rod": fb.Distance("mass", (0.0, 0.0), 1.0)}
+    )
+    with pytest.warns(fb.FlexbandWarning, match="'rod' turns by about .* rad per step"):
+        fb.simulate(model, duration=2000.0, step=1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fb.simulate(model, duration=10.0, step=0.1)
+
+
 def test_a_step_that_slows_a_body_down_is_warned_of():
     with pytest.warns(fb.FlexbandWarning, match="'disc' turns by about .* rad per step"):
         speed_kept(0.5, 1000, 0.7)

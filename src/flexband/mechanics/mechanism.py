@@ -22,6 +22,7 @@ from flexband.mechanics.forms import (
     Form,
     Frame,
     GeneralizedForce,
+    Vector,
     add,
     at_point,
     constraint_force,
@@ -126,14 +127,16 @@ class Mechanism:
         )  # fmt: skip
 
     @cached_property
-    def directions(self) -> dict[str, int]:
-        """The row of z where r_x of the first node of each body starts that has one."""
-        first = self.first_coordinates
-        return {
-            name: first[name] + body.nodes[0] + 2
-            for name, body in self.bodies.items()
-            if body.size > 2
-        }
+    def turning(self) -> list[tuple[str, Vector]]:
+        """A vector that turns with each body, and the rods of joints, with the part's name."""
+        found = []
+        for name, body in self.bodies.items():
+            if body.size > 2:
+                row = self.first_coordinates[name] + body.nodes[0] + 2
+                found.append((f"body {name!r}", (Form.variable(row), Form.variable(row + 1))))
+        for name, joint in self.joints.items():
+            found += [(f"joint {name!r}", rod) for rod in joint.rods(self.frame)]
+        return found
 
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""

@@ -7,7 +7,7 @@ import numpy as np
 NOISE = 1e-8
 """Rounding errors of f″ that are accepted, relative to its largest value."""
 
-WIDEST = 1 / 40
+WIDEST = 1 / 12
 """Largest distance of the values that a derivative is taken from, as a part of the table."""
 
 

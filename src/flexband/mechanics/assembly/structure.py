@@ -49,6 +49,7 @@ class Vectors(NamedTuple):
     coordinate: np.ndarray  # of an entry
     length: np.ndarray  # whether the variable of a vector is its length instead of its angle
     direction: int  # first of the vectors along which following forces act
+    turning: int  # first of those that turn with a body or a rod, which are the last
     slot: np.ndarray  # (angles, most entries, most entries)
     multiplier_slot: np.ndarray  # (angles of constraints, most entries)
 
@@ -117,7 +118,6 @@ class Structure(NamedTuple):
     terms: Terms
     forces: Products  # rows as [1, q]
     sensors: Products
-    directions: np.ndarray  # row of a vector that turns with each body
     pattern: Pattern
 
 
@@ -190,13 +190,14 @@ class Work(NamedTuple):
     blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
-    turned: np.ndarray  # Σ φ⁴ of the angle φ that each body turns in a step, see `project`
+    turned: np.ndarray  # Σ φ⁴ of the angle φ of each turning vector in a step, see `turning`
 
     @staticmethod
     def of(structure: Structure) -> Work:
         """Return work space for a mechanism, zeros."""
         state, pattern = structure.state, structure.pattern
+        vectors = len(structure.vectors.start) - 1 - structure.vectors.turning
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         rows = (state.rows, 1 + state.coordinates, state.velocity, state.velocity, pattern.rows)
-        rows += (4 * pattern.longest_row, blocks, 1, 1, len(structure.directions))
+        rows += (4 * pattern.longest_row, blocks, 1, 1, vectors)
         return Work(*(zeros(count) for count in rows))

@@ -19,7 +19,6 @@ from flexband.mechanics.assembly.products import ProductTable, TermTable
 from flexband.mechanics.assembly.springs import SpringTable
 from flexband.mechanics.assembly.stacking import (
     count_samples,
-    indices,
     leaves,
     stack,
     starts,
@@ -57,7 +56,7 @@ class System:
         are tabulated in `packing`.
     functions : the functions of time in use, except for the constant one.
     constraints : the part that each row of Φ belongs to.
-    turning : the body that each of `Structure.directions` belongs to.
+    turning : the part that each of the turning vectors belongs to.
     outputs, units : name and unit of each output.
     sensors : for each sensor, what computes its outputs from its rows, and which rows are its own.
     conditions : the joint behind each further row, which must stay positive.
@@ -148,7 +147,6 @@ def assemble(mechanism: Mechanism) -> System:
         reads_energy=state.energy in read,
         reads_laws=not read.isdisjoint(range(state.law, state.rows)),
         pattern=pattern,
-        directions=indices(mechanism.directions.values()),
         **{name: table.structure(places) for name, table in tables.items()},
     )
     scale = _inverse_scale(mechanism, start, mass)
@@ -167,8 +165,8 @@ def assemble(mechanism: Mechanism) -> System:
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
     return System(
-        structure, samples, values, functions, owners, list(mechanism.directions), outputs, units,
-        sensors, conditions,
+        structure, samples, values, functions, owners, [part for part, _ in mechanism.turning],
+        outputs, units, sensors, conditions,
         list(zip(loads, cast(LawTable, tables["laws"]).compiled, strict=True)),
         mechanism, stack(mechanism.given),
     )  # fmt: skip
@@ -185,8 +183,8 @@ def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:
     """Return the tables of vectors, and of the springs and laws that use them.
 
     Vectors with angles come first: those of constraints, of torsion springs, of points of laws and
-    of moments. Those of translational springs, the positions of points of laws and the directions
-    of following forces come after them.
+    of moments. Those of translational springs, the positions of points of laws, the directions of
+    following forces and what turns with bodies and rods come after them.
     """
     owned = [
         (mechanism.state.multiplier + k, own)
@@ -203,14 +201,16 @@ def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:
         [vector for spring in springs if not spring.torsion for vector in spring.vectors],
         [frame.position for frame in points],
         [force.direction for force in mechanism.following],
+        [vector for _, vector in mechanism.turning],
     ]
-    _, torsion, normal, _, straight, position, direction, _ = starts(parts).tolist()
+    _, torsion, normal, _, straight, position, direction, turning, _ = starts(parts).tolist()
     vectors = VectorTable(
         [v for part in parts for v in part],
         straight,
         [k for k, _ in owned],
         [own.length for _, own in owned],
         direction,
+        turning,
     )
     numbers = [range(a, a + 1) for a in range(straight, position)]
     numbers += [range(a, a + 2) for a in range(torsion, normal, 2)]

@@ -33,6 +33,7 @@ class VectorTable:
         first.
     lengths : for each of these, whether it is a length.
     direction : number of the first vector along which a following force acts.
+    turning : number of the first vector that turns with a body or a rod.
     """
 
     functions = ()
@@ -44,11 +45,12 @@ class VectorTable:
         multipliers: Sequence[int],
         lengths: Sequence[bool],
         direction: int,
+        turning: int,
     ):
         self.vectors = [linear(vector) for vector in vectors]
         self.groups = [list(entries) for entries in self.vectors]
         self.turned, self.multipliers = self.groups[:angles], multipliers
-        self.lengths, self.direction = lengths, direction
+        self.lengths, self.direction, self.turning = lengths, direction, turning
 
     def couples(self) -> Couples:
         yield from pairs_of(self.turned)
@@ -65,6 +67,7 @@ class VectorTable:
             coordinate=indices(i for group in self.groups for i in group),
             length=np.array([*self.lengths, *[False] * (len(self.turned) - len(own))], dtype=bool),
             direction=self.direction,
+            turning=self.turning,
             slot=places.square(self.turned),
             multiplier_slot=multiplier_slot,
         )

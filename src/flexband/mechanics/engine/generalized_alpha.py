@@ -18,6 +18,7 @@ import numpy as np
 
 from flexband.errors import InputError, numbers, positive, warn
 from flexband.mechanics.engine.projection import project, share
+from flexband.mechanics.kernels.angles import angle_rate
 from flexband.mechanics.kernels.equations import (
     residual,
     sense,
@@ -211,15 +212,12 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
 
 
 @inlined
-def add_turns(structure, method, work):
-    """Add φ⁴ to `work.turned`, where φ is the angle that a body turns in this step."""
-    z, velocity = work.z, structure.state.velocity
-    for k in range(len(structure.directions)):
-        i = structure.directions[k]
-        x, y = load(z, i), load(z, i + 1)
-        u, v = load(z, velocity + i), load(z, velocity + i + 1)
-        angle = method.step * (x * v - y * u) / (x * x + y * y)
-        square = angle * angle
+def add_turns(structure, method, values, work):
+    """Add φ⁴ to `work.turned`, where φ is the angle that a body or a rod turns in this step."""
+    vectors = structure.vectors
+    for k in range(len(vectors.start) - 1 - vectors.turning):
+        rate = angle_rate(vectors, values.vectors, structure.state, work.z, vectors.turning + k)
+        square = (method.step * rate) * (method.step * rate)
         store(work.turned, k, load(work.turned, k) + square * square)
 
 
@@ -251,7 +249,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         blame = worst - float(state.multiplier)
         store(failure, 2, where(new, blame, load(failure, 2)))
         alive = where(new, filled(0.0), alive)
-        add_turns(structure, method, work)
+        add_turns(structure, method, values, work)
         shared = where(redundant, redundant, known)
         if any_true(shared):
             share(structure, values, now, work, shared)

@@ -51,6 +51,10 @@ class Joint(ABC):
         """Return forms that must stay positive: they select a branch if Φ = 0 has two."""
         return []
 
+    def rods(self, frame: Resolve) -> list[Vector]:
+        """Return vectors of constant length that turn with none of the bodies."""
+        return []
+
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
         """Return the force [N] on the first body at its point, from −Φ_qᵀλ, or None."""
         return None

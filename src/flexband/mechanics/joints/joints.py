@@ -204,13 +204,17 @@ class Distance(PairJoint):
     def __post_init__(self) -> None:
         positive("Distance length [m]", self.length)
 
+    def rods(self, frame: Resolve) -> list[Vector]:
+        """Return d = r_first − r_second."""
+        return [subtract(frame(self.first).position, frame(self.second).position)]
+
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
-        apart = subtract(frame(self.first).position, frame(self.second).position)
+        (apart,) = self.rods(frame)
         length = np.asarray(self.length, dtype=float)
         return [dot(apart, apart) * (0.5 / length) - Form.constant(0.5 * length)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ d/ℓ."""
-        apart = subtract(frame(self.first).position, frame(self.second).position)
+        (apart,) = self.rods(frame)
         return scale(-multipliers[0] * (1 / np.asarray(self.length, dtype=float)), apart)

@@ -140,5 +140,5 @@ def test_a_drive_out_of_reach_is_named_with_its_time():
             "drive": fb.PrescribedTravel("b.end", (0.0, 0.0), lambda t: 0.9 + 0.3 * t),
         },
     )
-    with pytest.raises(fb.SimulationError, match=r"t = 0.333 s: joint 'drive' .* cannot reach"):
+    with pytest.raises(fb.SimulationError, match=r"t = 0.33[34] s: joint 'drive' .* cannot reach"):
         fb.simulate(model, duration=1.0, step=1e-3)

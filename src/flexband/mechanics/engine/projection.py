@@ -60,7 +60,7 @@ be rounding errors divided by this sine.
 ZERO_PIVOT = 1e-13
 """The same for mechanisms that start nearly locked, or with a light body between heavy ones."""
 
-SHARING_PASSES = 2
+SHARING_PASSES = 4
 
 
 @inlined

@@ -159,8 +159,7 @@ def _minimum_degree(
     Returns the order, and for each node the remaining nodes that its elimination couples.
     """
     waiting = {i: neighbours[i] - multipliers for i in multipliers}
-    level = dict.fromkeys(neighbours, 0)
-    heap = [(len(n), 0, i) for i, n in neighbours.items() if not waiting.get(i)]
+    heap = [(len(n), i) for i, n in neighbours.items() if not waiting.get(i)]
     heapq.heapify(heap)
     constrained = defaultdict(list)
     for i, coordinates in waiting.items():
@@ -168,7 +167,7 @@ def _minimum_degree(
             constrained[j].append(i)
     order, columns, done = [], [], set()
     while heap:
-        degree, _, i = heapq.heappop(heap)
+        degree, i = heapq.heappop(heap)
         if i in done or degree != len(neighbours[i]):
             continue  # outdated: it was pushed again with its new degree
         done.add(i)
@@ -176,12 +175,11 @@ def _minimum_degree(
         clique = neighbours.pop(i)
         columns.append(clique)
         for j in clique:
-            level[j] = max(level[j], level[i] + 1)
             neighbours[j] |= clique
             neighbours[j] -= {i, j}
         for j in constrained[i]:
             waiting[j].discard(i)
         for j in clique:
             if not waiting.get(j):
-                heapq.heappush(heap, (len(neighbours[j]), level[j], j))
+                heapq.heappush(heap, (len(neighbours[j]), j))
     return order, columns

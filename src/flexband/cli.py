@@ -173,7 +173,8 @@ def run(
 ) -> None:
     """Run the study in FILE; write its bands, surrogate, figures and a report.
 
-    Files of an earlier run in the same folder are replaced or removed once the report is written.
+    Files of an earlier run in the same folder are replaced. Its pictures are removed if the new
+    report has none of their name; a surrogate or a verification that is left is named.
 
     Options of methods change the study's method, or the one given by --method.
     """
@@ -199,12 +200,13 @@ def run(
     files += [data] * save(lambda: write_netcdf(bands, data))
     title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
     print_table(title, tables.summary_table(bands))
-    page = write_bands_report(output, title, label, bands, [*files, *[checks] * bool(verify)])
+    page = write_bands_report(output, title, label, bands)
+    older = [own for own in (model, checks) if own.exists() and own not in files]
     kinds = {model: "Model: ", data: "Data:  "}
     written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
+    written += [f"Older:  {own}, of an earlier run" for own in older if own != checks or not verify]
     print_text("\n".join([*tables.remarks(bands), *written]))
     if surrogate and verify:
-        checks.unlink(missing_ok=True)
         checked = fb.verify(surrogate, study.response, samples=verify)
         write_netcdf(checked, checks)
         title = f"New runs at the extremes of the error bar: {checked.attrs['runs']}"

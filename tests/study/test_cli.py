@@ -355,8 +355,11 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
     study_file.write_text(renamed, encoding="utf-8")
     result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--samples", 3)
     assert result.exit_code == 0, result.output
-    later = {"bands.nc", "report.html", "bands_u.png", "bands_w.png"}
+    later = first | {"bands_u.png", "bands_w.png"}  # nothing that was computed is removed
     assert {p.name for p in out.iterdir()} == mine | later
+    text = " ".join(result.output.replace("\n", "").split())
+    for name in ("surrogate.npz", "verification.nc"):
+        assert re.search(rf"Older: [^ ]*{name}, of an earlier run", text)
 
 
 def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monkeypatch):

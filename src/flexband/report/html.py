@@ -17,10 +17,8 @@ from flexband.errors import warn
 from flexband.files import replaced
 from flexband.report.tables import Table
 
-LISTED = "flexband-files"
-"""Name of the tag that lists the files of a page, separated by "|"."""
-
-SUFFIXES = (".nc", ".npz", ".png")
+PICTURES = "flexband-pictures"
+"""Name of the tag that lists the pictures of a page, separated by "|"."""
 
 LONGEST_NAME = 100
 """Bytes of a file name, without its suffix."""
@@ -51,21 +49,18 @@ def write_report(
     table: Table,
     drawings: Sequence[Drawing],
     remarks: Sequence[str] = (),
-    files: Sequence[Path] = (),
 ) -> Path:
     """Write ``report.html`` and one PNG file per figure; return the path of the page.
 
-    A figure that cannot be drawn is a remark. The page lists the files that belong to it. Files
-    that belonged to the page before and not to the new one are removed, so that results of an
-    earlier run are not taken for new ones.
+    A figure that cannot be drawn is a remark. Pictures of a page that was there before are removed
+    if the new page has none of their name, so that they are not taken for new ones.
 
     Parameters
     ----------
     remarks : paragraphs below the table.
-    files : other files in the folder that belong to the page.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    shown, remarks, taken, listed = [], list(remarks), set(), {file.name for file in files}
+    shown, remarks, taken, listed = [], list(remarks), set(), set()
     for name, caption, draw in drawings:
         file = file_name(name, taken)
         taken.add(file.casefold())
@@ -82,7 +77,7 @@ def write_report(
     (header, rows), heading = table, escape(title)
     parts = [
         '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">',
-        f'<meta name="{LISTED}" content="{escape("|".join(sorted(listed)))}">',
+        f'<meta name="{PICTURES}" content="{escape("|".join(sorted(listed)))}">',
         f"<title>{heading}</title>\n<style>{STYLE}</style>\n<h1>{heading}</h1>\n<table>",
         *(_row("th", header), *(_row("td", row) for row in rows)),
         "</table>",
@@ -100,14 +95,14 @@ def write_report(
 
 
 def _listed(page: Path) -> set[str]:
-    """Return the files that belong to a page, if there is one."""
+    """Return the pictures of a page, if there is one."""
     try:
         text = page.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return set()
-    found = re.search(f'<meta name="{LISTED}" content="([^"]*)">', text)
+    found = re.search(f'<meta name="{PICTURES}" content="([^"]*)">', text)
     names = unescape(found[1]).split("|") if found else []
-    return {name for name in names if Path(name).name == name and Path(name).suffix in SUFFIXES}
+    return {name for name in names if Path(name).name == name and Path(name).suffix == ".png"}
 
 
 def file_name(name: str, taken: Collection[str] = ()) -> str:

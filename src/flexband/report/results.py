@@ -21,15 +21,12 @@ from flexband.uncertainty.methods import PCCI, ImprovedPCCI
 BANDS = "Interval mean and interval error bar"
 
 
-def write_bands_report(
-    folder: Path, title: str, label: str, bands: xr.Dataset, files: Sequence[Path] = ()
-) -> Path:
+def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) -> Path:
     """Write a figure for every output, and report.html; return its path.
 
     Parameters
     ----------
     title, label : of the report, and of the method in legends.
-    files : other files in the folder that belong to the report.
     """
     drawn = [
         Drawing(
@@ -40,7 +37,7 @@ def write_bands_report(
         for name in figures.drawable_outputs(bands["mean"])
     ]
     text = [*tables.remarks(bands), figures.DEFINITIONS]
-    return write_report(folder, title, tables.summary_table(bands), drawn, text, files)
+    return write_report(folder, title, tables.summary_table(bands), drawn, text)
 
 
 def write_comparison(
@@ -80,8 +77,7 @@ def write_comparison(
         draw = partial(figures.errors_figure, results, name)
         drawn.append(Drawing(f"errors_{called}", caption, draw))
     text = [*tables.comparison_remarks(fields), figures.DEFINITIONS]
-    files = [data_file(folder, result) for result in results]
-    return write_report(folder, title, tables.error_table(results), drawn, text, files)
+    return write_report(folder, title, tables.error_table(results), drawn, text)
 
 
 def data_file(folder: Path, result: Comparison) -> Path:

@@ -5,30 +5,18 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
-    affordable,
-    function,
-    instance,
-    numbers,
-    positive,
-    warn,
-    whole,
-)
-from flexband.mechanics.assembly.system import System, assemble
+from flexband.errors import InputError, affordable, function, instance, numbers, positive, whole
+from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
-from flexband.mechanics.engine.redundancy import dependent, jacobian
+from flexband.mechanics.engine.redundancy import sharing
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.engine.turning import warn_of_large_steps
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
-
-INVOLVED = 0.1
-"""Part of a constraint in the combination that is nearest to zero, from which on it is named."""
 
 
 def simulate(
@@ -111,25 +99,8 @@ def simulate(
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:
         sample = min(batch.starts)
-        count, joints = dependent(system, batch.starts[sample], sample)
-        if not count:
-            joints = _almost_dependent(system, batch.starts[sample], sample)
-        result.attrs["not_unique"] = joints
+        result.attrs["not_unique"] = sharing(system, batch.starts[sample], sample)
     return result if system.samples > 1 else result.isel(sample=0)
-
-
-def _almost_dependent(system: System, z: np.ndarray, sample: int) -> list[str]:
-    """Warn of constraints that the engine takes for redundant although they are not; name them."""
-    matrix = jacobian(system, z[:, None], np.array([sample]))[:, :, 0]
-    matrix = matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
-    ways = np.abs(np.linalg.svd(matrix)[0][:, -1])
-    owners = dict.fromkeys(system.constraints[k] for k in np.flatnonzero(ways > INVOLVED))
-    warn(
-        f"{' and '.join(owners)} almost depend on each other at the start: one of their "
-        "constraints is left out there, so forces may be wrong, as may motions that it alone "
-        "prevents; move the start away from this position"
-    )
-    return [owner for owner in owners if owner.startswith("joint")]
 
 
 def _times(duration: float, step: float) -> np.ndarray:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import null_space
 
-from flexband.errors import returned
+from flexband.errors import returned, warn
 from flexband.mechanics.assembly.system import System
 
 RANK = 1e-9
 """Singular values below this fraction of the largest one count as zero."""
+
+
+INVOLVED = 0.1
+"""Part of a constraint in the combination that is nearest to zero, from which on it is named."""
 
 
 def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
@@ -53,9 +57,37 @@ def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list
 
     Their multipliers are not unique: forces can be shifted from one joint to another.
     """
+    ways = null_space(_normalized(system, z, sample).T, rcond=RANK)
+    return ways.shape[1], _joints(_owners(system, np.abs(ways).max(axis=1, initial=0.0) > 1e-6))
+
+
+def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
+    """Return the joints whose forces are not unique because constraints were left out.
+
+    Warns if these constraints do not depend on each other, but almost.
+    """
+    count, joints = dependent(system, z, sample)
+    if count:
+        return joints
+    nearest = np.linalg.svd(_normalized(system, z, sample))[0][:, -1]
+    owners = _owners(system, np.abs(nearest) > INVOLVED)
+    warn(
+        f"{' and '.join(owners)} almost depend on each other at the start: one of their "
+        "constraints is left out there, so forces may be wrong, as may motions that it alone "
+        "prevents; move the start away from this position"
+    )
+    return _joints(owners)
+
+
+def _normalized(system: System, z: np.ndarray, sample: int) -> np.ndarray:
+    """Return Φ_q with rows of length 1."""
     matrix = jacobian(system, z[:, None], np.array([sample]))[:, :, 0]
-    matrix = matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
-    ways = null_space(matrix.T, rcond=RANK)
-    involved = np.flatnonzero(np.abs(ways).max(axis=1, initial=0.0) > 1e-6)
-    owners = dict.fromkeys(system.constraints[k] for k in involved)
-    return ways.shape[1], [owner for owner in owners if owner.startswith("joint")]
+    return matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
+
+
+def _owners(system: System, involved: np.ndarray) -> list[str]:
+    return list(dict.fromkeys(system.constraints[k] for k in np.flatnonzero(involved)))
+
+
+def _joints(owners: list[str]) -> list[str]:
+    return [owner for owner in owners if owner.startswith("joint")]

@@ -35,10 +35,10 @@ gallery: install
 validate: install
 	$(BIN)/python validation/table.py
 
-# OPTIONS='--samples 16 --repeats 1' for a quick look
+# OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look
+JOBS ?= 1
 bench: install .venv/benched
-	for program in $$(grep -lE "^ +main\(\)" benchmarks/*.py); do \
-		$(BIN)/python $$program $(OPTIONS) || exit 1; done
+	grep -lE "^ +main\(\)" benchmarks/*.py | xargs -I {} -P $(JOBS) $(BIN)/python {} $(OPTIONS)
 
 .venv/benched: pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]'

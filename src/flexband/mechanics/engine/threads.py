@@ -94,7 +94,7 @@ def interruptible(work: Callable[[], Result]) -> Result:
 
 def while_compiling(work: Callable[[], Result]) -> Result:
     """Return the result of `work`; say so if the engine is being compiled."""
-    text = "flexband: compiling the engine (once per machine, about 12 s) ..."
+    text = "flexband: compiling the engine (once per machine, up to a minute) ..."
     timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
     timer.daemon = True
     timer.start()

@@ -80,6 +80,7 @@ def main() -> None:
     structure, values = system.structure, pack(system, times)(0)
     integrator = fb.GeneralizedAlpha()
     work, failure = Work.of(structure), np.zeros((4, WIDTH))
+    work.smallest[:] = 1e-7
     outputs = np.zeros((len(times), system.sensed, WIDTH))
 
     def step_time() -> float:

@@ -130,6 +130,7 @@ def main() -> None:
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
     work = Work.of(structure)
+    work.smallest[:] = 1e-7
     start(structure, values, work, np.zeros((4, WIDTH)))
     z, matrix, pattern = work.z, work.matrix, structure.pattern
     count = {

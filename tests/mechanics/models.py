@@ -11,6 +11,7 @@ from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import MARCH, START
+from flexband.mechanics.engine.projection import SMALLEST_PIVOT
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lanes import WIDTH, filled
@@ -281,6 +282,7 @@ def states(mechanism, steps, step, integrator=None):
     system = assemble(mechanism)
     times = np.arange(max(steps, 1) + 1) * step
     structure, work = system.structure, Work.of(system.structure)
+    work.smallest[:] = SMALLEST_PIVOT
     outputs, failure = (
         np.zeros((steps + 1, system.sensed, WIDTH)),
         np.zeros((4, WIDTH)),

@@ -142,3 +142,25 @@ def test_a_drive_out_of_reach_is_named_with_its_time():
     )
     with pytest.raises(fb.SimulationError, match=r"t = 0.33[34] s: joint 'drive' .* cannot reach"):
         fb.simulate(model, duration=1.0, step=1e-3)
+
+
+@pytest.mark.parametrize("angle", [0.02, -1.43, 1.2])
+def test_exactly_redundant_cranks_are_found_in_every_position(angle):
+    """Five equal cranks at irregular places; their pivots are rounding errors of any size."""
+    generator = np.random.default_rng(7)
+    places = np.stack([np.linspace(0, 2, 5), generator.uniform(-0.5, 0.5, 5)], axis=1)
+    x, y = 1.3 * np.cos(angle), 1.3 * np.sin(angle)
+    points = {f"p{k}": tuple(place) for k, place in enumerate(places)}
+    bodies = {"plate": fb.RigidBody(mass=9.0, inertia=4.0, position=(x, y), points=points)}
+    joints, sensors = {}, {}
+    for k, (px, py) in enumerate(places):
+        bodies[f"c{k}"] = fb.RigidBody.bar(
+            length=1.3, start=(px, py), angle=angle, height=0.02, width=0.02, density=2000.0
+        )
+        joints[f"foot{k}"] = fb.Revolute(f"c{k}.start", (px, py))
+        joints[f"top{k}"] = fb.Revolute(f"plate.p{k}", f"c{k}.end")
+        sensors[f"R{k}"] = fb.Reaction(f"top{k}")
+    model = fb.Mechanism(bodies, joints, {"gravity": fb.Gravity()}, sensors)
+    motion = fb.simulate(model, duration=0.05, step=1e-3)
+    assert {"joint 'top0'", "joint 'top4'"} <= set(motion.attrs["not_unique"])
+    assert np.abs(motion).max() < 9.81 * (9.0 + 5 * 1.04)

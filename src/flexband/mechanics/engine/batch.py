@@ -14,6 +14,8 @@ from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
+from flexband.mechanics.engine.projection import SMALLEST_PIVOT, ZERO_PIVOT
+from flexband.mechanics.engine.redundancy import rank_deficiency
 from flexband.mechanics.engine.threads import (
     Progress,
     in_parallel,
@@ -102,7 +104,13 @@ def march_block(system: System, method, tolerance: float, values: Values, times:
 def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     """Return the state of a block at time zero, and its failures (4, WIDTH)."""
     work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work.smallest[:] = SMALLEST_PIVOT
     run(START, system, values, work, failure=failure)
+    if failure[3].any():
+        independent = failure[3] > rank_deficiency(system, values, work.z)
+        if independent.any():
+            work.smallest[:, independent] = ZERO_PIVOT
+            run(START, system, values, work, failure=failure)
     return work, failure
 
 

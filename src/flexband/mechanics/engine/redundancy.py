@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from flexband.errors import returned, warn
+from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 
 RANK = 1e-9
@@ -23,8 +24,7 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     ----------
     z : the states of these samples, shape (rows, samples).
     """
-    terms, state = system.structure.terms, system.structure.state
-    count = state.coordinates
+    terms = system.structure.terms
 
     def own(values: np.ndarray) -> np.ndarray:
         return values[..., np.minimum(samples, values.shape[-1] - 1)]
@@ -33,12 +33,30 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     for t, f in enumerate(terms.f):
         if f > 0:
             c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], 0.0)))
-    dense = np.zeros((state.angle, 1 + count, len(samples)))
-    plain, vectors = slice(terms.polynomials), system.structure.vectors
+    x, y = map(own, system.values.vectors)
+    return _jacobian(system, c, x, y, z)
+
+
+def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
+    """Return how many constraints of each lane of a block depend on others, at its first time."""
+    c = values.terms * values.functions[system.structure.terms.f]
+    matrices = _unit_rows(_jacobian(system, c, *values.vectors, z).transpose(2, 0, 1))
+    sound = np.isfinite(matrices).all(axis=(1, 2))
+    sizes = np.linalg.svd(np.where(sound[:, None, None], matrices, 0.0), compute_uv=False)
+    return np.sum(sizes < RANK * sizes[:, :1], axis=1) + matrices.shape[1] - sizes.shape[1]
+
+
+def _jacobian(
+    system: System, c: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
+) -> np.ndarray:
+    """Return Φ_q from the coefficients of terms and vectors; all have a last axis of samples."""
+    terms, state, vectors = system.structure.terms, system.structure.state, system.structure.vectors
+    count = state.coordinates
+    dense = np.zeros((state.angle, 1 + count, z.shape[-1]))
+    plain = slice(terms.polynomials)
     k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
     np.add.at(dense, (k, i), c[plain] * z[j])
     np.add.at(dense, (k, j), c[plain] * z[i])
-    x, y = map(own, system.values.vectors)
     for t in range(terms.polynomials, len(terms.k)):
         a = terms.j[t] - state.angle
         entries = slice(vectors.start[a], vectors.start[a + 1])
@@ -81,8 +99,11 @@ def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
 
 def _normalized(system: System, z: np.ndarray, sample: int) -> np.ndarray:
     """Return Φ_q with rows of length 1."""
-    matrix = jacobian(system, z[:, None], np.array([sample]))[:, :, 0]
-    return matrix / np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-300)
+    return _unit_rows(jacobian(system, z[:, None], np.array([sample]))[:, :, 0])
+
+
+def _unit_rows(matrix: np.ndarray) -> np.ndarray:
+    return matrix / np.maximum(np.linalg.norm(matrix, axis=-1, keepdims=True), 1e-300)
 
 
 def _owners(system: System, involved: np.ndarray) -> list[str]:

@@ -77,7 +77,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
         structure.vectors, values.vectors, structure.terms, values.terms, state,
         values.functions, np.int64(0), z, filled(0.0), matrix,
     )  # fmt: skip
-    return factorize(structure.pattern, matrix, work.row, filled(smallest))
+    return factorize(structure.pattern, matrix, work.row, smallest)
 
 
 @inlined
@@ -91,7 +91,7 @@ def assemble(structure, values, s, work):
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ITERATIONS):
         update_angles(structure.vectors, values.vectors, state, z)
-        left_out = elastic_matrix(structure, values, values.metric, s, work, SMALLEST_PIVOT)
+        left_out = elastic_matrix(structure, values, values.metric, s, work, filled(SMALLEST_PIVOT))
         if iteration == 0:
             redundant = left_out
         clear(r, state.velocity)
@@ -121,7 +121,7 @@ def assemble(structure, values, s, work):
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
-    elastic_matrix(structure, values, values.mass, s, work, SMALLEST_PIVOT)
+    elastic_matrix(structure, values, values.mass, s, work, filled(SMALLEST_PIVOT))
     velocity, terms = state.velocity, structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
@@ -142,14 +142,11 @@ def project_velocities(structure, values, s, work):
 def solve_accelerations(structure, values, work):
     """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ.
 
-    Returns how many multipliers were left out. Sets `work.smallest` to what pivots are compared
-    with during the motion: where constraints are independent by little, it is less.
+    Returns how many multipliers were left out.
     """
     state, z, r = structure.state, work.z, work.r
-    few, many = projection.ZERO_PIVOT, projection.SMALLEST_PIVOT
-    left_out = elastic_matrix(structure, values, values.mass, filled(0.0), work, many)
-    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, few)
-    store(work.smallest, 0, where(left_out - redundant, filled(few), filled(many)))
+    smallest = load(work.smallest, 0)
+    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, smallest)
     residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))

@@ -1,8 +1,8 @@
 """Build the wheel, and install, run and upgrade it on every Python of this machine.
 
 The oldest Python gets the lowest versions that pyproject.toml states, all others the newest. The
-oldest and the newest compile the engine. On the newest the wheel is then replaced by one with
-another stiffness of springs, and must compute by it.
+oldest compiles the engine. There the wheel is then replaced by one with another stiffness of
+springs, and must compute by it.
 """
 
 from __future__ import annotations
@@ -121,14 +121,14 @@ def main() -> None:
         wheel = build(ROOT, folder)
         found = {name: python for name in PYTHONS if (python := interpreter(name))}
         limits = [lowest(folder), *[None] * (len(found) - 1)]
-        studies = [STUDY, *[FORMULA] * (len(found) - 2), STUDY][: len(found)]
+        studies = [STUDY, *[FORMULA] * (len(found) - 1)]
         with ThreadPoolExecutor(2) as pool:
             jobs = [
                 pool.submit(check, name, found[name], wheel, folder, limit, study)
                 for name, limit, study in zip(found, limits, studies, strict=True)
             ]
             pythons = [job.result() for job in jobs]
-        upgrade(pythons[-1], folder)
+        upgrade(pythons[0], folder)
     print(f"{len(found) + 1} passed, 0 failed")
 
 

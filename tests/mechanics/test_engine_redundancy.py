@@ -160,7 +160,9 @@ def test_exactly_redundant_cranks_are_found_in_every_position(angle):
         joints[f"foot{k}"] = fb.Revolute(f"c{k}.start", (px, py))
         joints[f"top{k}"] = fb.Revolute(f"plate.p{k}", f"c{k}.end")
         sensors[f"R{k}"] = fb.Reaction(f"top{k}")
-    model = fb.Mechanism(bodies, joints, {"gravity": fb.Gravity()}, sensors)
+    model = fb.Mechanism(
+        bodies=bodies, joints=joints, loads={"gravity": fb.Gravity()}, sensors=sensors
+    )
     motion = fb.simulate(model, duration=0.05, step=1e-3)
     assert {"joint 'top0'", "joint 'top4'"} <= set(motion.attrs["not_unique"])
     assert np.abs(motion).max() < 9.81 * (9.0 + 5 * 1.04)

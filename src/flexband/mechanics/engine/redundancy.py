@@ -41,8 +41,8 @@ def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray
     """Return how many constraints of each lane of a block depend on others, at its first time."""
     c = values.terms * values.functions[system.structure.terms.f]
     matrices = _unit_rows(_jacobian(system, c, *values.vectors, z).transpose(2, 0, 1))
-    sound = np.isfinite(matrices).all(axis=(1, 2))
-    sizes = np.linalg.svd(np.where(sound[:, None, None], matrices, 0.0), compute_uv=False)
+    sound = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
+    sizes = np.linalg.svd(np.where(sound, matrices, 0.0), compute_uv=False)
     return np.sum(sizes < RANK * sizes[:, :1], axis=1) + matrices.shape[1] - sizes.shape[1]
 
 

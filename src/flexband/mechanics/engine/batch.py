@@ -40,7 +40,7 @@ class Batch(NamedTuple):
     """The results of the runs of some samples."""
 
     outputs: np.ndarray  # (samples, outputs, times)
-    failures: np.ndarray  # (samples, 4), see `initial.start`
+    failures: np.ndarray  # (samples, 4), see `entries`
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
     turned: np.ndarray  # (samples, bodies), see `Work`

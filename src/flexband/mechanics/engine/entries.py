@@ -28,7 +28,7 @@ def dynamics(task, structure, method, number, values, work, outputs, failure, st
     number : tolerance of Newton's method, for MARCH.
     outputs : filled by MARCH, shape (times, rows, WIDTH).
     failure : shape (4, WIDTH): the code of the failure (0 for none), the number of its time, the
-        row of Φ that caused it (negative for none), and a multiplier that is not unique.
+        row of Φ that caused it (negative for none), and how many multipliers the start left out.
     stop : one row; MARCH and SETTLE end early once it is not zero.
     """
     if task == START:

@@ -22,7 +22,12 @@ from typer.core import TyperGroup
 import flexband as fb
 from flexband.errors import known, whole
 from flexband.report import tables
-from flexband.report.results import data_file, write_bands_report, write_comparison, write_netcdf
+from flexband.report.results import (
+    data_file,
+    write_bands_report,
+    write_comparison_report,
+    write_netcdf,
+)
 from flexband.report.terminal import print_anywhere
 from flexband.study.comparison import compare
 from flexband.study.options import method_classes, method_options, with_options
@@ -247,6 +252,6 @@ def compare_methods(
             finished=lambda one: save(lambda: write_netcdf(one.bands, data_file(output, one))),
         )
     title = f"{file.stem}: relative errors against {reference.label}"
-    page = write_comparison(output, title, study, results, (pairs[0], pairs[-1]))
     print_table(title, tables.error_table(results))
+    page = write_comparison_report(output, title, study, results, (pairs[0], pairs[-1]))
     print_text("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))

@@ -165,8 +165,15 @@ def test_any_response_can_be_run(tmp_path):
     assert "box: improved PCCI (0, 1), 2 runs" in result.output
 
 
-def test_compare_writes_data_figures_and_a_report(study_file, tmp_path):
-    out = tmp_path / "out"
+def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, monkeypatch):
+    out, files = tmp_path / "out", []
+
+    def store(own, file, **options):
+        files.append(file)
+        return to_netcdf(own, file, **options)
+
+    to_netcdf = xr.Dataset.to_netcdf
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", store)
     result = call("compare", study_file, "--output", out, "--samples", 50, "--points", 3,
                   "--orders", "1,1 1,4")  # fmt: skip
     assert result.exit_code == 0, result.output
@@ -176,6 +183,7 @@ def test_compare_writes_data_figures_and_a_report(study_file, tmp_path):
         "report.html", "variance_error.png", "deterministic.png", "errors_u.png",
         "bands_v_1_4.png", "improved_pcci_1_4.nc", "lhs_scanning.nc",
     }  # fmt: skip
+    assert len(files) == len(set(files)) == len(list(out.glob("*.nc"))) == 7
 
 
 @pytest.mark.parametrize(
@@ -266,6 +274,20 @@ def test_a_surrogate_that_cannot_be_saved_costs_nothing_else(study_file, tmp_pat
     assert "remark: field: <function" in result.output
     assert "surrogate.npz" not in result.output
     assert (tmp_path / "out" / "bands.nc").exists()
+
+
+def test_a_comparison_is_printed_although_its_report_cannot_be_written(
+    study_file, tmp_path, monkeypatch
+):
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("flexband.report.results.write_report", full)
+    result = call("compare", study_file, "--output", tmp_path / "out", "--samples", 4,
+                  "--points", 2, "--orders", "1,1")  # fmt: skip
+    assert result.exit_code == 1
+    assert "relative errors against LHS" in result.output
+    assert "No space left on device" in result.output
 
 
 @pytest.mark.parametrize("command", ["run", "compare"])

@@ -40,14 +40,14 @@ def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) 
     return write_report(folder, title, tables.summary_table(bands), drawn, text)
 
 
-def write_comparison(
+def write_comparison_report(
     folder: Path,
     title: str,
     study: Study,
     results: Sequence[Comparison],
     orders: Iterable[tuple[int, int]],
 ) -> Path:
-    """Write the bands of every method, figures and report.html; return the path of the report.
+    """Write figures and report.html on several methods; return the path of the report.
 
     Parameters
     ----------
@@ -55,8 +55,6 @@ def write_comparison(
     orders : k and q for which the bands of PCCI and improved PCCI are drawn, together with those of
         the reference and of adaptive PCCI.
     """
-    for result in results:
-        write_netcdf(result.bands, data_file(folder, result))
     fields, response, drawn = study.fields(), study.nominal(), []
     if fields:
         caption = "Variance error of the random fields after discretization"

@@ -96,6 +96,20 @@ def pendulum(angle=0.0):
     )
 
 
+def between_rods(slope):
+    """A mass of 2 kg between two rods that rise towards it at this slope, under gravity."""
+    x, y = np.cos(slope), np.sin(slope)
+    return fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=2.0, position=(0.0, 0.0))},
+        joints={
+            "left": fb.Distance("m", (-x, -y), 1.0),
+            "right": fb.Distance("m", (1.5 * x, -1.5 * y), 1.5),
+        },
+        loads={"gravity": fb.Gravity()},
+        sensors={"R": fb.Reaction("left"), "m": fb.Position("m")},
+    )
+
+
 def beam(elements=3, integration=None, **changes):
     """A free beam and nothing else."""
     values = {

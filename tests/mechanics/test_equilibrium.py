@@ -5,6 +5,8 @@ import pytest
 
 import flexband as fb
 
+from .models import pendulum
+
 
 def test_hanging_chain_of_springs_in_series():
     k, m = np.array([100.0, 200.0, 400.0]), 1.5
@@ -28,15 +30,8 @@ def test_hanging_chain_of_springs_in_series():
 
 
 def test_pendulum_comes_to_rest_below_its_pin_with_its_weight_in_the_pin():
-    bar = fb.RigidBody.bar(length=1.0, height=0.02, width=0.02, density=1000.0, angle=-0.3)
-    model = fb.Mechanism(
-        bodies={"bar": bar},
-        joints={"pin": fb.Revolute("bar.start", (0.0, 0.0))},
-        loads={"gravity": fb.Gravity()},
-        sensors={"tip": fb.Position("bar.end"), "F": fb.Reaction("pin")},
-    )
-    found = fb.equilibrium(model)
-    np.testing.assert_allclose(found, [0.0, -1.0, 0.0, 9.81 * 0.4], atol=1e-6)
+    found = fb.equilibrium(pendulum(-0.3))
+    np.testing.assert_allclose(found, [0.0, -1.0, 0.0, 9.81 * 0.9], atol=1e-6)
 
 
 def test_a_mechanism_that_cannot_rest_is_refused():
@@ -141,14 +136,8 @@ def test_huge_and_tiny_mechanisms_settle():
 
 def test_a_pendulum_upside_down_and_a_column_are_not_stable():
     """Euler's load of a clamped column, π²EI/4L², is 2.467."""
-    angle = np.array([-np.pi / 2, np.pi / 2])
-    bar = fb.RigidBody.bar(length=1.0, height=0.02, width=0.02, density=1000.0, angle=angle)
-    pendulum = fb.Mechanism(
-        bodies={"bar": bar},
-        joints={"pin": fb.Revolute("bar.start", (0.0, 0.0))},
-        loads={"gravity": fb.Gravity()},
-    )
-    np.testing.assert_array_equal(fb.equilibrium(pendulum)["stable"], [True, False])
+    pendulums = pendulum(np.array([-np.pi / 2, np.pi / 2]))
+    np.testing.assert_array_equal(fb.equilibrium(pendulums)["stable"], [True, False])
     cable = fb.Cable(
         length=1.0, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=1.0, elements=8
     )

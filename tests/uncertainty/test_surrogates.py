@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,21 @@ def test_a_saved_surrogate_is_the_same(method, tmp_path):
     points = {"x": np.array([0.3, -1.0]), "e": np.array([0.5, -0.2])}
     xr.testing.assert_identical(again.evaluate(**points), surrogate.evaluate(**points))
     assert [f.name for f in file.parent.iterdir()] == ["wave.npz"]
+
+
+def test_a_surrogate_does_not_keep_the_runs():
+    def response(x, e):
+        return np.outer(x + e, np.ones(10_000))
+
+    inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(0, 1)}
+    tracemalloc.start()
+    try:
+        surrogate = fb.expand(response, inputs, fb.PCCI(3, 3))
+        kept, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(surrogate.labels) == 0
+    assert kept < 1.5 * 16 * 10_000 * 8  # the coefficients
 
 
 def test_values_and_moments_are_those_of_the_response():

@@ -32,6 +32,10 @@ class Surrogate:
     expansions: tuple[Expansion, ...]
     diagnostics: xr.Dataset
 
+    def __post_init__(self) -> None:
+        # No runs of an array are a view, which would keep all its runs in memory.
+        object.__setattr__(self, "labels", self.labels.copy())
+
     def __repr__(self) -> str:
         """Return the inputs and the dims in one line."""
         shape = ", ".join(f"{dim} {n}" for dim, n in self.labels.sizes.items() if dim != "sample")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -83,6 +84,11 @@ def expand(
     return replace(surrogate, diagnostics=surrogate.diagnostics.assign_attrs(runs.attributes()))
 
 
+def _count(runs: int) -> str:
+    """Return a number of runs as text; a power of ten if it is astronomical."""
+    return str(runs) if runs < 10**12 else f"about 10^{math.log10(runs):.0f}"
+
+
 def check_method(method: object) -> None:
     """Raise `InputError` if an object is no method."""
     if isinstance(method, type) or not callable(getattr(method, "solve", None)):
@@ -106,8 +112,9 @@ class _Runs:
         self.done, self.total, self.labels = 0, method.runs(space), None
         if self.total > most_runs:
             raise InputError(
-                f"{method!r} would take {self.total} runs, with {space.random_dimension} random "
-                f"and {space.interval_dimension} interval variables; most_runs is {most_runs}"
+                f"{method!r} would take {_count(self.total)} runs, with "
+                f"{space.random_dimension} random and {space.interval_dimension} interval "
+                f"variables; most_runs is {most_runs}"
             )
         self.response, self.method, self.batch = response, method, batch
         self.calls: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []

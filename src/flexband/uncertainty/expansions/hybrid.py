@@ -20,8 +20,10 @@ from flexband.uncertainty.expansions.polynomials import (
 
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
     """Return the tensor product of nodes, one array per variable, shape (Π count, variables)."""
-    grid = np.meshgrid(*nodes, indexing="ij")
-    return np.stack(grid, axis=-1).reshape(-1, len(nodes)) if nodes else np.zeros((1, 0))
+    points = np.zeros((1, 0))
+    for own in nodes:
+        points = np.column_stack([np.repeat(points, len(own), axis=0), np.tile(own, len(points))])
+    return points
 
 
 def tensor_values(values: list[np.ndarray]) -> np.ndarray:

@@ -86,7 +86,7 @@ def _rule_size(order: float, a: float) -> int:
     if order == 0:
         return 1
     if a < SMALL_REACH:
-        return int(order) + 1 + 2 * (a > 0)
+        return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product
     return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi)) + 1
 
 

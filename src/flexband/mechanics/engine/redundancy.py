@@ -38,9 +38,13 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
 
 
 def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
-    """Return how many constraints of each lane of a block depend on others, at its first time."""
+    """Return how many constraints depend on others at the first time of a block.
+
+    There is one number per lane, or one for all if their Jacobians are the same.
+    """
     c = values.terms * values.functions[system.structure.terms.f]
-    matrices = _unit_rows(_jacobian(system, c, *values.vectors, z).transpose(2, 0, 1))
+    lanes = _jacobian(system, c, *values.vectors, z).transpose(2, 0, 1)
+    matrices = _unit_rows(lanes[:1] if (lanes == lanes[0]).all() else lanes)
     sound = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
     sizes = np.linalg.svd(np.where(sound, matrices, 0.0), compute_uv=False)
     return np.sum(sizes < RANK * sizes[:, :1], axis=1) + matrices.shape[1] - sizes.shape[1]

@@ -27,6 +27,14 @@ from .models import block, two_blocks
             "ground point must be a pair; got 3.0",
         ),  # type: ignore
         (
+            lambda: two_blocks(loads={"f": fb.Force(lambda t: t, y=1.0)}),
+            "load 'f': .* got a function.* moves along a member is shared by Forces at its nodes",
+        ),  # type: ignore
+        (
+            lambda: two_blocks({"pin": fb.Revolute("a", (np.sin, 0.0))}),
+            "joint 'pin': .* got a function. A point that moves is one of a body with a Prescribed",
+        ),  # type: ignore
+        (
             lambda: two_blocks(loads={"s": fb.Spring("a", "c", 1.0)}),
             "load 's': body 'c' is not in the mechanism",
         ),

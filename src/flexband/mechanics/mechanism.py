@@ -141,6 +141,12 @@ class Mechanism:
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""
         if not isinstance(point, str):
+            if callable(point) or (isinstance(point, list | tuple) and any(map(callable, point))):
+                raise InputError(
+                    "a point must be 'body.point' or a pair of ground coordinates; got a function. "
+                    "A point that moves is one of a body with a PrescribedPath; a load that moves "
+                    "along a member is shared by Forces at its nodes, which are functions of time"
+                )
             return Frame.ground(ground_point("ground point", point))
         body, _, name = point.partition(".")
         _within("body", body, self.bodies)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +50,23 @@ class SimulationError(RunError):
     """Some runs diverged during the integration."""
 
 
+_silent = ContextVar("silent", default=False)
+
+
+@contextmanager
+def without_warnings(*, when: bool = True) -> Iterator[None]:
+    """Issue no `FlexbandWarning` in this thread: what is computed again was warned of before."""
+    before = _silent.set(_silent.get() or when)
+    try:
+        yield
+    finally:
+        _silent.reset(before)
+
+
 def warn(message: str) -> None:
     """Issue a `FlexbandWarning` that points to the line of the caller outside this package."""
+    if _silent.get():
+        return
     package = str(Path(__file__).parent)
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.mechanics.simulate import _times
 
 from .models import rigid_slider_crank
 
@@ -46,3 +47,106 @@ def test_a_diverging_run_is_reported_with_inputs_and_time():
     assert time == pytest.approx(np.arcsin(0.75) / (4 * np.pi), abs=2e-3)  # where it locks
     assert "1 of 3 runs failed" in str(caught.value)
     assert "link_length = 0.15" in str(caught.value)
+
+
+SPRING_STEEL = {"height": 2e-3, "width": 0.02, "density": 7800.0, "poissons_ratio": 0.3}
+QUICK = {"duration": 4e-3, "step": 2e-4}
+
+
+def leaf(elements, modulus):
+    """A curved leaf of varying stiffness with sensors of all kinds along it."""
+
+    def path(u):
+        return np.stack([0.3 * u, 0.1 * u**2 * (1 - u / 2)], axis=1)
+
+    at = {f"{k}": f"leaf.node {k}" for k in range(4)} | {"part": "leaf.0.4", "middle": "leaf"}
+    return fb.Mechanism(
+        bodies={
+            "leaf": fb.Beam.along(path, youngs_modulus=modulus, elements=elements, **SPRING_STEEL)
+        },
+        joints={"clamp": fb.Weld("leaf.start", (0.0, 0.0))},
+        loads={
+            "P": fb.Force("leaf.node 2", y=-5.0), "w": fb.DistributedLoad("leaf", y=lambda x: -x),
+            "k": fb.Spring("leaf.0.7", (0.2, 1.0), 300.0),
+        },
+        sensors={name: fb.Position(point) for name, point in at.items()}
+        | {"N": fb.SectionForces("leaf", "node 1"), "d": fb.Deflection("leaf", "node 2")},
+    )  # fmt: skip
+
+
+def test_a_refined_response_has_half_the_step_and_twice_the_elements():
+    """Bit for bit the motion of a mesh and a step that are given so, with nodes named as before."""
+
+    def fine(modulus):
+        model = leaf(24, modulus)
+        moved = {"w": model.loads["w"], "k": model.loads["k"], "P": fb.Force("leaf.node 8", y=-5.0)}
+        sensors = {f"{k}": fb.Position(f"leaf.node {4 * k}") for k in range(4)}
+        own = {"N": fb.SectionForces("leaf", "node 4"), "d": fb.Deflection("leaf", "node 8")}
+        return fb.Mechanism(
+            bodies=model.bodies, joints=model.joints, loads={**model.loads, **moved},
+            sensors={**model.sensors, **sensors, **own},
+        )  # fmt: skip
+
+    def modulus(x):
+        return np.array([[2.1e11], [1.9e11]]) * (1.0 - x)
+
+    coarse = fb.dynamic_response(lambda modulus: leaf(6, modulus), **QUICK)
+    refined = coarse.refined().refined()
+    found = refined(modulus=modulus)
+    given = fb.dynamic_response(fine, duration=4e-3, step=5e-5)(modulus=modulus)[..., ::4]
+    np.testing.assert_array_equal(found, given)
+    assert found.coords.identical(coarse(modulus=modulus).coords)
+    assert list(refined.__signature__.parameters) == ["modulus"]
+
+
+def test_points_of_a_refined_mechanism_stay_where_they_are():
+    model = leaf(6, 2e11)
+    finer = model.refined(3)
+    assert finer.bodies["leaf"].elements == 18
+    coarse, fine = (fb.simulate(m, duration=1e-9, step=1e-9)[:12, 0] for m in (model, finer))
+    np.testing.assert_allclose(fine, coarse, atol=2e-6)  # of Hermite cubics that follow a curve
+    np.testing.assert_allclose(fine[:8], coarse[:8], atol=1e-12)  # nodes
+    with pytest.raises(fb.InputError, match="'node 0' to 'node 6'"):
+        finer.frame("leaf.node 7")
+    with pytest.raises(fb.InputError, match="body 'leaf': Beam elements must be 100000 or less"):
+        model.refined(20_000)
+    with pytest.raises(fb.InputError, match="parts must be 1 or more; got 0"):
+        model.refined(0)
+    rigid = rigid_slider_crank()
+    assert rigid.refined() is rigid
+
+
+def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
+    def spinning(rate):
+        wheel = fb.RigidBody(mass=1.0, inertia=0.5, rate=rate)
+        return fb.Mechanism(
+            bodies={"wheel": wheel},
+            joints={"pin": fb.Revolute("wheel", (0.0, 0.0))},
+            sensors={"angle": fb.Angle("wheel")},
+        )
+
+    response = fb.dynamic_response(spinning, duration=0.02, step=1e-3)
+    with pytest.warns(fb.FlexbandWarning, match="rad per step"):
+        coarse = response(rate=np.array([900.0]))
+    fine = response.refined()(rate=np.array([900.0]))
+    exact = 900.0 * coarse.time
+    assert abs(fine - exact).max() < 0.3 * abs(coarse - exact).max()
+
+    locking = fb.dynamic_response(rigid_slider_crank, duration=0.3, step=1e-3)
+    with pytest.raises(fb.SimulationError, match="2 times finer steps and elements:\nsample 0: cr"):
+        locking.refined()(crank_length=np.array([0.2]), link_length=np.array([0.15]))
+
+
+@pytest.mark.parametrize(
+    ("duration", "step"),
+    [(0.415, 1e-3), (0.7, 0.7 / 3), (1 / 3, 1e-3 / 3), (300000.26e-7, 1e-7), (1, 1)],
+)
+def test_substeps_have_the_times_of_whole_steps(duration, step):
+    whole = _times(duration, step, 1)
+    np.testing.assert_array_equal(_times(duration, step, 2)[::2], whole)
+
+
+@pytest.mark.parametrize("substeps", [0, 2.0, True, 10**400])
+def test_substeps_must_be_a_whole_number(substeps):
+    with pytest.raises(fb.InputError, match="substeps must be"):
+        fb.simulate(rigid_slider_crank(), **QUICK, substeps=substeps)

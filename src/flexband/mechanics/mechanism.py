@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from operator import methodcaller
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, shown
+from flexband.errors import InputError, shown, whole
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
@@ -101,6 +101,26 @@ class Mechanism:
                     "it must join two bodies, or a body and the ground, and only bodies that "
                     "rotate have an angle to hold"
                 )
+
+    def refined(self, parts: int = 2) -> Mechanism:
+        """Return the mechanism with this many elements in place of each of every flexible member.
+
+        Points keep their names and places, "node 2" included, and so do joints, loads and sensors.
+        A mechanism without elements is returned as it is.
+
+        Raises
+        ------
+        InputError
+            If `parts` is not a whole number, 1 or more, or a member gets too many elements.
+        """
+        whole("parts", parts, 1)
+        finer = {
+            name: naming(f"body {name!r}", methodcaller("refined", parts), body)
+            for name, body in self.bodies.items()
+        }
+        if all(finer[name] is body for name, body in self.bodies.items()):
+            return self
+        return replace(self, bodies=finer)
 
     # --- points and the state ---------------------------------------------------------------
 

@@ -18,12 +18,15 @@ from flexband.mechanics.engine.turning import warn_of_large_steps
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 
+MOST_SUBSTEPS = 1_000_000
+
 
 def simulate(
     mechanism: Mechanism,
     *,
     duration: float,
     step: float,
+    substeps: int = 1,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -33,6 +36,8 @@ def simulate(
     Parameters
     ----------
     duration, step : simulated time and step [s]; the duration is a whole number of steps.
+    substeps : number of equal parts in which each step is integrated. The result has the times of
+        whole steps, so that motions with different substeps can be compared.
     integrator : parameters of the integrator, or None for ``GeneralizedAlpha()``.
     threads : number of threads, or None for one per core. Results do not depend on it.
     progress : called as ``progress(done, total)`` when runs are finished.
@@ -64,23 +69,25 @@ def simulate(
         whole("threads", threads, 1)
     if progress is not None:
         function("progress", progress)
-    times = _times(duration, step)
+    times = _times(duration, step, whole("substeps", substeps, 1, MOST_SUBSTEPS))
     system = assemble(mechanism)
     runs, lanes = system.samples, WIDTH * (threads or available_cores())
-    per_time = runs * len(system.outputs) + lanes * system.sensed
+    per_time = runs * len(system.outputs) / substeps + lanes * system.sensed
     per_time += len(system.functions) * runs
     affordable(
         f"{runs} samples of {len(system.outputs)} outputs at {len(times)} times",
         per_time * len(times),
     )
-    batch = run_samples(system, times, integrator, threads=threads, progress=progress)
+    batch = run_samples(
+        system, times, integrator, every=substeps, threads=threads, progress=progress
+    )
     again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
     if len(again):
-        halves = _times(duration, step / 2)
-        finer = run_samples(system, halves, integrator, samples=again, threads=threads)
+        halves, every = _times(duration, step, 2 * substeps), 2 * substeps
+        finer = run_samples(system, halves, integrator, samples=again, every=every, threads=threads)
         interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
-        batch.outputs[again], batch.failures[again] = finer.outputs[:, :, ::2], finer.failures
+        batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
     raise_failures(batch.failures, system, times)
     changes = report(system, batch.corrections)
@@ -91,7 +98,7 @@ def simulate(
         coords={
             "output": system.outputs,
             "unit": ("output", system.units),
-            "time": ("time", times, {"units": "s"}),
+            "time": ("time", _times(duration, step, 1), {"units": "s"}),
         },
         attrs=changes,
     )
@@ -103,16 +110,18 @@ def simulate(
     return result if system.samples > 1 else result.isel(sample=0)
 
 
-def _times(duration: float, step: float) -> np.ndarray:
-    """Return the times of the steps [s], including zero."""
+def _times(duration: float, step: float, substeps: int) -> np.ndarray:
+    """Return the times of all substeps [s], including zero."""
     given = (("duration [s]", duration), ("step [s]", step))
     length, one = (float(positive(name, numbers(name, value))) for name, value in given)
     ratio = length / one
-    affordable(f"duration [s] {length:g} with step {one:g}, {ratio:.3g} steps,", 5.0 * ratio)
+    count = ratio * substeps
+    affordable(f"duration [s] {length:g} with step {one:g}, {count:.3g} steps,", 5.0 * count)
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(
             f"duration [s] must be a whole number of steps; got {duration:g} with step {step:g}"
         )
     digits = 14 - int(np.ceil(np.log10(length)))  # so that 0.415 is the same for any step
-    return np.array([round(k * float(step), digits) for k in range(steps + 1)])
+    each = float(step) / substeps
+    return np.array([round(k * each, digits) for k in range(steps * substeps + 1)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,6 +65,13 @@ class Body(ABC):
     def constraints(self, first: int) -> list[Form]:
         """Return the forms of z that the body itself requires to vanish; none by default."""
         return []
+
+    def refined(self, parts: int) -> Self:
+        """Return the body on a mesh with this many elements in place of each, with the same points.
+
+        By default a body has no mesh and is returned as it is.
+        """
+        return self
 
 
 def point(name: str, value: Any) -> tuple[np.ndarray, np.ndarray]:

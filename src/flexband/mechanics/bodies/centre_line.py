@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -35,7 +35,11 @@ MOST_ELEMENTS = 100_000
 
 @dataclass(frozen=True, kw_only=True)
 class CentreLine(Body):
-    """A flexible line of elements; see `Beam` and `Cable` for the parameters."""
+    """A flexible line of elements; see `Beam` and `Cable` for the parameters.
+
+    `elements_per_node` is the number of elements between two named nodes. It is more than one if
+    the mesh was `refined`, so that "node 2" stays where it was.
+    """
 
     length: ArrayLike
     elements: int
@@ -45,12 +49,14 @@ class CentreLine(Body):
     rate: ArrayLike = 0.0
     curvature: Property = 0.0
     retardation: ArrayLike = 0.0
+    elements_per_node: int = 1
 
     def __post_init__(self) -> None:
         name = type(self).__name__
         positive(f"{name} length [m]", self.length)
         elements = whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
         object.__setattr__(self, "elements", elements)
+        whole(f"{name} elements_per_node", self.elements_per_node, 1, elements)
         start = point(f"{name} start", self.start)
         plausible_angle(f"{name} angle", self.angle)
         velocity = point(f"{name} velocity", self.velocity)
@@ -146,6 +152,10 @@ class CentreLine(Body):
                 rates += [-rate * q[d + 1], rate * q[d]]
         return rates
 
+    def refined(self, parts: int) -> Self:
+        elements, each = parts * self.elements, parts * self.elements_per_node
+        return replace(self, elements=elements, elements_per_node=each)
+
     def located(self, name: str) -> float:
         """Return the position of a named point, in elements from the start.
 
@@ -154,17 +164,17 @@ class CentreLine(Body):
         InputError
             If the body has no point of this name.
         """
-        count = self.elements
+        count, each = self.elements, self.elements_per_node
         places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
-        places |= {f"node {k}": k for k in range(count + 1)}
+        places |= {f"node {k}": k * each for k in range(count // each + 1)}
         try:
             place = places[name] if name in places else float(name) * count
         except (TypeError, ValueError, OverflowError):
             place = np.nan
         if not 0 <= place <= count:
             raise InputError(
-                f"point must be 'start', 'middle', 'center', 'end', 'node 0' to 'node {count}', or "
-                f"a fraction of the length from '0' to '1'; got {name!r}"
+                f"point must be 'start', 'middle', 'center', 'end', 'node 0' to "
+                f"'node {count // each}', or a fraction of the length from '0' to '1'; got {name!r}"
             )
         return place
 

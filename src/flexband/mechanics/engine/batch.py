@@ -52,14 +52,18 @@ def run_samples(
     integrator: GeneralizedAlpha,
     *,
     samples: np.ndarray | None = None,
+    every: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Run all samples of a system, or those with these numbers, over equidistant times [s]."""
+    """Run all samples of a system, or those with these numbers, over equidistant times [s].
+
+    The outputs are those of `every` such time.
+    """
     packed = pack(system, times, samples)
     chosen = np.arange(system.samples) if samples is None else samples
     method, tolerance = integrator.coefficients(times[1] - times[0]), float(integrator.tolerance)
-    outputs = np.empty((len(chosen), len(system.outputs), len(times)))
+    outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
     failures = np.zeros((len(chosen), 4))
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
@@ -73,7 +77,7 @@ def run_samples(
         series, failure, first, turns = march_block(system, method, tolerance, values, len(times))
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
-        outputs[here] = derived.transpose(2, 0, 1)[: len(own)]
+        outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
         turned[here] = turns.T[: len(own)]

@@ -23,6 +23,7 @@ from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
 from flexband.uncertainty.expansions.expansion import SIGMAS
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.layout import PartColumns
@@ -94,7 +95,7 @@ def many_inputs(times: int) -> PhaseExpansion:
         for _ in range(3)
     )
     terms = np.concatenate([base, rate[:, None] * t, re, im], axis=1)
-    parts = HybridExpansion.of_terms(index, terms, 5)
+    parts = HybridExpansion.of_terms(index, terms, [HERMITE] * 5)
     return PhaseExpansion(np.arange(3), parts, PartColumns.of(3, 1))
 
 

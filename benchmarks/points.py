@@ -20,8 +20,9 @@ from harness import options, report
 from numpy.polynomial import hermite_e
 from points_cases import CHOSEN, INTERVAL, RANDOM, Points, combination, fit, formulas, sets, total
 
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.expansions.polynomials import chebyshev_values, hermite_values
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.phases.carriers import Carrier
 from flexband.uncertainty.phases.decomposition import Stage, decompose
@@ -110,7 +111,7 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
         for choice, points in choices.items():
             expansion, runs = fit(lambda at: series[number(at)], orders, points, 2)
             y = np.tensordot(expansion.chebyshev(eta), expansion.coefficients, 1)
-            y = np.einsum("qj,pjs->pqs", expansion.hermite(x[:, None]), y, optimize=True)
+            y = np.einsum("qj,pjs->pqs", expansion.orthogonal(x[:, None]), y, optimize=True)
             for part, here in parts.items():
                 off = np.sqrt(np.einsum("pqs,q->ps", (y - truth)[..., here] ** 2, w))
                 unit = 1.0 if part == "phase" else np.abs(truth[..., here]).mean()
@@ -139,7 +140,7 @@ def lebesgue(x: np.ndarray, *, random: bool) -> float:
 def condition(points: Points, *, random: bool) -> float:
     """Return the condition number of V for Σν ≤ 4 in three variables, polynomials normalized."""
     orders, x = np.array(total(3, 4)).T, points(4)
-    values = hermite_values if random else chebyshev_values
+    values = HERMITE.values if random else chebyshev_values
     norms = np.sqrt([math.factorial(j) for j in range(5)]) if random else np.ones(5)
     return float(np.linalg.cond(np.prod([(values(4, x) / norms)[np.ix_(v, v)] for v in orders], 0)))
 

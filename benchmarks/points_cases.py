@@ -8,17 +8,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_index, tensor_points
-from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_values,
-    hermite_nodes,
-    hermite_values,
-    scaled_chebyshev_zeros,
-)
+from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 from flexband.uncertainty.expansions.sequences import (
     GENZ_KEISTER,
     interval_sequence,
-    random_sequence,
+    normal_sequence,
 )
 
 Points = Callable[[int], np.ndarray]
@@ -64,8 +60,8 @@ RANDOM: dict[str, Points] = {
     "pdf Leja": nested(greedy([0.0], 0.5, 12.0, pairs=False)),
     "√3, √pdf Leja": nested(greedy(GK[:3], 0.25, 12.0, pairs=False)),
     "√3, √pdf Leja, pairs": nested(greedy(GK[:3], 0.25, 12.0, pairs=True)),
-    "Genz–Keister, √pdf Leja (chosen)": nested(random_sequence(COUNT)),
-    "Gauss–Hermite": hermite_nodes,
+    "Genz–Keister, √pdf Leja (chosen)": nested(normal_sequence(COUNT)),
+    "Gauss–Hermite": lambda k: HERMITE.gauss(k + 1)[0],
 }
 CHOSEN = "Leja 1 (chosen)", "Genz–Keister, √pdf Leja (chosen)"
 
@@ -87,13 +83,14 @@ def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, i
         y = f(runs[-1])
         y = y.reshape(*(q + 1 for q in v), -1)
         for a, (q, x) in enumerate(zip(v, nodes, strict=True)):
-            basis = chebyshev_values(q, x) if a < m else hermite_values(q, x)
+            basis = chebyshev_values(q, x) if a < m else HERMITE.values(q, x)
             y = np.moveaxis(np.tensordot(np.linalg.inv(basis), y, (1, a)), 0, a)
         beta = np.zeros((*(most + 1), y.shape[-1])) if beta is None else beta
         beta[tuple(slice(q + 1) for q in v)] += factor * y
     count = len(np.unique(np.round(np.concatenate(runs), 9) + 0.0, axis=0))
     beta = beta.reshape(math.prod(most[:m] + 1), -1, beta.shape[-1])
-    return HybridExpansion(tensor_index(most[m:]), tensor_index(most[:m]), beta), count
+    families = (HERMITE,) * (len(most) - m)
+    return HybridExpansion(families, tensor_index(most[m:]), tensor_index(most[:m]), beta), count
 
 
 def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:

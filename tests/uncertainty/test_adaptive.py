@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 import flexband as fb
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.interpolation import Design
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import TermSizes, first_terms
 
@@ -70,13 +71,14 @@ def test_a_sparse_expansion_interpolates_its_runs(variables, n, seed):
     n = min(n, variables)
     m = variables - n
     rng = np.random.default_rng(seed)
+    families = [(HERMITE, LEGENDRE)[k % 2] for k in range(n)]
     index = first_terms(m, n, 1 + m + n)
     known = TermSizes(index, rng.random((2, len(index))))
     index = np.concatenate([index, known.next_terms(10, np.full(m + n, 4))])
-    design = Design(index, m)
+    design = Design(index, families)
     values = rng.standard_normal((len(index), 3))
     terms = np.linalg.solve(design.matrix, values)
-    expansion = HybridExpansion.of_terms(index, terms, m)
+    expansion = HybridExpansion.of_terms(index, terms, families)
     np.testing.assert_allclose(expansion.evaluate(*design.points), values, atol=1e-8)
 
 

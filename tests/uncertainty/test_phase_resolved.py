@@ -26,6 +26,7 @@ from accuracy_formulas import (
 
 import flexband as fb
 from flexband.study.comparison import relative_error
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import scaled_chebyshev_zeros
 from flexband.uncertainty.phase_resolved.models import PartModels
@@ -174,13 +175,14 @@ def test_responses_without_time_and_with_uneven_times():
 def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
     """Also beside variables of order 0, which have no next term."""
     orders, nodes = [2, 0], [scaled_chebyshev_zeros(0), scaled_chebyshev_zeros(1)]
-    xi, eta = HybridExpansion.design(orders, nodes)
+    families = [LEGENDRE, HERMITE]
+    xi, eta = HybridExpansion.design(families, orders, nodes)
     check = np.array([[0.9, 0.5], [-0.9, -0.5]]), np.array([[0.3, 0.1], [-0.3, -0.1]])
     x, e = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
     stage = decompose(two_carriers(x[:, :1], e[:, 1:], TIMES)[:, None], 0.02)[-1]
     columns = PartColumns.of_stage(stage)
     runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
-    models = PartModels(columns, columns.pack(runs), orders, nodes)
+    models = PartModels(columns, columns.pack(runs), families, orders, nodes)
     corrected = models.next_order(columns.pack(checked), *check)
     off, left = (
         np.abs(columns.join(parts.evaluate(*check)) - checked.signal).max()
@@ -195,8 +197,8 @@ def test_left_out_runs_are_those_of_refits():
     """Of a random response, with the terms up to the total order 1 of two variables."""
     nodes = [scaled_chebyshev_zeros(1)]
     values = np.random.default_rng(0).standard_normal((4, 3))
-    models = PartModels(PartColumns.of(1, 0), values, [1], nodes)
-    xi, eta = HybridExpansion.design([1], nodes)
+    models = PartModels(PartColumns.of(1, 0), values, [HERMITE], [1], nodes)
+    xi, eta = HybridExpansion.design([HERMITE], [1], nodes)
     A = np.concatenate([np.ones((4, 1)), xi, eta], axis=1)
     for run, found in enumerate(models.left_out()):
         others = np.arange(4) != run

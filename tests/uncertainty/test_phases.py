@@ -9,6 +9,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import SIGMAS
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.carriers import track
@@ -21,14 +22,14 @@ from flexband.uncertainty.phases.search import search
 FINE = np.linspace(-1, 1, 20001)[:, None]
 
 
-def surrogate(index, phases, envelopes, base, m):
+def surrogate(index, phases, envelopes, base, families):
     """Return F of terms: phases (terms, times), real envelopes and base (terms, outputs, times)."""
     outputs = base.shape[1]
     series = [base.reshape(len(index), -1)]
     for phase, envelope in zip(phases, envelopes, strict=True):
         flat = envelope.reshape(len(index), -1)
         series += [phase, flat, 0 * flat]
-    parts = HybridExpansion.of_terms(np.array(index), np.concatenate(series, axis=1), m)
+    parts = HybridExpansion.of_terms(np.array(index), np.concatenate(series, axis=1), families)
     return PhaseExpansion(np.arange(outputs), parts, PartColumns.of(outputs, len(phases)))
 
 
@@ -40,7 +41,7 @@ def one_wave(slopes, times, interval=0.3, bend=0.0):
     one = np.zeros((len(index), 1, len(times)))
     envelope = one.copy()
     envelope[0] = 1.0
-    return surrogate(index, [phase], [envelope], one, 1)
+    return surrogate(index, [phase], [envelope], one, [HERMITE] * n)
 
 
 def moments_of_a_wave(size, times, interval=0.3, bend=0.0, first=0.0):
@@ -118,7 +119,7 @@ def ten_inputs(times, seed=0):
         return strength[:, None] * times * np.where(total[:, None] > 0, r.uniform(0.3, 1), 1.0)
 
     phases = [phase(60.0, (0, 1, 5, 6)), phase(97.0, (0, 5, 7))]
-    return surrogate(index, phases, [part(1.0), part(0.7)], part(0.5), 5)
+    return surrogate(index, phases, [part(1.0), part(0.7)], part(0.5), [HERMITE] * 5)
 
 
 def test_ten_inputs_against_brute_force():
@@ -186,7 +187,7 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     bowl = [a**2 + 2 * b**2 + 2.0, -2 * a, 0.5, -4 * b, 1.0]
     smooth = np.stack([bowl, np.zeros(5)], axis=1)[None]
     points, beside = scan_points(np.array([5, 5]), np.zeros(2))
-    polynomials = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
+    polynomials = HybridExpansion((), np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
     values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
     targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
     basis, columns = np.ascontiguousarray(polynomials.chebyshev(points)), MomentColumns.of(1, 0)

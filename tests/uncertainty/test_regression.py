@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.regression import (
     candidates,
     compressed,
@@ -37,8 +38,9 @@ def test_left_out_errors_are_those_of_refits():
 
 def test_the_correction_is_that_of_the_terms_taken():
     index = candidates(6)
-    xi, eta = nested_points(40, 2, 4)
-    values = normalized_values(index, xi, eta)
+    families = [HERMITE, LEGENDRE] * 2
+    xi, eta = nested_points(40, 2, families)
+    values = normalized_values(index, xi, eta, families)
     fit = sparse_fit(values, index, np.exp(0.3 * xi[:, :2] + 0.2 * eta[:, :2]))
     A, P = values[:, fit.which], len(fit.which)
     assert P > 4
@@ -51,7 +53,8 @@ def test_terms_have_unit_mean_square():
     index = candidates(3)
     assert len(np.unique(index, axis=0)) == len(index) == 20  # all up to the total order 3
     eta = np.cos(np.pi * rng.random((400_000, 1)))
-    values = normalized_values(index, rng.standard_normal((400_000, 2)), eta)
+    xi = np.stack([rng.standard_normal(400_000), rng.uniform(-1, 1, 400_000)], axis=1)
+    values = normalized_values(index, xi, eta, [HERMITE, LEGENDRE])
     np.testing.assert_allclose(np.mean(values**2, axis=0), 1.0, rtol=0.1)
 
 
@@ -66,17 +69,18 @@ def test_compressed_series_have_the_products_of_all():
 def test_noise_is_not_fitted():
     """Among 900 candidates some always fit 48 random numbers; none is worth its choice."""
     index = candidates(40)
-    xi, eta = nested_points(48, 0, 40)
-    values = normalized_values(index, xi, eta)
+    xi, eta = nested_points(48, 0, [HERMITE] * 40)
+    values = normalized_values(index, xi, eta, [HERMITE] * 40)
     for seed in range(5):
         noise = np.random.default_rng(seed).standard_normal((48, 1))
         np.testing.assert_array_equal(sparse_fit(values, index, noise).which, [0])
 
 
 def test_points_stay_where_they_are_and_reach_the_ends():
-    xi, eta = nested_points(100, 5, 30)
+    families = [HERMITE] * 30
+    xi, eta = nested_points(100, 5, families)
     for few in (8, 16, 40):
-        for more, less in zip((xi, eta), nested_points(few, 5, 30), strict=True):
+        for more, less in zip((xi, eta), nested_points(few, 5, families), strict=True):
             np.testing.assert_array_equal(more[:few], less)
     assert 0.2 < np.mean(np.abs(eta) == 1) < 0.4
     assert abs(xi.mean()) < 0.02

@@ -6,21 +6,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import hermite_e
 
-from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_values,
-    hermite_nodes,
-    hermite_norms,
-    hermite_values,
-    scaled_chebyshev_zeros,
-)
+from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 from flexband.uncertainty.expansions.sequences import (
     GENZ_KEISTER,
     interval_sequence,
-    random_sequence,
+    normal_sequence,
+    uniform_sequence,
 )
 
 COUNT = 25
-SEQUENCES = {"interval": interval_sequence, "random": random_sequence}
+SEQUENCES = {
+    "interval": interval_sequence,
+    "normal": normal_sequence,
+    "uniform": uniform_sequence,
+}
 
 
 def product(x, others):
@@ -62,7 +62,7 @@ def test_leja_points_are_the_largest_of_the_product():
     assert x[3] == pytest.approx(1 / np.sqrt(3), abs=1e-10)
     for k in range(2, COUNT):
         assert product(x[k : k + 1], x[:k])[0] >= (1 - 1e-9) * product(fine, x[:k]).max()
-    x, fine = random_sequence(COUNT), np.linspace(-14, 14, 20001)
+    x, fine = normal_sequence(COUNT), np.linspace(-14, 14, 20001)
     weight = np.exp(-(fine**2) / 4)
     for k in range(9, COUNT, 2):
         here = product(x[k : k + 1], x[:k])[0] * np.exp(-(x[k] ** 2) / 4)
@@ -70,10 +70,10 @@ def test_leja_points_are_the_largest_of_the_product():
 
 
 def test_random_points_come_in_pairs_about_the_mean():
-    x = random_sequence(COUNT)
+    x = normal_sequence(COUNT)
     assert x[0] == 0.0
     np.testing.assert_array_equal(x[1::2], -x[2::2])
-    np.testing.assert_allclose(np.sort(x[:3]), hermite_nodes(2), atol=1e-15)
+    np.testing.assert_allclose(np.sort(x[:3]), HERMITE.gauss(3)[0], atol=1e-15)
     weighted = []  # Leja order among the points of Genz and Keister
     for k in (3, 5, 7):
         rest = x[k:9]
@@ -86,9 +86,9 @@ def test_random_points_come_in_pairs_about_the_mean():
 @pytest.mark.parametrize(("count", "degree"), [(1, 1), (3, 5), (7, 7), (9, 15)])
 def test_means_are_exact_to_the_degree_of_genz_and_keister(count, degree):
     """The first coefficient is a quadrature rule: 1, 3 and 9 points of degree 1, 5 and 15."""
-    x = random_sequence(count)
-    rule = np.linalg.inv(hermite_values(count - 1, x))[0]
-    found = rule @ (hermite_values(degree + 1, x) / np.sqrt(hermite_norms(degree + 1)))
+    x = normal_sequence(count)
+    rule = np.linalg.inv(HERMITE.values(count - 1, x))[0]
+    found = rule @ (HERMITE.values(degree + 1, x) / np.sqrt(HERMITE.norms(degree + 1)))
     np.testing.assert_allclose(found[: degree + 1], np.eye(degree + 1)[0], atol=1e-12)
     assert abs(found[degree + 1]) > 1e-3
 
@@ -112,7 +112,7 @@ def test_polynomials_of_a_downward_closed_set_are_reproduced(case):
     for v, is_random in zip(orders.T, random, strict=True):
         q = v.max()
         if is_random:
-            basis = hermite_values(q, random_sequence(q + 1)) / np.sqrt(hermite_norms(q))
+            basis = HERMITE.values(q, normal_sequence(q + 1)) / np.sqrt(HERMITE.norms(q))
         else:
             basis = chebyshev_values(q, interval_sequence(q + 1))
         V *= basis[np.ix_(v, v)]
@@ -133,10 +133,10 @@ def test_constants_of_intervals_grow_slowly():
 def test_constants_of_random_variables_grow_slowly():
     """Weighted by √pdf; Gauss–Hermite points, not nested, have 2.8 at order 20."""
     fine = np.linspace(-14, 14, 5601)
-    x = random_sequence(COUNT)
+    x = normal_sequence(COUNT)
     found = np.array([lebesgue(x[: q + 1], fine, 0.25) for q in range(COUNT)])
     assert found[0] == pytest.approx(1.0)
-    assert found[2] == pytest.approx(lebesgue(hermite_nodes(2), fine, 0.25))
+    assert found[2] == pytest.approx(lebesgue(HERMITE.gauss(3)[0], fine, 0.25))
     assert found[2::2].max() < 15
     assert found.max() < 30
     assert lebesgue(hermite_e.hermegauss(21)[0], fine, 0.25) == pytest.approx(2.78, abs=0.01)

@@ -96,9 +96,13 @@ def test_a_file_that_is_cut_or_changed_is_refused(kind, saved, tmp_path):
 
 
 def variants(array):
-    """Yield arrays that may not stand in place of one that is numbers."""
-    yield array.astype(str)
-    yield array.astype(complex)
+    """Yield arrays that may not stand in place of one."""
+    if array.dtype.kind == "U":
+        yield array.astype(bytes)
+        yield np.full_like(array, "Chebyshev")
+    else:
+        yield array.astype(str)
+        yield array.astype(complex)
     yield array[None]
     if array.size:
         yield np.concatenate([array, array]) if array.ndim else np.array([array, array])

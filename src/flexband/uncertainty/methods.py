@@ -140,9 +140,10 @@ class PCCI:
         """Return the surrogate, with `truncation`, an indicator of the error of the expansion."""
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
-        values = evaluate(*HybridExpansion.design(random_orders, nodes))
+        random = space.families, random_orders
+        values = evaluate(*HybridExpansion.design(*random, nodes))
         flat = values.values.reshape(len(values), -1)
-        expansion = HybridExpansion.fit(flat, random_orders, nodes)
+        expansion = HybridExpansion.fit(flat, *random, nodes)
         direct = DirectExpansion(np.arange(math.prod(values.shape[1:-1])), expansion)
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})

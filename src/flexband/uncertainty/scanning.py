@@ -10,7 +10,7 @@ import xarray as xr
 from flexband.errors import whole
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.bands import bands
@@ -36,7 +36,10 @@ class Scanning:
             object.__setattr__(self, name, whole(name, getattr(self, name), least))
 
     def normals(self, dimension: int) -> np.ndarray:
-        """Return samples of ξ, shape (samples, dimension)."""
+        """Return samples of standard normal variables, shape (samples, dimension).
+
+        Those of inputs with another distribution are transformed.
+        """
         raise NotImplementedError
 
     def runs(self, space: Space) -> int:
@@ -47,7 +50,7 @@ class Scanning:
     def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
         """Return the bands of Eqs. (8)–(10), over the uniform grid of Eq. (7), ends included."""
         n, m = space.random_dimension, space.interval_dimension
-        xi = self.normals(n) if n else np.zeros((1, 0))
+        xi = of_normals(self.normals(n) if n else np.zeros((1, 0)), space.families)
         eta = tensor_points([np.linspace(-1, 1, self.points)] * m)
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
         flat = values.values.reshape(len(eta), len(xi), -1)
@@ -80,7 +83,7 @@ class LHSScanning(Scanning):
     name = "LHS–Scanning"
 
     def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples of ξ, shape (samples, dimension)."""
+        """Return the samples, shape (samples, dimension)."""
         return latin_hypercube_normals(self.samples, dimension, self.seed)
 
 
@@ -95,5 +98,5 @@ class MonteCarlo(Scanning):
     name = "Monte Carlo"
 
     def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples of ξ, shape (samples, dimension)."""
+        """Return the samples, shape (samples, dimension)."""
         return np.random.default_rng(self.seed).standard_normal((self.samples, dimension))

@@ -27,6 +27,7 @@ from flexband.uncertainty.adaptive.expected_error import (
     thinned,
 )
 from flexband.uncertainty.expansions.expansion import Expansion, extremes_of
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.expansion import expansion_of
@@ -54,6 +55,11 @@ class Runs(Protocol):
         """ξ and η, shapes (runs, n) and (runs, m)."""
         ...
 
+    @property
+    def families(self) -> Sequence[Family]:
+        """The polynomials of each ξ."""
+        ...
+
     def __len__(self) -> int: ...
 
 
@@ -77,6 +83,7 @@ class BatchModel(ABC):
         phase_resolved: bool,
     ):
         self.F, self.points, self.batches = F, design.points, batches
+        self.families = design.families
         self.stages = decompose(F, dt) if phase_resolved else [Stage([], F)]
         self.size, self.varied = rms(F) + 1e-300, rms(F - F.mean(axis=0))
         errors, self.misses = [], []
@@ -90,8 +97,8 @@ class BatchModel(ABC):
 
     @staticmethod
     @abstractmethod
-    def start(m: int, n: int, most: int) -> tuple[Runs, list[int]]:
-        """Return the first runs in m variables η and n variables ξ, and where their batches end."""
+    def start(m: int, families: Sequence[Family], most: int) -> tuple[Runs, list[int]]:
+        """Return the first runs in m variables η and those ξ, and where their batches end."""
 
     @abstractmethod
     def extended(self, count: int) -> Runs:
@@ -126,7 +133,7 @@ class BatchModel(ABC):
     def _parts(self, stage: Stage, count: int) -> HybridExpansion:
         """Return the expansion of the parts that the first runs tell."""
         index, terms = self._terms(stage, count)
-        return HybridExpansion.of_terms(index, terms, self.points[1].shape[1])
+        return HybridExpansion.of_terms(index, terms, self.families)
 
     def _predicted(self, stage: Stage, before: int, now: int) -> tuple[np.ndarray, np.ndarray]:
         """Return how far the runs of a batch are from what was known before.

@@ -12,14 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from flexband.uncertainty.adaptive.batches import BATCH, BatchModel
+from flexband.uncertainty.expansions.families import Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import term_values
 from flexband.uncertainty.expansions.index_sets import TermSizes, first_terms
-from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_values,
-    hermite_norms,
-    hermite_values,
-)
-from flexband.uncertainty.expansions.sequences import interval_sequence, random_sequence
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
+from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 
@@ -44,18 +41,25 @@ class Design:
     Attributes
     ----------
     index : orders of the terms in each variable, η first, shape (terms, variables).
-    interval_dimension : m.
+    families : the polynomials of each ξ.
     """
 
     index: np.ndarray
-    interval_dimension: int
+    families: Sequence[Family]
+
+    @property
+    def interval_dimension(self) -> int:
+        """Number m of variables η."""
+        return self.index.shape[1] - len(self.families)
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (terms, n) and (terms, m)."""
         m = self.interval_dimension
         eta = interval_sequence(HIGHEST_INTERVAL + 1)[self.index[:, :m]]
-        return random_sequence(HIGHEST_RANDOM + 1)[self.index[:, m:]], eta
+        random = zip(self.families, self.index[:, m:].T, strict=True)
+        xi = [family.sequence(HIGHEST_RANDOM + 1)[k] for family, k in random]
+        return np.reshape(xi, (-1, len(eta))).T.copy(), eta
 
     @property
     def highest(self) -> np.ndarray:
@@ -69,14 +73,14 @@ class Design:
         xi, eta = self.points
         orders = self.index.max(axis=0)
         values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
-        values += [hermite_values(k, x) for k, x in zip(orders[len(values) :], xi.T, strict=True)]
+        random = zip(self.families, orders[len(values) :], xi.T, strict=True)
+        values += [family.values(k, x) for family, k, x in random]
         return term_values(values, self.index)
 
     @property
     def norms(self) -> np.ndarray:
         """√E[Ψ²] of the terms, shape (terms,)."""
-        norms = hermite_norms(HIGHEST_RANDOM)[self.index[:, self.interval_dimension :]]
-        return np.sqrt(norms.prod(axis=1))
+        return np.sqrt(mean_squares(self.index[:, self.interval_dimension :], self.families))
 
     def __len__(self) -> int:
         return len(self.index)
@@ -92,11 +96,12 @@ class NestedModel(BatchModel):
         super().__init__(F, dt, design, batches, phase_resolved)
 
     @staticmethod
-    def start(m: int, n: int, most: int) -> tuple[Design, list[int]]:
+    def start(m: int, families: Sequence[Family], most: int) -> tuple[Design, list[int]]:
         """Return the first terms, as far as the budget reaches, and where their batches end."""
+        n = len(families)
         wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
         index = first_terms(m, n, min(wanted, most))
-        return Design(index, m), [1, 1 + m + n] + [len(index)] * (len(index) > 1 + m + n)
+        return Design(index, families), [1, 1 + m + n] + [len(index)] * (len(index) > 1 + m + n)
 
     @property
     def _pairs(self) -> list[tuple[int, int]]:
@@ -148,7 +153,7 @@ class NestedModel(BatchModel):
         known = TermSizes(self.design.index, self._rows(len(self.F)))
         more = known.next_terms(count, self.design.highest)
         index = np.concatenate([self.design.index, more])
-        return Design(index, self.design.interval_dimension)
+        return Design(index, self.design.families)
 
     def _scaled(self, change: np.ndarray) -> np.ndarray:
         """Return the errors expected, of how the bands have changed, both (2, outputs, times).

@@ -106,7 +106,7 @@ class AdaptivePCCI:
         """
         m, n = space.interval_dimension, space.random_dimension
         fit = self._model(1 + m + 2 * n)
-        design, batches = fit.start(m, n, self.runs(space))
+        design, batches = fit.start(m, space.families, self.runs(space))
         values = None
         while True:
             done = 0 if values is None else len(values)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flexband.uncertainty.adaptive.batches import BATCH, NEGLIGIBLE, BatchModel
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.regression import (
     Fit,
     candidates,
@@ -33,17 +34,17 @@ small leave-one-out error may be luck, until the next batch has met it."""
 class Samples:
     """Runs at the first points of a sequence.
 
-    count : of runs. interval_dimension, random_dimension : m and n.
+    count : of runs. interval_dimension : m. families : the polynomials of each ξ.
     """
 
     count: int
     interval_dimension: int
-    random_dimension: int
+    families: Sequence[Family]
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
-        return nested_points(self.count, self.interval_dimension, self.random_dimension)
+        return nested_points(self.count, self.interval_dimension, self.families)
 
     def __len__(self) -> int:
         return self.count
@@ -61,22 +62,21 @@ class RegressionModel(BatchModel):
         phase_resolved: bool,
     ):
         self.design = design
-        self.index = candidates(design.interval_dimension + design.random_dimension)
-        self.scales = term_scales(self.index, design.interval_dimension)
-        self.values = normalized_values(self.index, *design.points)
+        self.index = candidates(design.interval_dimension + len(design.families))
+        self.scales = term_scales(self.index, design.families)
+        self.values = normalized_values(self.index, *design.points, design.families)
         self._fits: dict[tuple[int, int], list[tuple[np.ndarray, Fit]]] = {}
         super().__init__(F, dt, design, batches, phase_resolved)
 
     @staticmethod
-    def start(m: int, n: int, most: int) -> tuple[Samples, list[int]]:
+    def start(m: int, families: Sequence[Family], most: int) -> tuple[Samples, list[int]]:
         """Return the fewest runs, and where their batches end."""
         del most
-        return Samples(LEAST_RUNS, m, n), [BATCH, LEAST_RUNS]
+        return Samples(LEAST_RUNS, m, families), [BATCH, LEAST_RUNS]
 
     def extended(self, count: int) -> Samples:
         """Return the samples with so many more."""
-        m, n = self.design.interval_dimension, self.design.random_dimension
-        return Samples(self.design.count + count, m, n)
+        return replace(self.design, count=self.design.count + count)
 
     def _fitted(self, stage: Stage, count: int) -> list[tuple[np.ndarray, Fit]]:
         """Return the series and the fit to the first runs of each part.

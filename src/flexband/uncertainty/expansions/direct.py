@@ -9,6 +9,7 @@ import numpy as np
 
 from flexband.uncertainty.expansions.bounds import extremes
 from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 
 
@@ -43,11 +44,13 @@ class DirectExpansion:
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        return {"outputs": self.outputs, **vars(self.values)}
+        return {"outputs": self.outputs, **self.values.arrays()}
 
     @staticmethod
-    def of_arrays(outputs: np.ndarray, **values: np.ndarray) -> DirectExpansion:
-        return DirectExpansion(outputs, HybridExpansion(**values))
+    def of_arrays(
+        inputs: Sequence[Family], outputs: np.ndarray, **values: np.ndarray
+    ) -> DirectExpansion:
+        return DirectExpansion(outputs, HybridExpansion.of_arrays(inputs, **values))
 
     def _by_output(self, values: np.ndarray) -> np.ndarray:
         return values.reshape(len(values), len(self.outputs), -1)

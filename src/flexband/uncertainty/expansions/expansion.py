@@ -54,7 +54,10 @@ class Expansion(Protocol):
         ...
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that a file keeps; `of_arrays(**arrays)` of the class restores it."""
+        """Return the arrays that a file keeps.
+
+        `of_arrays(families, **arrays)` of the class restores it, with the families of its inputs.
+        """
         ...
 
 

@@ -1,4 +1,4 @@
-"""The hybrid expansion of a response in Chebyshev and Hermite polynomials, Eq. (11)."""
+"""The hybrid expansion of a response in Chebyshev and orthogonal polynomials, Eq. (11)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,9 @@ from functools import reduce
 
 import numpy as np
 
-from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_derivative,
-    chebyshev_values,
-    hermite_nodes,
-    hermite_norms,
-    hermite_transform,
-    hermite_values,
-)
+from flexband.errors import InputError
+from flexband.uncertainty.expansions.families import Family, mean_squares, transform
+from flexband.uncertainty.expansions.polynomials import chebyshev_derivative, chebyshev_values
 
 
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
@@ -51,12 +46,14 @@ class HybridExpansion:
 
     Attributes
     ----------
-    random_index : the order of every Hermite polynomial in Ψ_j, shape (N, n); Ψ_0 = 1.
+    families : the polynomials of each random variable.
+    random_index : the order of each of them in Ψ_j, shape (N, n); Ψ_0 = 1.
     interval_index : the order of every Chebyshev polynomial in Φ_i, shape (M, m); Φ_0 = 1.
     coefficients : β, shape (M, N, series), with zeros for products that a sparse expansion has
         not. All outputs and times are series.
     """
 
+    families: tuple[Family, ...]
     random_index: np.ndarray
     interval_index: np.ndarray
     coefficients: np.ndarray
@@ -94,16 +91,25 @@ class HybridExpansion:
 
     @staticmethod
     def design(
-        random_orders: Sequence[int], interval_nodes: Sequence[np.ndarray]
+        families: Sequence[Family],
+        random_orders: Sequence[int],
+        interval_nodes: Sequence[np.ndarray],
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return ξ and η of all runs, shapes (runs, n) and (runs, m); ξ varies fastest."""
-        xi = tensor_points([hermite_nodes(k) for k in random_orders])
+        """Return ξ and η of all runs, shapes (runs, n) and (runs, m); ξ varies fastest.
+
+        ξ are the roots of the polynomials of degree k + 1, Eq. (13).
+        """
+        own = zip(families, random_orders, strict=True)
+        xi = tensor_points([family.gauss(k + 1)[0] for family, k in own])
         eta = tensor_points(interval_nodes)
         return np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0)
 
     @staticmethod
     def fit(
-        values: np.ndarray, random_orders: Sequence[int], interval_nodes: Sequence[np.ndarray]
+        values: np.ndarray,
+        families: Sequence[Family],
+        random_orders: Sequence[int],
+        interval_nodes: Sequence[np.ndarray],
     ) -> HybridExpansion:
         """Return the expansion through the values, shape (runs, series), of `design`.
 
@@ -112,28 +118,44 @@ class HybridExpansion:
         """
         transforms = [
             *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
-            *(hermite_transform(k) for k in random_orders),
+            *map(transform, families, random_orders),
         ]
         beta, before = values, 1
-        for transform in transforms:
-            beta = transform @ beta.reshape(before, len(transform), -1)
-            before *= len(transform)
+        for matrix in transforms:
+            beta = matrix @ beta.reshape(before, len(matrix), -1)
+            before *= len(matrix)
         interval = tensor_index([len(x) - 1 for x in interval_nodes])
         beta = beta.reshape(len(interval), before // len(interval), -1)
-        return HybridExpansion(tensor_index(random_orders), interval, beta)
+        return HybridExpansion(tuple(families), tensor_index(random_orders), interval, beta)
 
     @staticmethod
-    def of_terms(index: np.ndarray, terms: np.ndarray, interval_dimension: int) -> HybridExpansion:
+    def of_terms(
+        index: np.ndarray, terms: np.ndarray, families: Sequence[Family]
+    ) -> HybridExpansion:
         """Return the expansion with the given terms only, coefficients of shape (terms, series).
 
         The index has the order of each term in each variable, η first, shape (terms, variables).
         """
-        m = interval_dimension
+        m = index.shape[1] - len(families)
         interval, i = np.unique(_and_one(index[:, :m]), axis=0, return_inverse=True)
         random, j = np.unique(_and_one(index[:, m:]), axis=0, return_inverse=True)
         beta = np.zeros((len(interval), len(random), terms.shape[1]))
         beta[i, j] = terms
-        return HybridExpansion(random[:, :-1], interval[:, :-1], beta)
+        return HybridExpansion(tuple(families), random[:, :-1], interval[:, :-1], beta)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays that a file keeps, with the families by name."""
+        names = np.array([family.name for family in self.families], dtype=str)
+        return {**vars(self), "families": names}
+
+    @staticmethod
+    def of_arrays(inputs: Sequence[Family], families: np.ndarray, **own) -> HybridExpansion:
+        """Return the expansion of `arrays`; the families must be those of its inputs."""
+        if families.tolist() != [family.name for family in inputs]:
+            raise InputError(
+                f"families of an expansion must be those of its inputs; got {families}"
+            )
+        return HybridExpansion(tuple(inputs), **own)
 
     def of_rows(self, rows: int, which: np.ndarray, times: slice) -> HybridExpansion:
         """Return the expansion of some rows and times of its series, taken as (rows, times)."""
@@ -143,8 +165,7 @@ class HybridExpansion:
     @property
     def norms(self) -> np.ndarray:
         """γ_j of Eq. (15), products over the random variables."""
-        norms = [hermite_norms(k)[None] for k in self.random_orders]
-        return term_values([*norms, np.ones((1, 1))], _and_one(self.random_index))[0]
+        return mean_squares(self.random_index, self.families)
 
     @property
     def weighted(self) -> np.ndarray:
@@ -156,9 +177,10 @@ class HybridExpansion:
         values = map(chebyshev_values, self.interval_orders, eta.T)
         return term_values([*values, np.ones((len(eta), 1))], _and_one(self.interval_index))
 
-    def hermite(self, xi: np.ndarray) -> np.ndarray:
+    def orthogonal(self, xi: np.ndarray) -> np.ndarray:
         """Return Ψ_j at ξ of shape (points, n), shape (points, N)."""
-        values = map(hermite_values, self.random_orders, xi.T)
+        own = zip(self.families, self.random_orders, xi.T, strict=True)
+        values = [family.values(k, x) for family, k, x in own]
         return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
 
     def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
@@ -172,7 +194,8 @@ class HybridExpansion:
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
-        return np.einsum("pi,pj,ijs->ps", self.chebyshev(eta), self.hermite(xi), self.coefficients)
+        phi, psi = self.chebyshev(eta), self.orthogonal(xi)
+        return np.einsum("pi,pj,ijs->ps", phi, psi, self.coefficients)
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""

@@ -1,38 +1,11 @@
-"""Hermite and Chebyshev polynomials in one variable: nodes, values, transforms."""
+"""Chebyshev polynomials of an interval variable: zeros, values, derivatives."""
 
 from __future__ import annotations
 
 from functools import cache
-from math import factorial
 
 import numpy as np
-from numpy.polynomial import chebyshev, hermite_e
-
-
-def hermite_nodes(order: int) -> np.ndarray:
-    """Return the roots of the Hermite polynomial of degree order + 1, Eq. (13)."""
-    return hermite_e.hermegauss(order + 1)[0]
-
-
-def hermite_values(order: int, xi: np.ndarray) -> np.ndarray:
-    """Return He_0 … He_order at ξ, shape (*xi.shape, order + 1)."""
-    return hermite_e.hermevander(xi, order)
-
-
-def hermite_norms(order: int) -> np.ndarray:
-    """Return γ_j = E[He_j(ξ)²] = j!, as in Eq. (15)."""
-    return np.array([float(factorial(j)) for j in range(order + 1)])
-
-
-def hermite_transform(order: int) -> np.ndarray:
-    """Return the matrix from values at `hermite_nodes` to coefficients, by Gauss quadrature.
-
-    It is the inverse of the matrix of `hermite_values` at the nodes, since the polynomials are
-    orthogonal on these nodes too.
-    """
-    nodes, weights = hermite_e.hermegauss(order + 1)
-    values = hermite_values(order, nodes)
-    return (values * (weights / weights.sum())[:, None]).T / hermite_norms(order)[:, None]
+from numpy.polynomial import chebyshev
 
 
 def chebyshev_zeros(order: int) -> np.ndarray:

@@ -16,16 +16,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from flexband.uncertainty.expansions.families import Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import term_values
-from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_values,
-    hermite_norms,
-    hermite_values,
-)
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
 MAX_CANDIDATES = 6000
 MAX_PURE_ORDER = 3
@@ -81,22 +79,25 @@ def candidates(dimension: int) -> np.ndarray:
     return np.concatenate(found)
 
 
-def normalized_values(index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+def normalized_values(
+    index: np.ndarray, xi: np.ndarray, eta: np.ndarray, families: Sequence[Family]
+) -> np.ndarray:
     """Return the terms at points of shape (points, n) and (points, m), shape (points, terms).
 
-    They have unit mean square over ξ ~ N(0, I) and η = cos πu.
+    They have unit mean square over ξ and η = cos πu.
     """
     orders = index.max(axis=0)
     values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
-    values += [hermite_values(k, x) for k, x in zip(orders[len(values) :], xi.T, strict=True)]
-    return term_values(values, index) / term_scales(index, eta.shape[1])
+    random = zip(families, orders[len(values) :], xi.T, strict=True)
+    values += [family.values(k, x) for family, k, x in random]
+    return term_values(values, index) / term_scales(index, families)
 
 
-def term_scales(index: np.ndarray, interval_dimension: int) -> np.ndarray:
+def term_scales(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
     """Return the root mean squares of the terms that `normalized_values` divides by, (terms,)."""
-    m = interval_dimension
+    m = index.shape[1] - len(families)
     square = 0.5 ** (index[:, :m] > 0).sum(axis=1)
-    return np.sqrt(square * hermite_norms(int(index.max()))[index[:, m:]].prod(axis=1))
+    return np.sqrt(square * mean_squares(index[:, m:], families))
 
 
 def sparse_fit(

@@ -9,7 +9,8 @@ Lebesgue constants stay below q + 1. Real projections of Leja sequences of the d
 random variable the product is weighted by the square root of the density, which distributes points
 as in Gauss quadrature (Narayan and Jakeman, 2014); the constants grow more slowly than
 exponentially (Jantsch, Webster and Zhang, 2016). For moments the rules of Genz and Keister (1996)
-are better as far as they reach: 1, 3 and 9 points integrate polynomials of degree 1, 5 and 15.
+are better as far as they reach: 1, 3 and 9 points integrate polynomials of degree 1, 5 and 15. So
+are those of Patterson (1968) for a uniform variable: 1, 3, 7 and 15 points, of degree 1, 5, 11, 23.
 
 Interval variables take one point after the other. For random variables orders 2k − 1 and 2k are
 best added together: an odd order alone does not improve the mean. `benchmarks/points.py` measures
@@ -24,6 +25,17 @@ import numpy as np
 
 GENZ_KEISTER = (3**0.5, 2.861279576057058, 0.741095349994541, 4.184956017672732)
 """The positive points of a nine-point rule of N(0, 1), in the order of a weighted Leja sequence."""
+
+PATTERSON = (
+    0.6**0.5,
+    0.9604912687080203,
+    0.4342437493468026,
+    0.9938319632127550,
+    0.2233866864289669,
+    0.6211029467372264,
+    0.8884592328722570,
+)
+"""The positive points of a 15-point rule on [−1, 1], in the order of a Leja sequence."""
 
 DECIMALS = 10
 """Points are rounded to this many decimals, so that they are the same on every machine."""
@@ -40,18 +52,33 @@ def interval_sequence(count: int) -> np.ndarray:
     return np.array(points[:count])
 
 
-def random_sequence(count: int) -> np.ndarray:
+def normal_sequence(count: int) -> np.ndarray:
     """Return the first points 0, √3, −√3, 2.86, −2.86, … for ξ ~ N(0, 1), shape (count,).
 
     The nine points of Genz and Keister, then pairs of a Leja sequence weighted by e^{−ξ²/4}.
     """
-    points = [0.0]
-    for point in GENZ_KEISTER:
-        points += [point, -point]
+    points = _pairs(GENZ_KEISTER)
     while len(points) < count:
         point = _next(tuple(points), rate=0.25, margin=4.0)
         points += [point, -point]
     return np.array(points[:count])
+
+
+def uniform_sequence(count: int) -> np.ndarray:
+    """Return the first points 0, √0.6, −√0.6, 0.96, … for ξ uniform on [−1, 1], shape (count,).
+
+    The 15 points of Patterson, then pairs of a Leja sequence.
+    """
+    points = _pairs(PATTERSON)
+    while len(points) < count:
+        point = _next(tuple(points), rate=0.0, margin=1 - max(points))
+        points += [point, -point]
+    return np.array(points[:count])
+
+
+def _pairs(positive: tuple[float, ...]) -> list[float]:
+    """Return zero, then every point and its opposite."""
+    return [0.0, *(sign * point for point in positive for sign in (1, -1))]
 
 
 @cache

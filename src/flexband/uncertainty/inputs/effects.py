@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Response, Space
 
 ROUNDING = 4 * np.finfo(float).eps
@@ -86,7 +87,8 @@ def probes(space: Space, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     n, m = space.random_dimension, space.interval_dimension
     points = []
     for _ in range(2):
-        xi, eta = generator.standard_normal((2, n)), generator.uniform(-1.0, 1.0, (2, m))
+        xi = of_normals(generator.standard_normal((2, n)), space.families)
+        eta = generator.uniform(-1.0, 1.0, (2, m))
         here, there = np.concatenate([xi, eta], axis=1)
         points += [here, *(np.where(own[name], there, here) for name in names)]
     all_points = np.stack(points)

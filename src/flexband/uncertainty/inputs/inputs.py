@@ -1,7 +1,7 @@
 """Uncertain inputs: numbers of which an interval or a distribution is known.
 
-Every input is a function of standard variables: ξ ~ N(0, 1) of random inputs, η ∈ [−1, 1] of
-interval inputs.
+Every input is a function of standard variables: ξ of random inputs, distributed as the family of
+polynomials requires in which the response is expanded, and η ∈ [−1, 1] of interval inputs.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from flexband.errors import InputError, numbers, plausible_spread, positive
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE, Family
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
 
@@ -30,10 +30,14 @@ class Input(ABC):
     Attributes
     ----------
     random : whether the standard variables are ξ (a distribution) or η (an interval).
+    family : the polynomials of ξ, which determine its distribution: `HERMITE` for standard normal
+        variables, `LEGENDRE` for uniform ones on [−1, 1]. The more linear `value` is, the lower are
+        the orders that a response requires.
     kinds : all subclasses by name.
     """
 
     random: ClassVar[bool] = True
+    family: ClassVar[Family] = HERMITE
     kinds: ClassVar[dict[str, type[Input]]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -96,19 +100,11 @@ class Interval(Input):
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""
-        eta = standard[:, 0]
-        return 0.5 * ((1 - eta) * self.lower + (1 + eta) * self.upper)
+        return _between(self.lower, self.upper, standard[:, 0])
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return η of values, within rounding of the bounds; 0 if the bounds are equal."""
-        middle, radius = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
-        eta = (value - middle) / (radius or 1.0)
-        if np.any(np.abs(eta) > 1 + 1e-9):
-            worst = np.ravel(value)[np.abs(eta).argmax()]
-            raise InputError(
-                f"values must be between {self.lower:g} and {self.upper:g}; got {worst:g}"
-            )
-        return np.clip(eta, -1.0, 1.0)
+        return _place(self.lower, self.upper, value)
 
 
 @dataclass(frozen=True)
@@ -140,7 +136,7 @@ class Normal(Input):
 
 @dataclass(frozen=True)
 class Uniform(Input):
-    """A uniformly distributed number, as a function of a normal variable.
+    """A uniformly distributed number.
 
     Raises
     ------
@@ -151,6 +147,8 @@ class Uniform(Input):
     lower: float
     upper: float
 
+    family = LEGENDRE
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.lower >= self.upper:
@@ -158,12 +156,24 @@ class Uniform(Input):
         plausible_spread("width of the Uniform", self.upper - self.lower, self.upper)
 
     def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return lower + (upper − lower) P(ξ) with the normal distribution function P."""
-        return self.lower + (self.upper - self.lower) * ndtr(standard[:, 0])
+        """Return midpoint + radius ξ; exactly the bounds at ξ = −1 and 1."""
+        return _between(self.lower, self.upper, standard[:, 0])
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return ξ of values strictly between the bounds."""
-        part = (value - self.lower) / (self.upper - self.lower)
-        if np.any((part <= 0) | (part >= 1)):
-            raise InputError(f"values must be strictly between {self.lower:g} and {self.upper:g}")
-        return ndtri(part)
+        """Return ξ of values, within rounding of the bounds."""
+        return _place(self.lower, self.upper, value)
+
+
+def _between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
+    """Return the number at x of −1 … 1 between two bounds."""
+    return 0.5 * ((1 - x) * lower + (1 + x) * upper)
+
+
+def _place(lower: float, upper: float, value: np.ndarray) -> np.ndarray:
+    """Return where values are between two bounds, −1 … 1; 0 if the bounds are equal."""
+    middle, radius = (lower + upper) / 2, (upper - lower) / 2
+    x = (value - middle) / (radius or 1.0)
+    if np.any(np.abs(x) > 1 + 1e-9):
+        worst = np.ravel(value)[np.abs(x).argmax()]
+        raise InputError(f"values must be between {lower:g} and {upper:g}; got {worst:g}")
+    return np.clip(x, -1.0, 1.0)

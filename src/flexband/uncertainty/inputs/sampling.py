@@ -1,15 +1,26 @@
-"""Samples of ξ, and a fixed sequence of ξ and η."""
+"""Samples of ξ, and fixed sequences of ξ and η."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from flexband.uncertainty.expansions.families import Family
+
 END_SHARE = 0.3
 """Fraction of the values of η in a sequence of points that are −1 or 1."""
+
+
+def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:
+    """Return ξ of the families at standard normal variables, both of shape (points, n)."""
+    xi = normals.copy()
+    for own, family in zip(xi.T, families, strict=True):
+        own[:] = family.of_normal(own)
+    return xi
 
 
 def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
@@ -19,14 +30,15 @@ def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarr
     return ndtri(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(samples))
 
 
-def nested_points(runs: int, m: int, n: int) -> tuple[np.ndarray, np.ndarray]:
+def nested_points(runs: int, m: int, families: Sequence[Family]) -> tuple[np.ndarray, np.ndarray]:
     """Return the first points of a fixed sequence of ξ, (runs, n), and η, (runs, m).
 
     It is a scrambled Sobol' sequence. The fraction `END_SHARE` of the values of each η is at the
     ends, where most bounds are; the others are cos πu.
     """
     power = math.ceil(math.log2(max(runs, 2)))
-    u = qmc.Sobol(m + n, rng=np.random.default_rng(0)).random_base2(power)[:runs]
+    u = qmc.Sobol(m + len(families), rng=np.random.default_rng(0)).random_base2(power)[:runs]
     middle = (u[:, :m] - END_SHARE / 2) / (1 - END_SHARE)
     tiny = np.finfo(float).eps
-    return ndtri(np.clip(u[:, m:], tiny, 1 - tiny)), -np.cos(np.pi * np.clip(middle, 0, 1))
+    normals, eta = ndtri(np.clip(u[:, m:], tiny, 1 - tiny)), -np.cos(np.pi * np.clip(middle, 0, 1))
+    return of_normals(normals, families), eta

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexband.errors import InputError, finite, shown
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
@@ -44,6 +45,12 @@ class Space:
     def interval_dimension(self) -> int:
         """Number m of variables η."""
         return sum(one.dimension for one in self.of_kind(random=False).values())
+
+    @property
+    def families(self) -> tuple[Family, ...]:
+        """The polynomials of each variable ξ."""
+        random = self.of_kind(random=True).values()
+        return tuple(one.family for one in random for _ in range(one.dimension))
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
@@ -152,7 +159,8 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
     m = given.interval_dimension
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
-    values = given.values(np.zeros((len(eta), given.random_dimension)), eta)
+    means = [family.gauss(1)[0] for family in given.families]
+    values = given.values(tensor_points(means).repeat(len(eta), axis=0), eta)
     response(**values, **{name: nominal(name, one.mean) for name, one in loose.items()})
     for name, one in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])

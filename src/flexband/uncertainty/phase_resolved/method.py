@@ -24,7 +24,6 @@ from flexband.uncertainty.adaptive.expected_error import (
 )
 from flexband.uncertainty.expansions.expansion import Expansion, extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.polynomials import hermite_nodes
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.models import PartModels
@@ -70,7 +69,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         If some order is 2 or more there are two, the second mirrored; otherwise one, in the middle.
         """
         random_orders, interval_orders = self.orders(space)
-        xi = np.array([[_gap(hermite_nodes(k)) for k in random_orders]])
+        own = zip(space.families, random_orders, strict=True)
+        xi = np.array([[_gap(family.gauss(k + 1)[0]) for family, k in own]])
         eta = np.array([[_gap(self.interval_nodes(q)) for q in interval_orders]])
         xi, eta = xi.reshape(1, -1), eta.reshape(1, -1)
         if max(np.abs(xi).max(initial=0.0), np.abs(eta).max(initial=0.0)) < 1e-9:
@@ -86,11 +86,12 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         """
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
-        design, check = HybridExpansion.design(random_orders, nodes), self.check_points(space)
+        random = space.families, random_orders
+        design, check = HybridExpansion.design(*random, nodes), self.check_points(space)
         values = evaluate(*(np.concatenate(pair) for pair in zip(design, check, strict=True)))
         F, dt = series(values), step(values)
         stages = decompose(F, dt)
-        found = [_Candidate.of_stage(stage, random_orders, nodes, check) for stage in stages]
+        found = [_Candidate.of_stage(stage, *random, nodes, check) for stage in stages]
         carriers = chosen_carriers([one.error for one in found])
         models = [found[k].of(np.flatnonzero(carriers == k)) for k in np.unique(carriers)]
         full, corrected, lower = zip(*models, strict=True)
@@ -126,12 +127,12 @@ class _Candidate(NamedTuple):
     steady: np.ndarray
 
     @staticmethod
-    def of_stage(stage: Stage, random_orders, nodes, check) -> _Candidate:
+    def of_stage(stage: Stage, families, orders, nodes, check) -> _Candidate:
         """Expand the runs of a stage without the check runs, which are the last."""
         count = len(stage.base) - len(check[0])
         runs, checked = stage.runs(slice(count)), stage.runs(slice(count, None))
         columns = PartColumns.of_stage(stage)
-        models = PartModels(columns, columns.pack(runs), random_orders, nodes)
+        models = PartModels(columns, columns.pack(runs), families, orders, nodes)
         predicted = models.full.evaluate(*check)
         missed = rms(columns.join(predicted) - checked.signal)
         left_out = rms(columns.join(models.left_out()) - runs.signal)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import factorial, sqrt
+from math import sqrt
 
 import numpy as np
-from numpy.polynomial import chebyshev, hermite_e
+from numpy.polynomial import chebyshev
 
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_values
 from flexband.uncertainty.phases.layout import PartColumns
 
@@ -22,18 +23,20 @@ class PartModels:
     ----------
     columns : those of the parts.
     values : the parts in the runs of the design, shape (runs, series).
-    random_orders, nodes : order of each random and points of each interval variable.
+    families, random_orders : polynomials and order of each random variable.
+    nodes : points of each interval variable.
     """
 
     columns: PartColumns
     values: np.ndarray
+    families: Sequence[Family]
     random_orders: Sequence[int]
     nodes: Sequence[np.ndarray]
 
     @cached_property
     def full(self) -> HybridExpansion:
         """The expansion through the runs."""
-        return HybridExpansion.fit(self.values, self.random_orders, self.nodes)
+        return HybridExpansion.fit(self.values, self.families, self.random_orders, self.nodes)
 
     @cached_property
     def _lower_terms(self) -> np.ndarray:
@@ -48,8 +51,8 @@ class PartModels:
     @cached_property
     def _lower_design(self) -> np.ndarray:
         """The terms of the lower model in the runs, shape (runs, terms)."""
-        xi, eta = HybridExpansion.design(self.random_orders, self.nodes)
-        terms = tensor_values([self.full.chebyshev(eta), self.full.hermite(xi)])
+        xi, eta = HybridExpansion.design(self.families, self.random_orders, self.nodes)
+        terms = tensor_values([self.full.chebyshev(eta), self.full.orthogonal(xi)])
         return terms[:, self._lower_terms]
 
     def lower(self) -> HybridExpansion:
@@ -93,22 +96,21 @@ class PartModels:
         index, which = np.unique(index, axis=0, return_inverse=True)
         summed = np.zeros((len(index), terms.shape[1]))
         np.add.at(summed, which.ravel(), terms)
-        return HybridExpansion.of_terms(index, summed, self.full.interval_dimension)
+        return HybridExpansion.of_terms(index, summed, self.families)
 
     def _next_values(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return B_v of every variable that is expanded, shape (points, variables), η first.
 
-        Π_i (η − η_i), scaled to the largest value one, and He_{k+1}(ξ)/√(k+1)!.
+        Π_i (η − η_i), scaled to the largest value one, and P_{k+1}(ξ)/√γ_{k+1}.
         """
         values = [np.zeros((len(xi), 0))]
         for nodes, e in zip(self.nodes, eta.T, strict=True):
             if len(nodes) > 1:
                 product = np.prod(e[:, None] - nodes, axis=1, keepdims=True)
                 values.append(product / _largest(nodes))
-        for k, x in zip(self.random_orders, xi.T, strict=True):
+        for family, k, x in zip(self.families, self.random_orders, xi.T, strict=True):
             if k:
-                term = hermite_e.hermeval(x, np.eye(k + 2)[k + 1]) / sqrt(factorial(k + 1))
-                values.append(term[:, None])
+                values.append(family.values(k + 1, x)[:, k + 1 :] / sqrt(family.norms(k + 1)[-1]))
         return np.concatenate(values, axis=1)
 
     def _next_terms(self, added: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
@@ -121,9 +123,10 @@ class PartModels:
             if len(nodes) > 1:
                 factors = chebyshev.chebfromroots(nodes) / _largest(nodes)
                 yield v, np.arange(len(factors)), factors[:, None] * next(own)
-        for v, k in enumerate(self.random_orders, start=len(self.nodes)):
+        random = zip(self.families, self.random_orders, strict=True)
+        for v, (family, k) in enumerate(random, start=len(self.nodes)):
             if k:
-                yield v, np.array([k + 1]), next(own)[None] / sqrt(factorial(k + 1))
+                yield v, np.array([k + 1]), next(own)[None] / sqrt(family.norms(k + 1)[-1])
 
 
 def _largest(nodes: np.ndarray) -> float:

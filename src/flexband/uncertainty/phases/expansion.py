@@ -18,6 +18,7 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.expansions.threads import in_threads
@@ -79,14 +80,16 @@ class PhaseExpansion:
 
     def arrays(self) -> dict[str, np.ndarray]:
         carriers = np.array(self.columns.carriers)
-        return {"outputs": self.outputs, "carriers": carriers, **vars(self.parts)}
+        return {"outputs": self.outputs, "carriers": carriers, **self.parts.arrays()}
 
     @staticmethod
-    def of_arrays(outputs: np.ndarray, carriers: np.ndarray, **parts: np.ndarray) -> PhaseExpansion:
+    def of_arrays(
+        inputs: Sequence[Family], outputs: np.ndarray, carriers: np.ndarray, **parts: np.ndarray
+    ) -> PhaseExpansion:
         if not 1 <= carriers <= MAX_CARRIERS:
             raise InputError(f"carriers must be from 1 to {MAX_CARRIERS}; got {carriers}")
         columns = PartColumns.of(len(outputs), int(carriers))
-        return PhaseExpansion(outputs, HybridExpansion(**parts), columns)
+        return PhaseExpansion(outputs, HybridExpansion.of_arrays(inputs, **parts), columns)
 
 
 def expansion_of(parts: HybridExpansion, columns: PartColumns) -> Expansion:
@@ -107,7 +110,7 @@ def _search(terms: Terms, targets: np.ndarray, values: np.ndarray) -> np.ndarray
     highest = np.where(orders[:m] > 0, 2 * orders[:m] if saturated else highest, 0)
     index = smooth_index(terms.expansion.interval_index, highest.tolist())
     eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
-    polynomials = HybridExpansion(np.zeros((1, 0), int), index, np.zeros((len(index), 1, 0)))
+    polynomials = HybridExpansion((), np.zeros((1, 0), int), index, np.zeros((len(index), 1, 0)))
     smooth = np.linalg.inv(polynomials.chebyshev(eta)) @ terms.table(eta)
     size = np.abs(smooth).max(axis=0)
     matter = np.any(np.abs(smooth) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))

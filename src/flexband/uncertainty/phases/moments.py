@@ -46,6 +46,19 @@ def section(coefficients, interval_term, random_term, phi, rows):
 
 
 @cached_on_disk
+def squares(rows, norms, parts, base, square):
+    """Fill Var b and E|Z_c|² by their closed forms."""
+    base[:], square[:] = 0.0, 0.0
+    for j in range(len(norms)):
+        for o in range(parts.outputs):
+            base[o] += norms[j] * rows[j, o] ** 2 if j else 0.0
+            for c in range(parts.carriers):
+                re = rows[j, parts.real + c * parts.block + o]
+                im = rows[j, parts.imag + c * parts.block + o]
+                square[o, c] += norms[j] * (re**2 + im**2)
+
+
+@cached_on_disk
 def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
     """Fill a row of the table.
 
@@ -120,4 +133,21 @@ def by_points(
                         c, d, s = turning[k]
                         other = b + 0j if s == 0 else (u[d] if s > 0 else np.conj(u[d]))
                         second[o, k] += w * u[c] * other
+            fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
+
+
+@cached_on_disk
+def without_turning(
+    coefficients, interval_term, random_term, phi, norms, parts, columns, turning, table
+):
+    """Fill the table, as `by_points` does, where the averages of all e^{iφ} vanish."""
+    outputs, carriers = parts.outputs, parts.carriers
+    rows = np.empty((len(norms), coefficients.shape[2]))
+    mean, base, square = np.zeros(outputs), np.empty(outputs), np.empty((outputs, carriers))
+    first = np.zeros((outputs, carriers), np.complex128)
+    second = np.zeros((outputs, len(turning)), np.complex128)
+    for t in range(len(coefficients)):
+        for e in range(len(phi)):
+            section(coefficients[t], interval_term, random_term, phi[e], rows)
+            squares(rows, norms, parts, base, square)
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])

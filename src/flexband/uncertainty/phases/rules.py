@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.polynomial import hermite_e
@@ -11,6 +11,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.bounds import lobatto
+from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
 
 MAX_RULE_POINTS = 600
@@ -23,7 +24,7 @@ has those of order 2."""
 MAX_SCAN_POINTS = 2048
 
 SMALL_REACH = 0.2
-"""Phase change [rad] below which Gauss–Hermite points suffice."""
+"""Phase change [rad] below which Gauss points of the density suffice."""
 
 SCANNED_REACH = 0.3
 """Phase change [rad] above which a scan has to resolve the waves."""
@@ -33,21 +34,24 @@ TRAPEZOIDAL_END = 4.5
 
 
 def resolving_rule(
-    orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
+    families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return points ξ, shape (points, n), and weights of the expectation; None if too many.
 
-    The rule is a product of rules in one variable, along rotated axes; a rotation does not change
-    the normal density. If the phase depends on several ξ, the axes are the principal directions of
-    ∂φ/∂ξ over times and carriers. The phase then changes along few of them, often one, and the
-    others need few points.
+    The rule is a product of rules in one variable, for normal ξ along rotated axes; a rotation does
+    not change their density. If the phase depends on several normal ξ, the axes are the principal
+    directions of ∂φ/∂ξ over times and carriers. The phase then changes along few of them, often
+    one, and the others need few points.
 
     Parameters
     ----------
+    families : the polynomials of every ξ.
     orders, reach : order and largest phase change [rad] of every ξ.
     slope : ∂φ/∂ξ at ξ = η = 0, (carriers × times, n).
     """
-    axes, moving = np.eye(len(orders)), np.flatnonzero((orders > 0) & (reach >= SMALL_REACH))
+    normal = np.array([family == HERMITE for family in families], dtype=bool)
+    axes = np.eye(len(orders))
+    moving = np.flatnonzero(normal & (orders > 0) & (reach >= SMALL_REACH))
     if len(moving) > 1:
         slope = slope[:, moving]
         turned = np.linalg.svd(slope, full_matrices=len(slope) < len(moving))[2]
@@ -56,35 +60,33 @@ def resolving_rule(
         orders, reach = orders.copy(), reach.copy()
         reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
         orders[moving] = orders[moving].max() + 1
-    if math.prod(map(_rule_size, orders, reach)) > MAX_RULE_POINTS:
+    if math.prod(map(_rule_size, families, orders, reach)) > MAX_RULE_POINTS:
         return None
-    rules = list(_rules(orders, reach))
+    rules = list(map(rule, families, orders, reach))
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
     return tensor_points([points for points, _ in rules]) @ axes, weights
 
 
-def _rules(orders: np.ndarray, reach: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield points and weights of E over one ξ, for He_j, j ≤ k, times e^{iaξ}, |a| ≤ 2 reach.
+def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and weights of E over one ξ, for P_j, j ≤ 2k, times e^{2iφ}, |φ| ≤ a.
 
-    Gauss–Hermite if the phase hardly changes; otherwise the trapezoidal rule, exact to e^{−12} if
-    its step is at most 2π/(2 reach + 5).
+    A Gauss rule, except for a normal ξ that changes the phase: then the trapezoidal rule, exact to
+    e^{−12} if its step is at most 2π/(2a + 5).
     """
-    for order, a in zip(orders, reach, strict=True):
-        if order == 0:
-            yield np.zeros(1), np.ones(1)
-            continue
-        if a < SMALL_REACH:
-            x, w = hermite_e.hermegauss(_rule_size(order, a))
-        else:
-            x = np.linspace(-TRAPEZOIDAL_END, TRAPEZOIDAL_END, _rule_size(order, a))
-            w = np.exp(-x * x / 2)
-        yield x, w / w.sum()
+    size = _rule_size(family, order, a)
+    if family == HERMITE and order > 0 and a >= SMALL_REACH:
+        x = np.linspace(-TRAPEZOIDAL_END, TRAPEZOIDAL_END, size)
+        w = np.exp(-x * x / 2)
+        return x, w / w.sum()
+    return family.gauss(size)
 
 
-def _rule_size(order: float, a: float) -> int:
-    """Return the number of points of one of the `_rules`."""
+def _rule_size(family: Family, order: float, a: float) -> int:
+    """Return the number of points of `rule`."""
     if order == 0:
         return 1
+    if family != HERMITE:  # two points per wave of e^{2iφ}, and some more
+        return int(order) + 1 + math.ceil(a + 4 * np.cbrt(2 * a))
     if a < SMALL_REACH:
         return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product
     return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi)) + 1

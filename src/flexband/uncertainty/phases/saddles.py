@@ -13,7 +13,7 @@ import numpy as np
 
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.polish import substitute
-from flexband.uncertainty.phases.moments import fill, section
+from flexband.uncertainty.phases.moments import fill, section, squares
 
 SATURATED = 6.0
 """Slope [rad per standard deviation] at which the average of e^{iφ} vanishes: e^{−18}."""
@@ -65,7 +65,7 @@ def by_saddles(  # noqa: PLR0912
     for t in range(times):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
-            _squares(rows, norms, parts, base, square)
+            squares(rows, norms, parts, base, square)
             first[:], second[:] = 0.0, 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
@@ -106,19 +106,6 @@ def by_saddles(  # noqa: PLR0912
                             x, y = parts.real + at, parts.imag + at
                             second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
-
-
-@cached_on_disk
-def _squares(rows, norms, parts, base, square):
-    """Fill Var b and E|Z_c|² by their closed forms."""
-    base[:], square[:] = 0.0, 0.0
-    for j in range(len(norms)):
-        for o in range(parts.outputs):
-            base[o] += norms[j] * rows[j, o] ** 2 if j else 0.0
-            for c in range(parts.carriers):
-                re = rows[j, parts.real + c * parts.block + o]
-                im = rows[j, parts.imag + c * parts.block + o]
-                square[o, c] += norms[j] * (re**2 + im**2)
 
 
 @cached_on_disk

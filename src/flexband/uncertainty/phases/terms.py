@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.filon import Grid, by_axes
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.moments import by_points
+from flexband.uncertainty.phases.moments import by_points, without_turning
 from flexband.uncertainty.phases.rules import resolving_rule, saddle_rule, sobol_normal
 from flexband.uncertainty.phases.saddles import SATURATED, SLOPE_RANGE, by_saddles
 
@@ -58,6 +60,11 @@ class Terms:
         return self.expansion.interval_dimension
 
     @property
+    def normal(self) -> np.ndarray:
+        """Which ξ are normal, shape (n,)."""
+        return np.array([family == HERMITE for family in self.expansion.families], dtype=bool)
+
+    @property
     def turning(self) -> np.ndarray:
         """The turning parts of σ²."""
         return turning_parts(self.columns.carriers)
@@ -93,6 +100,17 @@ class Terms:
         which, size = self.index.T > 0 if which is None else which, np.abs(self.phases)
         return np.einsum("vk,tkc->vtc", which.astype(float), size).max(axis=(1, 2), initial=0.0)
 
+    def turns(self) -> np.ndarray:
+        """Return how far each ξ moves a phase at most [rad], for `resolving_rule`, shape (n,).
+
+        Where ξ is not normal, P_j counts j times, since it bends more the higher its order, and
+        products with normal variables where these are `SLOPE_RANGE`.
+        """
+        random = self.index[:, self.interval_dimension :]
+        beyond = SLOPE_RANGE ** random[:, self.normal].sum(axis=1)
+        own = self.reach()[self.interval_dimension :]
+        return np.where(self.normal, own, self.reach(random.T * beyond))
+
     def slope(self) -> np.ndarray:
         """Return ∂φ/∂ξ at ξ = η = 0, shape (times, carriers, n)."""
         random = self.index[:, self.interval_dimension :]
@@ -100,12 +118,16 @@ class Terms:
         return np.einsum("kv,tkc->tcv", first, self.phases)
 
     def saturated(self) -> bool:
-        """Return whether all averages of turning parts over ξ vanish, at all η and times."""
-        random = self.index[:, self.interval_dimension :]
+        """Return whether all averages of turning parts over ξ vanish, at all η and times.
+
+        Those over normal variables do if the phase changes fast enough with them, whatever the
+        values of the others. Those over uniform variables decrease too slowly.
+        """
+        random = self.index[:, self.interval_dimension :][:, self.normal]
         others = self.index.sum(axis=1) > 1
         weight = others * random.sum(axis=1) * SLOPE_RANGE ** np.maximum(random.sum(axis=1) - 1, 0)
         bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
-        slope = self.slope()
+        slope = self.slope()[:, :, self.normal]
         for c, d, s in self.turning:
             one = slope[:, c] + s * slope[:, d] * (s != 0)
             most = bend[:, c] + bend[:, d] * (s != 0)
@@ -116,17 +138,23 @@ class Terms:
     def table(self, eta: np.ndarray) -> np.ndarray:
         """Return the smooth moments at η of shape (points, m), shape (times, points, width)."""
         m, expansion = self.interval_dimension, self.expansion
-        n, rule = len(self.orders) - m, None
-        if not self.saturated():
-            slopes = np.concatenate(self.slope())
-            rule = resolving_rule(self.orders[m:], self.reach()[m:], slopes)
+        families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         own = self.coefficients, self.i, self.j, expansion.chebyshev(eta)
         filled = self.columns, self.moments, self.turning, table
-        if rule is None:
-            points = *saddle_rule(n), sobol_normal(n, SAMPLES)
-            by_saddles(*own, expansion.random_index, expansion.norms, *points, *filled)
-        else:
+        if self.saturated():
+            without_turning(*own, norms, *filled)
+            return table
+        slopes = np.concatenate(self.slope())
+        rule = resolving_rule(families, self.orders[m:], self.turns(), slopes)
+        if rule is not None:
             xi, weights = rule
-            by_points(*own, expansion.hermite(xi), weights, *filled)
+            by_points(*own, expansion.orthogonal(xi), weights, *filled)
+        elif self.normal.all():
+            points = *saddle_rule(len(families)), sobol_normal(len(families), SAMPLES)
+            by_saddles(*own, expansion.random_index, norms, *points, *filled)
+        else:
+            grid = Grid.of(families, self.orders[m:], self.turns())
+            psi = grid.values(expansion.random_index)
+            by_axes(*own, expansion.random_index, norms, grid, psi, *filled)
         return table

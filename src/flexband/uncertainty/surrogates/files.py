@@ -28,8 +28,9 @@ from flexband.uncertainty.surrogates.archive import read_archive, write_archive
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-FORMAT = 2
-"""Version of the format; since 2 inputs are in the order of their names."""
+FORMAT = 3
+"""Version of the format: since 2 inputs are in the order of their names, since 3 every random
+variable has its family of polynomials."""
 
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",
@@ -124,19 +125,19 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     found = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
     if len(arrays) != len(named) + sum(map(len, found)):
         raise ValueError("arrays without a use")
-    surrogate = Surrogate(
-        Space({name: _restored(one) for name, one in about["inputs"].items()}),
-        labels,
-        tuple(map(_expansion, about["expansions"], found)),
-        xr.Dataset(variables, attrs=about["attributes"]),
+    space = Space({name: _restored(one) for name, one in about["inputs"].items()})
+    expansions = tuple(
+        _expansion(kind, own, space) for kind, own in zip(about["expansions"], found, strict=True)
     )
+    diagnostics = xr.Dataset(variables, attrs=about["attributes"])
+    surrogate = Surrogate(space, labels, expansions, diagnostics)
     check(surrogate)
     return surrogate
 
 
-def _expansion(kind: str, arrays: Mapping[str, np.ndarray]) -> Expansion:
+def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Expansion:
     """Return an expansion of one of the registered kinds."""
-    return getattr(import_module(EXPANSIONS[kind]), kind).of_arrays(**arrays)
+    return getattr(import_module(EXPANSIONS[kind]), kind).of_arrays(space.families, **arrays)
 
 
 def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:

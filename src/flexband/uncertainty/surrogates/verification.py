@@ -9,7 +9,7 @@ import xarray as xr
 
 from flexband.errors import function, instance, whole
 from flexband.uncertainty.inputs.evaluation import evaluate
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
 from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -49,7 +49,8 @@ def verify(
     samples, seed = whole("samples", samples, 2, MOST_SAMPLES), whole("seed", seed, 0)
     space, labels = surrogate.space, surrogate.labels
     check_names(response, space.inputs)
-    xi = latin_hypercube_normals(samples, space.random_dimension, seed)
+    normals = latin_hypercube_normals(samples, space.random_dimension, seed)
+    xi = of_normals(normals, space.families)
     _, *extremes = surrogate.extremes()
     outputs = extremes[0].values.shape[1]
     found = np.empty((4, 2, outputs))

@@ -1,0 +1,187 @@
+"""Smooth moments with many random variables that are not all normal: Filon's quadrature.
+
+A phase is nearly a sum of functions of one variable each, ψ(ξ) = Σ_v ψ_v(ξ_v) + r(ξ). So
+
+    E[P e^{iψ}] = E[f Π_v e^{iψ_v(ξ_v)}],   f = P e^{ir},
+
+where f hardly oscillates. It is interpolated at few points, and the products of one-dimensional
+Lagrange polynomials ℓ_k with the fast factors are integrated exactly: W_vk = E[ℓ_k e^{iψ_v}]. With
+the rules Q_v of these weights, and M_v that takes the middle point only,
+
+    Π_v Q_v ≈ Π_v M_v + Σ_v (Q_v − M_v) Π_{w≠v} M_w + Σ_{u<v} (Q_u − M_u)(Q_v − M_v) Π_{w≠u,v} M_w,
+
+with five points along each axis and three by three in each plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations, product
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.caching import cached_on_disk
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.phases.moments import fill, section, squares
+from flexband.uncertainty.phases.rules import rule
+
+AXIS, PLANE = 5, 3
+"""Points of an axis, and of an axis in a plane: the first of a nested sequence."""
+
+
+class Grid(NamedTuple):
+    """Points, and what the weights of the rules consist of.
+
+    Attributes
+    ----------
+    fine : P_j at the points of a fine rule in each variable, shape (n, count, orders).
+    lagrange : ℓ_k there times the weights of that rule, of `AXIS` and then of `PLANE` points.
+    nodes : P_j at the points of an axis, shape (n, AXIS, orders).
+    where : number of the node in each variable of every point, shape (points, n).
+    products : rows (v, k, u, l, point): the node k of the axis v, and l of u, or −1 for none.
+    """
+
+    fine: np.ndarray
+    lagrange: np.ndarray
+    nodes: np.ndarray
+    where: np.ndarray
+    products: np.ndarray
+
+    @staticmethod
+    def of(families: Sequence[Family], orders: np.ndarray, reach: np.ndarray) -> Grid:
+        """Return the grid for these polynomials, highest orders, and phase changes [rad]."""
+        n, highest = len(families), int(orders.max(initial=0))
+        rules = [rule(f, max(k, PLANE), a) for f, k, a in zip(families, orders, reach, strict=True)]
+        fine = np.zeros((n, max(len(x) for x, _ in rules), highest + 1))
+        lagrange = np.zeros((*fine.shape[:2], AXIS + PLANE))
+        nodes = np.zeros((n, AXIS, highest + 1))
+        for v, (family, (x, w)) in enumerate(zip(families, rules, strict=True)):
+            fine[v, : len(x)], own = family.values(highest, x), family.sequence(AXIS)
+            nodes[v] = family.values(highest, own)
+            polynomials = [family.values(count - 1, x) for count in (AXIS, PLANE)]
+            inverse = [np.linalg.inv(family.values(c - 1, own[:c])) for c in (AXIS, PLANE)]
+            ell = [p @ i for p, i in zip(polynomials, inverse, strict=True)]
+            lagrange[v, : len(x)] = np.concatenate(ell, axis=1) * w[:, None]
+        axes = [(v, k, -1, 0) for v in range(n) for k in range(AXIS)]
+        planes = product(combinations(range(n), 2), range(PLANE), range(PLANE))
+        products = [(-1, 0, -1, 0), *axes, *((v, k, u, i) for (v, u), k, i in planes)]
+        points = np.zeros((len(products), n), dtype=int)
+        for own, (v, k, u, i) in zip(points, products, strict=True):
+            if v >= 0:
+                own[v] = k
+            if u >= 0:
+                own[u] = i
+        where, point = np.unique(points, axis=0, return_inverse=True)
+        return Grid(fine, lagrange, nodes, where, np.column_stack([products, point.ravel()]))
+
+    def values(self, orders: np.ndarray) -> np.ndarray:
+        """Return products Ψ_j of the orders (N, n) at the points, shape (points, N)."""
+        v = np.arange(len(self.nodes))
+        return self.nodes[v, self.where[:, None], orders].prod(axis=2)
+
+
+@cached_on_disk
+def by_axes(
+    coefficients,
+    interval_term,
+    random_term,
+    phi,
+    orders,
+    norms,
+    grid,
+    psi,
+    parts,
+    columns,
+    turning,
+    table,
+):
+    """Fill the table, as `by_points` does.
+
+    Parameters
+    ----------
+    orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
+    grid, psi : points, and Ψ_j there, (points, N).
+    """
+    outputs, carriers = parts.outputs, parts.carriers
+    width = coefficients.shape[2]
+    rows, values = np.empty((psi.shape[1], width)), np.empty((len(psi), width))
+    mean, base = np.zeros(outputs), np.empty(outputs)
+    first = np.empty((outputs, carriers), np.complex128)
+    square = np.empty((outputs, carriers))
+    second = np.empty((outputs, len(turning)), np.complex128)
+    rest = np.empty(len(psi))
+    alone, weights = np.empty(psi.shape[1]), np.empty(len(psi), np.complex128)
+    for t in range(len(coefficients)):
+        for e in range(len(phi)):
+            section(coefficients[t], interval_term, random_term, phi[e], rows)
+            squares(rows, norms, parts, base, square)
+            np.dot(psi, rows, values)
+            first[:], second[:] = 0.0, 0.0
+            for k in range(len(turning)):
+                c, d, s = turning[k]
+                at, other = parts.phase + c * parts.block, parts.phase + d * parts.block
+                alone[:] = rows[:, at]
+                rest[:] = values[:, at]
+                if s != 0:
+                    alone += s * rows[:, other]
+                    rest += s * values[:, other]
+                rest -= alone[0]
+                _weigh(alone, orders, grid, rest, weights)
+                for q in range(len(psi)):
+                    factor = weights[q] * complex(np.cos(rest[q]), np.sin(rest[q]))
+                    for o in range(outputs):
+                        x = c * parts.block + o
+                        u = factor * complex(values[q, parts.real + x], values[q, parts.imag + x])
+                        if s == 0:
+                            first[o, c] += u
+                            second[o, k] += u * (values[q, o] - rows[0, o])
+                        else:
+                            x = d * parts.block + o
+                            re, im = values[q, parts.real + x], values[q, parts.imag + x]
+                            second[o, k] += u * complex(re, s * im)
+            fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
+
+
+@cached_on_disk
+def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
+    """Fill the weights of all points, and subtract Σ_v ψ_v from the phase `rest` there."""
+    fine, lagrange, nodes, where, products = grid
+    n, highest = fine.shape[0], fine.shape[2]
+    own, fast = np.zeros((n, highest)), np.zeros((n, nodes.shape[1]))
+    W, M = np.zeros((n, lagrange.shape[2]), np.complex128), np.zeros(n, np.complex128)
+    for j in range(len(phase)):
+        v = np.argmax(orders[j])
+        if orders[j].sum() == orders[j, v]:
+            own[v, orders[j, v]] = phase[j]
+    for v in range(n):
+        own[v, 0] = 0.0
+        for k in range(nodes.shape[1]):
+            for j in range(highest):
+                fast[v, k] += own[v, j] * nodes[v, k, j]
+        for f in range(fine.shape[1]):
+            angle = 0.0
+            for j in range(highest):
+                angle += own[v, j] * fine[v, f, j]
+            turn = complex(np.cos(angle), np.sin(angle))
+            for k in range(lagrange.shape[2]):
+                W[v, k] += lagrange[v, f, k] * turn
+        for k in range(AXIS):
+            M[v] += W[v, k]
+        W[v, 0] -= M[v]
+        W[v, AXIS] -= M[v]
+    weights[:] = 0.0
+    for row in range(len(products)):
+        v, k, u, i, q = products[row]
+        one = 1.0 + 0j
+        for x in range(n):
+            if x == v:
+                one *= W[v, k if u < 0 else AXIS + k]
+            elif x == u:
+                one *= W[u, AXIS + i]
+            else:
+                one *= M[x]
+        weights[q] += one
+    for q in range(len(where)):
+        for v in range(n):
+            rest[q] -= fast[v, where[q, v]]

@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import hermite_e
 
-from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 from flexband.uncertainty.expansions.sequences import (
     GENZ_KEISTER,
+    PATTERSON,
     interval_sequence,
     normal_sequence,
     uniform_sequence,
@@ -91,6 +92,17 @@ def test_means_are_exact_to_the_degree_of_genz_and_keister(count, degree):
     found = rule @ (HERMITE.values(degree + 1, x) / np.sqrt(HERMITE.norms(degree + 1)))
     np.testing.assert_allclose(found[: degree + 1], np.eye(degree + 1)[0], atol=1e-12)
     assert abs(found[degree + 1]) > 1e-3
+
+
+@pytest.mark.parametrize(("count", "degree"), [(1, 1), (3, 5), (7, 11), (15, 23)])
+def test_means_are_exact_to_the_degree_of_patterson(count, degree):
+    x = uniform_sequence(COUNT)
+    assert tuple(x[1:15:2]) == PATTERSON
+    np.testing.assert_array_equal(x[1::2], -x[2::2])
+    rule = np.linalg.inv(LEGENDRE.values(count - 1, x[:count]))[0]
+    found = rule @ LEGENDRE.values(degree + 1, x[:count])
+    np.testing.assert_allclose(found[: degree + 1], np.eye(degree + 1)[0], atol=1e-13)
+    assert abs(found[degree + 1]) > 1e-6
 
 
 @st.composite

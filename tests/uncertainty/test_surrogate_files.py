@@ -185,9 +185,18 @@ def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
 
 def test_the_format_has_a_version(saved, tmp_path):
     parts = members(saved["plain"])
-    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 2', '"format": 3')
+    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 3', '"format": 2')
     content = zipped(parts | {"about.npy": npy(np.array(about))})
-    refused(tmp_path / "s.npz", content, "the format of the surrogate is 3, not 2; save it again")
+    refused(tmp_path / "s.npz", content, "the format of the surrogate is 2, not 3; save it again")
+
+
+def test_the_polynomials_are_those_of_the_inputs(saved, tmp_path):
+    parts = members(saved["plain"])
+    (name,) = (name for name in parts if name.endswith("/families.npy"))
+    names = np.load(io.BytesIO(parts[name]))
+    changed = npy(np.where(names == "Hermite", "Legendre", "Hermite"))
+    text = "families of an expansion must be those of its inputs"
+    refused(tmp_path / "s.npz", zipped(parts | {name: changed}), text)
 
 
 def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):

@@ -152,7 +152,9 @@ def plus(typingctx, a, factor, b):
 
     def code(context, builder, sig, args):
         pairs = zip(unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2]), strict=True)
-        sums = [builder.fadd(x, builder.fmul(args[1], y, FLAGS), FLAGS) for x, y in pairs]
+        sums = [
+            builder.fadd(x, builder.fmul(args[1], y, flags=FLAGS), flags=FLAGS) for x, y in pairs
+        ]
         return context.make_tuple(builder, a, sums)
 
     return a(a, lane, b), code
@@ -163,7 +165,7 @@ def times(typingctx, factor, a):
     """Return factor × a for a tuple of lanes a."""
 
     def code(context, builder, sig, args):
-        products = [builder.fmul(args[0], x, FLAGS) for x in unpack_tuple(builder, args[1])]
+        products = [builder.fmul(args[0], x, flags=FLAGS) for x in unpack_tuple(builder, args[1])]
         return context.make_tuple(builder, a, products)
 
     return a(lane, a), code

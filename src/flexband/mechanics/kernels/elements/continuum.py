@@ -21,6 +21,7 @@ from flexband.mechanics.kernels.lanes import (
     load_rows,
     plus,
     store_rows,
+    times,
 )
 
 # Shape functions at the Gauss points: h, h_i, h_j of p, and 1 − ξ, ξ of d.
@@ -106,8 +107,8 @@ def continuum_energy(elements, values, z):
 @compiled
 def _sum3(blocks, k, weights):
     """Return Σ weight × symmetric block at row k over the Gauss points, as xx, xy, yx, yy."""
-    total = (0.0 * load(blocks, 0), 0.0 * load(blocks, 0), 0.0 * load(blocks, 0))
-    for g in range(GAUSS_POINTS):
+    total = times(weights[0], load_rows(blocks, k, 3))
+    for g in range(1, GAUSS_POINTS):
         total = plus(total, weights[g], load_rows(blocks, g * HESSIAN_ROWS + k, 3))
     return total[0], total[1], total[1], total[2]
 
@@ -115,9 +116,8 @@ def _sum3(blocks, k, weights):
 @compiled
 def _sum4(blocks, k, weights):
     """Return Σ weight × block at row k over the Gauss points, as xx, xy, yx, yy."""
-    zero = 0.0 * load(blocks, 0)
-    total = (zero, zero, zero, zero)
-    for g in range(GAUSS_POINTS):
+    total = times(weights[0], load_rows(blocks, k, 4))
+    for g in range(1, GAUSS_POINTS):
         total = plus(total, weights[g], load_rows(blocks, g * HESSIAN_ROWS + k, 4))
     return total
 

@@ -282,7 +282,7 @@ def tangent_of(structure, values, work, weight):
 
 @njit
 def factorize_of(structure, work):
-    factorize(structure.pattern, work.matrix, work.row, filled(1e-12))
+    factorize(structure.pattern, work.matrix, filled(1e-12))
 
 
 @njit

@@ -186,7 +186,6 @@ class Work(NamedTuple):
     r: np.ndarray  # residual, then solution, rows as [1, q, λ, θ]
     s: np.ndarray  # as r, if two systems are solved at once
     matrix: np.ndarray
-    row: np.ndarray  # of the factor, during the factorization
     blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
@@ -199,5 +198,5 @@ class Work(NamedTuple):
         vectors = len(structure.vectors.start) - 1 - structure.vectors.turning
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         rows = (state.rows, 1 + state.coordinates, state.velocity, state.velocity, pattern.rows)
-        rows += (4 * pattern.longest_row, blocks, 1, 1, vectors)
+        rows += (blocks, 1, 1, vectors)
         return Work(*(zeros(count) for count in rows))

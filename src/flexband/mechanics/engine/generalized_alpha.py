@@ -186,7 +186,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
         residual(structure, values, now, z, r, work.blocks)
         if age == 0:
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
-            left_out = factorize(structure.pattern, matrix, work.row, load(work.smallest, 0))
+            left_out = factorize(structure.pattern, matrix, load(work.smallest, 0))
             redundant = where(pending, where(left_out, left_out, redundant), redundant)
             moved = none
         age += 1

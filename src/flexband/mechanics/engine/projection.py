@@ -164,7 +164,7 @@ def share(structure, values, now, work, shared):
         now, z, none, matrix,
     )  # fmt: skip
     soften(structure.pattern, matrix, SMALLEST_PIVOT)
-    factorize(structure.pattern, matrix, work.row, none)
+    factorize(structure.pattern, matrix, none)
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
     for _ in range(SHARING_PASSES):  # z holds what is left to carry

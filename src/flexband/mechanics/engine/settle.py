@@ -56,7 +56,7 @@ def settle(structure, values, work, outputs, failure, stop):
             break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
-        factorize(structure.pattern, matrix, work.row, filled(SMALLEST_PIVOT))
+        factorize(structure.pattern, matrix, filled(SMALLEST_PIVOT))
         to_right_side(structure, r, w)
         solve(structure.pattern, structure.pattern.below, matrix, r)
         largest = filled(0.0)

@@ -77,7 +77,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
         structure.vectors, values.vectors, structure.terms, values.terms, state,
         values.functions, np.int64(0), z, filled(0.0), matrix,
     )  # fmt: skip
-    return factorize(structure.pattern, matrix, work.row, smallest)
+    return factorize(structure.pattern, matrix, smallest)
 
 
 @inlined

@@ -2,8 +2,8 @@
 
 A product of tiles is eight multiply-adds on eight numbers that are read once. The pattern of the
 matrix is fixed by the mechanism, so the order of elimination and the list of products are computed
-once, and the numeric factorization does not pivot. It stores V = L D below the diagonal and D⁻¹ on
-it, since time is spent on what does not fit into the processor's fastest cache.
+once, and the numeric factorization does not pivot. A tile below the diagonal holds V = L D until
+its row is the next to be eliminated, and L from then on.
 
 It is stable without pivoting because a multiplier is eliminated only after its coordinates. Its
 pivot is then −Φ_q A⁻¹ Φ_qᵀ, which vanishes only if a constraint is redundant or the Jacobian loses
@@ -19,6 +19,7 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
     filled,
+    inlined,
     less,
     load,
     load_rows,
@@ -45,29 +46,28 @@ def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def factorize(pattern, matrix, row, smallest):
-    """Replace `matrix` by V = L D below the diagonal and D⁻¹ on it.
+def factorize(pattern, matrix, smallest):
+    """Replace `matrix`, an array of lanes, by L below the diagonal and D⁻¹ on it.
 
-    Both are arrays of lanes; `row` is work space. The pivot of a multiplier counts as zero below
-    `smallest`, a lane, times the sum of the magnitudes of its terms. `solve` sets such a multiplier
-    to zero, as if it had no constraint. Returns how many there are as a lane.
+    The pivot of a multiplier counts as zero below `smallest`, a lane, times the sum of the
+    magnitudes of its terms. `solve` sets such a multiplier to zero, as if it had no constraint.
+    Returns how many there are as a lane.
     """
     redundant, one = filled(0.0), filled(1.0)
     for k in range(pattern.columns):
         diagonal = pattern.start[k]
         a, _, b, d = load_rows(matrix, 4 * diagonal, 4)
         size_a, size_d = magnitude(a), magnitude(d)
-        begin = pattern.below.start[k]
-        for p in range(begin, pattern.below.start[k + 1]):
+        for p in range(pattern.below.start[k], pattern.below.start[k + 1]):
             v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.below.tile[p], 4)
             pivot = pattern.start[pattern.below.column[p]]
             i00, i01, _, i11 = load_rows(matrix, 4 * pivot, 4)
-            w00, w01 = v00 * i00 + v01 * i01, v00 * i01 + v01 * i11
-            w10, w11 = v10 * i00 + v11 * i01, v10 * i01 + v11 * i11
-            store_rows(row, 4 * (p - begin), (w00, w01, w10, w11))
-            part_a, part_d = v00 * w00 + v01 * w01, v10 * w10 + v11 * w11
+            l00, l01 = v00 * i00 + v01 * i01, v00 * i01 + v01 * i11
+            l10, l11 = v10 * i00 + v11 * i01, v10 * i01 + v11 * i11
+            store_rows(matrix, 4 * pattern.below.tile[p], (l00, l01, l10, l11))
+            part_a, part_d = v00 * l00 + v01 * l01, v10 * l10 + v11 * l11
             a -= part_a
-            b = b - v10 * w00 - v11 * w01
+            b = b - v10 * l00 - v11 * l01
             d -= part_d
             size_a += magnitude(part_a)
             size_d += magnitude(part_d)
@@ -90,13 +90,45 @@ def factorize(pattern, matrix, row, smallest):
             c00, c01, c10, c11 = load_rows(matrix, 4 * tile, 4)
             for p in range(pattern.product_start[tile], pattern.product_start[tile + 1]):
                 v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.product_v[p], 4)
-                w00, w01, w10, w11 = load_rows(row, 4 * pattern.product_w[p], 4)
-                c00 = c00 - v00 * w00 - v01 * w01
-                c01 = c01 - v00 * w10 - v01 * w11
-                c10 = c10 - v10 * w00 - v11 * w01
-                c11 = c11 - v10 * w10 - v11 * w11
+                l00, l01, l10, l11 = load_rows(matrix, 4 * pattern.product_l[p], 4)
+                c00 = c00 - v00 * l00 - v01 * l01
+                c01 = c01 - v00 * l10 - v01 * l11
+                c10 = c10 - v10 * l00 - v11 * l01
+                c11 = c11 - v10 * l10 - v11 * l11
             store_rows(matrix, 4 * tile, (c00, c01, c10, c11))
     return redundant
+
+
+@inlined
+def _forward(pattern, rows, matrix, n, x):
+    """Replace the two numbers of row n by those of L⁻¹x."""
+    first, second = pattern.first[rows.pivot[n]], pattern.second[rows.pivot[n]]
+    a, b = load(x, first), load(x, second)
+    for p in range(rows.start[n], rows.start[n + 1]):
+        column = rows.column[p]
+        l00, l01, l10, l11 = load_rows(matrix, 4 * rows.tile[p], 4)
+        y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
+        a = a - l00 * y0 - l01 * y1
+        b = b - l10 * y0 - l11 * y1
+    store(x, second, b)
+    store(x, first, a)
+
+
+@inlined
+def _backward(pattern, matrix, k, x):
+    """Replace the two numbers of column k by those of L⁻ᵀD⁻¹x."""
+    first, second = pattern.first[k], pattern.second[k]
+    y0, y1 = load(x, first), load(x, second)
+    i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
+    a, b = i00 * y0 + i01 * y1, i01 * y0 + i11 * y1
+    for tile in range(pattern.start[k] + 1, pattern.start[k + 1]):
+        row = pattern.row[tile]
+        l00, l01, l10, l11 = load_rows(matrix, 4 * tile, 4)
+        x0, x1 = load(x, pattern.first[row]), load(x, pattern.second[row])
+        a = a - l00 * x0 - l10 * x1
+        b = b - l01 * x0 - l11 * x1
+    store(x, second, b)
+    store(x, first, a)
 
 
 @compiled
@@ -106,30 +138,9 @@ def solve(pattern, rows, matrix, x):
     `rows` is `pattern.below`, or `pattern.reached` if only the multipliers' rows are not zero.
     """
     for n in range(len(rows.pivot)):
-        k = rows.pivot[n]
-        first, second = pattern.first[k], pattern.second[k]
-        a, b = load(x, first), load(x, second)
-        for p in range(rows.start[n], rows.start[n + 1]):
-            column = rows.column[p]
-            v00, v01, v10, v11 = load_rows(matrix, 4 * rows.tile[p], 4)
-            y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
-            a = a - v00 * y0 - v01 * y1
-            b = b - v10 * y0 - v11 * y1
-        i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
-        store(x, second, i01 * a + i11 * b)  # D⁻¹ L⁻¹ of the right side
-        store(x, first, i00 * a + i01 * b)
+        _forward(pattern, rows, matrix, n, x)
     for k in range(pattern.columns - 1, -1, -1):
-        a, b = filled(0.0), filled(0.0)
-        for tile in range(pattern.start[k] + 1, pattern.start[k + 1]):
-            entry = pattern.row[tile]
-            v00, v01, v10, v11 = load_rows(matrix, 4 * tile, 4)
-            y0, y1 = load(x, pattern.first[entry]), load(x, pattern.second[entry])
-            a = a + v00 * y0 + v10 * y1
-            b = b + v01 * y0 + v11 * y1
-        first, second = pattern.first[k], pattern.second[k]
-        i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
-        store(x, second, load(x, second) - i01 * a - i11 * b)
-        store(x, first, load(x, first) - i00 * a - i01 * b)
+        _backward(pattern, matrix, k, x)
 
 
 @compiled

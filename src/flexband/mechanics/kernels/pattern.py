@@ -39,7 +39,6 @@ class Pattern(NamedTuple):
     unknowns: int
     rows: int  # of the matrix array
     columns: int
-    longest_row: int
     filled_up: np.ndarray  # rows of the matrix array that hold the pivot 1 of an empty place
     first: np.ndarray  # k -> unknown
     second: np.ndarray  # k -> unknown, or NONE
@@ -48,9 +47,9 @@ class Pattern(NamedTuple):
     row: np.ndarray  # tile -> k of its row
     below: Rows  # all of them
     reached: Rows  # those that a right-hand side of the multipliers alone reaches
-    product_start: np.ndarray  # tile -> first of its products V Wᵀ, W = V D⁻¹
+    product_start: np.ndarray  # tile -> first of its products V Lᵀ
     product_v: np.ndarray  # tile in the row of the entry
-    product_w: np.ndarray  # place in the row of the pivot
+    product_l: np.ndarray  # tile in the row of the pivot
 
 
 Slots = dict[tuple[int, int], int]
@@ -91,20 +90,19 @@ def analyse(
         if row != column:
             rows[row].append((t, column))
 
-    product_start, product_v, product_w = [0], [], []
+    product_start, product_v, product_l = [0], [], []
     for row, column in tiles:
         tile_in = {c: tile for tile, c in rows[row]} if row != column else {}
-        for w, (_, c) in enumerate(rows[column]):
+        for tile, c in rows[column]:
             if c in tile_in:
                 product_v.append(tile_in[c])
-                product_w.append(w)
+                product_l.append(tile)
         product_start.append(len(product_v))
 
     pattern = Pattern(
         unknowns=len(pair_of),
         rows=4 * len(tiles) + 1,
         columns=len(order),
-        longest_row=max((len(row) for row in rows), default=0),
         filled_up=_indices([4 * start[k] + 3 for k, p in enumerate(order) if pairs[p][1] == NONE]),
         first=_indices([pairs[p][0] for p in order]),
         second=_indices([pairs[p][1] for p in order]),
@@ -115,7 +113,7 @@ def analyse(
         reached=_rows(_reached([pair in multipliers for pair in order], rows)),
         product_start=_indices(product_start),
         product_v=_indices(product_v),
-        product_w=_indices(product_w),
+        product_l=_indices(product_l),
     )
     slots = {}
     for t, (row, column) in enumerate(tiles):

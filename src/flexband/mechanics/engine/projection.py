@@ -28,6 +28,7 @@ from flexband.mechanics.kernels.factorization import (
     factorize,
     soften,
     solve,
+    solve_two,
 )
 from flexband.mechanics.kernels.lanes import (
     add_to,
@@ -137,8 +138,7 @@ def project(structure, method, values, now, work, solved, moved):
     clear(r, velocity)
     clear(s, velocity)
     subtract_acceleration_errors(structure, values, now, z, a, r, s)
-    solve(pattern, pattern.reached, matrix, r)
-    solve(pattern, pattern.reached, matrix, s)
+    solve_two(pattern, pattern.reached, matrix, r, s)
     for i in range(1, state.coordinates + 1):
         store(z, acceleration + i, load(z, acceleration + i) + where(here, load(r, i), none))
         store(a, i, load(a, i) + where(here, load(s, i), none))

@@ -28,6 +28,7 @@ ROOMS = [
     "mechanics.engine",
     "mechanics.linearization",
     "mechanics.simulate",
+    "mechanics.discretization",
     "mechanics.equilibrium",
     "mechanics.modes",
     "mechanics.response",

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.bodies.section_stiffness import FullIntegration, SelectiveIntegration
     from flexband.mechanics.bodies.sections import Circle, GeneralSection, Rectangle
     from flexband.mechanics.description import describe
+    from flexband.mechanics.discretization import discretization_error
     from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
     from flexband.mechanics.equilibrium import equilibrium
     from flexband.mechanics.joints.drives import (

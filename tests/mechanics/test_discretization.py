@@ -1,0 +1,125 @@
+"""Estimated errors of step and mesh, against motions and deflections in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+import flexband as fb
+
+from .models import pendulum
+
+ROPE = {"mass_per_length": 0.12, "axial_stiffness": 450.0, "bending_stiffness": 4e-3}
+
+
+def windowed(error, width):
+    """The root mean square of an error over `width` times before and after each time."""
+    near = [error[max(k - width, 0) : k + width + 1] for k in range(len(error))]
+    return np.array([np.sqrt(np.mean(part**2)) for part in near])
+
+
+def swinging(times):
+    """The height −cos φ of the tip of the horizontal pendulum: sin φ/2 = sn(ωt + K, ½)/√2."""
+    square = 1.5 * 9.81 / (1 + 0.02**2 / 4)  # of a bar with a height of 0.02 m
+    sn, *_ = ellipj(np.sqrt(square) * times + ellipk(0.5), 0.5)
+    return sn**2 - 1
+
+
+@pytest.mark.parametrize("radius", [0.6, 1.0])
+def test_the_error_of_the_step_against_a_pendulum_in_closed_form(radius):
+    """At every time and for the whole motion; the error falls with the square of the step."""
+    integrator, found = fb.GeneralizedAlpha(spectral_radius=radius), []
+    for step in (1e-2, 5e-3):
+        given = {"duration": 2.0, "step": step, "integrator": integrator}
+        estimate = fb.discretization_error(pendulum(), **given).sel(output="tip_Y")
+        motion = fb.simulate(pendulum(), **given).sel(output="tip_Y")
+        true = windowed(motion.values - swinging(motion.time.values), round(0.05 / step))
+        np.testing.assert_allclose(estimate["error"][20:], true[20:], rtol=0.05)
+        assert not estimate["mesh_error"].any()
+        relative = np.sqrt(np.mean((motion - swinging(motion.time)) ** 2)) / motion.std()
+        assert float(estimate["relative_error"]) == pytest.approx(float(relative), rel=0.02)
+        found.append(float(relative))
+    assert found[0] / found[1] == pytest.approx(4.0, rel=0.02)
+
+
+def loaded(elements, integration):
+    """A cantilever whose tip is loaded so slowly that it hardly vibrates."""
+    beam = fb.Beam(
+        length=0.5, height=0.025, width=0.02, density=1000.0, youngs_modulus=2e11,
+        poissons_ratio=0.3, elements=elements, integration=integration,
+    )  # fmt: skip
+    return fb.Mechanism(
+        bodies={"b": beam},
+        joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
+        loads={"P": fb.Force("b.end", y=lambda t: -10.0 * (1 - np.cos(np.pi * t / 0.2)))},
+        sensors={"tip": fb.Position("b.end")},
+    )
+
+
+def test_the_error_of_the_mesh_against_the_deflection_of_beam_theory():
+    """PL³/3EI + PL/kGA at the full load, with continuum elements of order two."""
+    bending, shear = 0.5**3 / 3 / (0.02 * 0.025**3 / 12), 0.5 * 2.6 * 15.3 / 13 / (0.02 * 0.025)
+    exact, time = -20.0 * (bending + shear) / 2e11, {"duration": 0.2, "step": 1e-3}
+    for elements in (4, 8):
+        model = loaded(elements, fb.SelectiveIntegration())
+        tip = float(fb.simulate(model, **time).sel(output="tip_Y")[-1])
+        estimate = fb.discretization_error(model, **time).sel(output="tip_Y").isel(time=-1)
+        assert float(estimate["mesh_error"]) == pytest.approx(abs(tip - exact), rel=0.05)
+        assert float(estimate["step_error"]) < 0.02 * float(estimate["mesh_error"])
+
+
+def test_errors_of_the_mesh_of_default_elements_have_order_four():
+    def falling(elements):
+        cable = fb.Cable(length=1.0, elements=elements, **ROPE)
+        return fb.Mechanism(
+            bodies={"c": cable},
+            joints={"pin": fb.Revolute("c.start", (0.0, 0.0))},
+            loads={"gravity": fb.Gravity()},
+            sensors={"U": fb.ElasticEnergy()},
+        )
+
+    found = [
+        fb.discretization_error(falling(n), duration=0.3, step=1e-3).attrs["relative_mesh_error"]
+        for n in (16, 32)
+    ]
+    assert np.log2(found[0] / found[1]) == pytest.approx(4.0, abs=0.3)
+
+
+def test_every_sample_has_its_error_and_what_rests_has_none():
+    """Masses on springs, guided along X, that move as 1 + 0.2 cos ωt."""
+    stiffness = np.array([1e3, 4e3, 16e3])
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(1.2, 0.0))},
+        joints={"guide": fb.Slot("m", (0.0, 0.0))},
+        loads={"k": fb.Spring("m", (0.0, 0.0), stiffness, 1.0)},
+        sensors={"r": fb.Position("m")},
+    )
+    time = {"duration": 0.4, "step": 1e-3}
+    motion, errors = fb.simulate(model, **time), fb.discretization_error(model, **time)
+    assert errors["error"].dims == motion.dims == ("sample", "output", "time")
+    assert errors["error"].coords.identical(motion.coords)
+    exact = 1 + 0.2 * np.cos(np.sqrt(stiffness)[:, None] * motion.time.values)
+    true = motion.sel(output="r_X") - exact
+    found = errors.sel(output="r_X")
+    for k in range(3):
+        np.testing.assert_allclose(found["error"][k], windowed(true[k].values, 10), rtol=0.1)
+    relative = np.sqrt((true**2).mean("time")) / motion.sel(output="r_X").std("time")
+    np.testing.assert_allclose(found["relative_error"], relative, rtol=0.05)
+    assert errors["relative_error"].sel(output="r_Y").max() < 1e-9
+    assert errors.attrs["worst_output"] == "r_X"
+    assert errors.attrs["relative_error"] == float(errors["relative_error"].max())
+    assert errors.attrs["window"] == pytest.approx(0.02)
+
+
+def test_only_the_motion_itself_warns():
+    wheel = fb.RigidBody(mass=1.0, inertia=0.5, rate=900.0)
+    pin = {"pin": fb.Revolute("wheel", (0.0, 0.0))}
+    model = fb.Mechanism(bodies={"wheel": wheel}, joints=pin, sensors={"a": fb.Angle("wheel")})
+    with pytest.warns(fb.FlexbandWarning, match="rad per step") as issued:
+        errors = fb.discretization_error(model, duration=0.02, step=1e-3)
+    assert len(issued) == 1
+    assert errors.attrs["relative_error"] > 0.05
+    nothing = fb.Mechanism(bodies={"wheel": replace(wheel, rate=1.0)}, joints=pin)
+    empty = fb.discretization_error(nothing, duration=0.02, step=1e-3)
+    assert empty["error"].shape == (0, 21)

@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 import flexband as fb
 
-from .models import pendulum
+from .models import parallelogram, pendulum
 
 ROPE = {"mass_per_length": 0.12, "axial_stiffness": 450.0, "bending_stiffness": 4e-3}
 
@@ -110,6 +110,13 @@ def test_every_sample_has_its_error_and_what_rests_has_none():
     assert errors.attrs["worst_output"] == "r_X"
     assert errors.attrs["relative_error"] == float(errors["relative_error"].max())
     assert errors.attrs["window"] == pytest.approx(0.02)
+
+
+def test_rounding_of_a_body_that_does_not_turn_is_no_error():
+    model = replace(parallelogram(2), sensors={"turn": fb.Angle("coupler")})
+    errors = fb.discretization_error(model, duration=0.1, step=1e-3)
+    assert errors["error"].max() < 1e-12
+    assert errors.attrs["relative_error"] < 1e-6
 
 
 def test_only_the_motion_itself_warns():

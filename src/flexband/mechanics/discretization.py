@@ -19,7 +19,7 @@ WINDOW = 0.05
 """Part of the duration over which errors are averaged."""
 
 SMALLEST_SCALE = 1e-6
-"""Of the scale of an output, relative to the largest output of the same unit."""
+"""Of the scale of an output, relative to the largest output of the same unit, or to one radian."""
 
 
 def discretization_error(
@@ -85,12 +85,14 @@ def discretization_error(
 def _scale(motion: xr.DataArray) -> xr.DataArray:
     """Return the standard deviation of each output in time, as far as it is above rounding.
 
-    An output that is constant, up to rounding, is compared with the largest of the same unit.
+    An output that is constant, up to rounding, is compared with the largest of the same unit, and
+    an angle with one radian.
     """
     size = abs(motion).max("time")
     same = size["unit"].values[:, None] == size["unit"].values
+    angle = np.where(size["unit"].values == "rad", 1.0, 0.0)
     largest = np.where(same, size.values[..., None, :], 0.0).max(axis=-1, initial=0.0)
-    scale = np.maximum(motion.std("time").values, SMALLEST_SCALE * largest)
+    scale = np.maximum(motion.std("time").values, SMALLEST_SCALE * np.maximum(largest, angle))
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 
 

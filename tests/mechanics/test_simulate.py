@@ -68,6 +68,9 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
         np.testing.assert_array_equal(together[k], alone)
     finer = fb.simulate(model(speeds[[1, 3]]), duration=1.0, step=0.01)
     np.testing.assert_array_equal(together[[1, 3]], finer[:, :, ::2])
+    divided = fb.simulate(model(speeds), duration=1.0, step=0.04, substeps=2)
+    np.testing.assert_array_equal(divided, together[:, :, ::2])
+    assert divided.attrs["halved_step"] == [1, 3]
     with pytest.raises(fb.SimulationError, match="also with half the step"):
         fb.simulate(model(22.0), duration=1.0, step=0.02)
 

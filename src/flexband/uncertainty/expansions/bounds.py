@@ -1,6 +1,6 @@
-"""Bounds over the interval variables: scan a grid, then polish by Newton's method on the box.
+"""Bounds over the interval variables: scan, then descend from the best points of the scan.
 
-The paper scans, Eqs. (16)–(18). Here the scan only finds the right neighbourhood. The place of the
+The paper scans, Eqs. (16)–(18). Here the scan only finds the right neighbourhoods. The place of the
 extreme is kept for every series: it shows which tolerances make the worst case.
 """
 
@@ -8,109 +8,98 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
-from flexband.uncertainty.expansions.polish import polish, sweep
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_index, tensor_points
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
+from flexband.uncertainty.expansions.search import SparseTerms, search
 from flexband.uncertainty.expansions.threads import in_threads
 
-MAX_SCAN_POINTS = 2000
-MAX_VERTICES = 64
-"""Most vertices whose slopes are computed in the scan; beyond, every series is polished."""
+MAX_SCAN_POINTS = 1400
+SCATTERED_POINTS = 1024
+"""Points of a scan in more variables than a grid can have."""
 
-CHUNK_SIZE = 500_000
-"""Numbers in a temporary array: about as many as the processor's cache holds."""
+NEIGHBOURS = 12
+"""Scattered points next to a point."""
 
-ROWS = 256
-"""Problems that are polished in one call."""
+SERIES = 256
+"""Series that are searched in one call."""
 
 
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
     """Return what `Expansion.extremes` does, values of shape (2, series), places (2, series, m)."""
-    grid = scan_grid(expansion.interval_orders)
-    coarse = math.prod(2 * q + 3 for q in expansion.interval_orders if q) > MAX_SCAN_POINTS
-    terms, random_terms, series = expansion.coefficients.shape
-    # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
-    targets = np.array([(c, sign) for c in sigmas for sign in (1, -1)])
+    orders = expansion.interval_orders
+    M, N, series = expansion.coefficients.shape
+    flat = expansion.coefficients.reshape(M * N, series)
+    keep = np.flatnonzero(flat.any(axis=1) | (np.arange(M * N) == 0))
+    i, j = np.divmod(keep[np.argsort(keep % N, kind="stable")], N)
+    terms = SparseTerms.of(expansion.interval_index[i], j)
+    points, neighbours = scan(orders)
+    grid = np.ascontiguousarray(expansion.chebyshev(points)[:, i]), points, neighbours
+    weight, tried = np.sqrt(expansion.norms)[j, None], lines(orders)
+    # lower bounds minimize μ + c σ, upper bounds −(μ + c σ); without random terms σ = 0
+    searched = sigmas if j.any() else [0.0]
+    targets = np.array([(c, sign) for c in searched for sign in (1.0, -1.0)])
     values = np.empty((len(targets), series))
-    places = np.empty((len(targets), series, grid.shape[1]))
-    settled = np.empty(values.shape, dtype=bool)
-    step = max(1, CHUNK_SIZE // (len(grid) * random_terms))
-    for first in range(0, series, step):
-        here = slice(first, first + step)
-        part = replace(expansion, coefficients=expansion.coefficients[:, :, here])
-        values[:, here], places[:, here], settled[:, here] = _scan(part, targets, grid)
-    if terms > 1 and not settled.all():
-        target, row = np.nonzero(~settled)
-        weighted = np.ascontiguousarray(np.moveaxis(expansion.weighted, 2, 0))
-        found, at = values[target, row], places[target, row]
+    places = np.empty((len(targets), series, len(orders)))
 
-        def improve(part: slice) -> None:
-            c, sign = targets[target[part]].T
-            own = expansion.interval_index, weighted, row[part], c.copy(), sign.copy()
-            if coarse:
-                sweep(*own, at[part], found[part])
-            polish(*own, at[part], found[part])
+    def solve(first: int) -> None:
+        own = np.ascontiguousarray(flat[i * N + j, first : first + SERIES] * weight)
+        search(terms, grid, tried, own, first, targets, values, places)
 
-        starts = range(0, len(row), ROWS)
-        in_threads(improve, [slice(first, first + ROWS) for first in starts])
-        values[target, row], places[target, row] = found, at
-    return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
+    in_threads(solve, range(0, series, SERIES))
+    found = [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
+    return found if j.any() else found * len(sigmas)
 
 
-def _scan(
-    expansion: HybridExpansion, targets: np.ndarray, grid: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the best values on the grid, their η, and whether these are extremes on the box.
+def scan(orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return η for a scan, (points, m), and the numbers of the points next to each.
 
-    A vertex of the box is a local extreme if every slope points outward.
-    """
-    mean, std = expansion.moments(grid)
-    vertices = np.flatnonzero(np.all(np.abs(grid) == 1, axis=1))
-    if len(vertices) > MAX_VERTICES:
-        vertices = vertices[:0]
-    slopes = _slopes(expansion, grid[vertices])
-    series, found = np.arange(mean.shape[1]), []
-    for c, sign in targets:
-        scanned = mean + c * std
-        best = np.argmin(sign * scanned, axis=0)
-        slope = sign * (slopes[0] + c * slopes[1])
-        outward = np.zeros(scanned.shape, dtype=bool)
-        outward[vertices] = np.all(slope * grid[vertices][:, :, None] < 0, axis=1)
-        found.append((scanned[best, series], grid[best], outward[best, series]))
-    values, places, settled = map(np.stack, zip(*found, strict=True))
-    return values, places, settled
-
-
-def _slopes(expansion: HybridExpansion, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the gradients of μ and σ at η of shape (points, m), each (points, m, series)."""
-    weighted, (count, m) = expansion.weighted, points.shape
-    M, N, series = weighted.shape
-    basis = expansion.chebyshev_gradient(points).reshape(count * (m + 1), M)
-    terms = (basis @ weighted.reshape(M, -1)).reshape(count, m + 1, N, series)
-    value, slope = terms[:, :1, 1:], terms[:, 1:, 1:]
-    std = np.sqrt(np.einsum("vajs,vajs->vas", value, value))
-    along = np.einsum("vajs,vbjs->vbs", value, slope)
-    return terms[:, 1:, 0], along / np.where(std > 0, std, np.inf)
-
-
-def scan_grid(orders: Sequence[int]) -> np.ndarray:
-    """Return Chebyshev–Lobatto points, about two per wave of the highest order.
-
-    If these are too many, there are fewer in each variable; if even the vertices are too many,
-    quasi-random vertices.
+    Chebyshev–Lobatto points, about two per wave of the highest order. If these are too many, there
+    are fewer in each variable, but four at least; if even these are too many, `scattered` points.
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
-    while math.prod(counts) > MAX_SCAN_POINTS and max(counts) > 2:
+    while math.prod(counts) > MAX_SCAN_POINTS and max(counts) > 4:
         counts[counts.index(max(counts))] -= 1
-    if math.prod(counts) > MAX_SCAN_POINTS:
-        u = qmc.Sobol(len(counts), rng=np.random.default_rng(0)).random(1024)
-        return np.where(u < 0.5, -1.0, 1.0) * (np.array(counts) > 1)
-    return tensor_points([lobatto(count) for count in counts])
+    if math.prod(counts) <= MAX_SCAN_POINTS:
+        return tensor_grid(counts)
+    return scattered(SCATTERED_POINTS, np.array(orders) > 0)
+
+
+def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return quasi-random η, (count, m), and the numbers of the points next to each.
+
+    The first points are vertices; further ones have fewer and fewer variables at their ends. Those
+    that are not free are zero.
+    """
+    u = qmc.Sobol(len(free), rng=np.random.default_rng(0)).random(count)
+    ends = np.linspace(1.0, 0.0, count)[:, None]
+    inside = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
+    points = -np.cos(np.pi * inside) * free
+    beside = cKDTree(points).query(points, NEIGHBOURS + 1)[1][:, 1:]
+    return points, np.ascontiguousarray(beside)
+
+
+def tensor_grid(counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return Chebyshev–Lobatto points, (points, m), and the numbers of the points next to each."""
+    where = tensor_index([count - 1 for count in counts])
+    step = np.concatenate([np.eye(len(counts), dtype=int), -np.eye(len(counts), dtype=int)])
+    beside = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
+    strides = np.cumprod([1, *counts[:0:-1]])[::-1][: len(counts)]
+    return tensor_points([lobatto(count) for count in counts]), beside @ strides
+
+
+def lines(orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return η to try in each variable, (m, count), their polynomials, and how many there are."""
+    counts = np.array([2 * order + 3 if order else 1 for order in orders], dtype=int)
+    points = np.zeros((len(counts), counts.max(initial=1)))
+    for own, count in zip(points, counts, strict=True):
+        own[:count] = lobatto(count)
+    return points, chebyshev_values(max(orders, default=0), points), counts
 
 
 def lobatto(count: int) -> np.ndarray:

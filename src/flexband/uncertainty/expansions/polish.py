@@ -1,7 +1,7 @@
 """Polish extremes of μ + c σ over the box of the interval variables: Newton's method, compiled.
 
 σ² is the sum over j ≥ 1 of squared polynomials in η, so the derivatives of σ follow from those of
-the polynomials. Each row is a small problem of its own.
+the polynomials.
 """
 
 from __future__ import annotations
@@ -10,108 +10,112 @@ import numpy as np
 
 from flexband.caching import cached_on_disk
 
-MAX_STEPS = 12
+MAX_STEPS = 40
 MIN_RELATIVE_GAIN = 1e-13
 """The descent ends when a step is expected to gain less than this fraction of the value."""
 
 
 @cached_on_disk
-def polish(index, coefficients, series, c, sign, places, values):
-    """Move `places`, in place, to the nearby minima of sign (μ + c σ), and update `values`.
+def polish(terms, own, c, sign, eta):
+    """Move η to the nearby minimum of sign (μ + c σ), and return the minimum.
 
     Parameters
     ----------
-    index : orders of the Chebyshev polynomials in every term, shape (M, m).
-    coefficients : shape (all series, M, N), weighted so that σ² is a sum of squares.
-    series, c, sign : number of the series, c and sign of every row.
-    places, values : η, shape (rows, m), and μ + c σ there, which never gets worse.
+    terms, own : `SparseTerms` of a series, and their coefficients.
     """
-    m = places.shape[1]
-    rows = 1 + m + m * (m + 1) // 2
-    work = (
-        np.empty((3, m, index.max() + 1)),
-        np.empty((rows, coefficients.shape[1])),
-        np.empty((rows, coefficients.shape[2])),
-    )
+    m, groups = len(eta), terms.group[-1] + 1 if c != 0 else 1
+    highest = terms.order.max() + 1 if len(terms.order) else 1
+    work = np.empty((3, m, highest)), np.empty(groups), np.empty((groups, m))
     gradient, hessian, trial = np.empty(m), np.empty((m, m)), np.empty(m)
     new_gradient, new_hessian = np.empty(m), np.empty((m, m))
-    for row in range(len(series)):
-        own, eta = coefficients[series[row]], places[row]
-        best = _value(own, index, eta, c[row], sign[row], work, gradient, hessian)
-        reach = 1.0
-        for _ in range(MAX_STEPS):
-            if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
-                break
-            value = _value(own, index, trial, c[row], sign[row], work, new_gradient, new_hessian)
-            if value < best:
-                best, reach = value, 1.0
-                eta[:], gradient[:], hessian[:] = trial, new_gradient, new_hessian
-            else:
-                reach *= 0.25
-        values[row] = sign[row] * best
+    best = _value(terms, own, c, sign, eta, work, gradient, hessian)
+    reach = 1.0
+    for _ in range(MAX_STEPS):
+        if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
+            break
+        value = _value(terms, own, c, sign, trial, work, new_gradient, new_hessian)
+        if value < best:
+            best, reach = value, 1.0
+            eta[:], gradient[:], hessian[:] = trial, new_gradient, new_hessian
+        else:
+            reach *= 0.25
+    return best
 
 
 @cached_on_disk
-def sweep(index, coefficients, series, c, sign, places, values):
-    """Improve `places` as `polish` does, by steps to −1, 0 or 1 in one variable after the other.
-
-    It leaves vertices that are only local minima, if a scan could not visit all vertices.
-    """
-    m = places.shape[1]
-    powers = np.empty((3, m, index.max() + 1))
-    own, terms = np.empty(len(index)), np.empty(coefficients.shape[2])
-    trial = np.empty(m)
-    for row in range(len(series)):
-        better = True
-        while better:
-            better = False
-            for a in range(m):
-                for x in (-1.0, 0.0, 1.0):
-                    trial[:] = places[row]
-                    trial[a] = x
-                    chebyshev_powers(trial, powers)
-                    for i in range(len(index)):
-                        own[i] = 1.0
-                        for v in range(m):
-                            own[i] *= powers[0, v, index[i, v]]
-                    np.dot(own, coefficients[series[row]], terms)
-                    value = terms[0] + c[row] * np.sqrt((terms[1:] ** 2).sum())
-                    if sign[row] * (value - values[row]) < -MIN_RELATIVE_GAIN * abs(value):
-                        values[row], places[row, a], better = value, x, True
-
-
-@cached_on_disk
-def _value(coefficients, index, eta, c, sign, work, gradient, hessian):
+def _value(terms, own, c, sign, eta, work, gradient, hessian):  # noqa: PLR0912
     """Return sign (μ + c σ) at η and fill its gradient and Hessian."""
-    m, (powers, basis, terms) = len(eta), work
+    powers, sums, slopes = work
+    m, groups, count = len(eta), len(sums), len(own)
     chebyshev_powers(eta, powers)
-    _products(powers, index, basis)
-    np.dot(basis, coefficients, terms)
+    value = totals(terms, own, c, sign, powers, sums)
     variance = 0.0
-    for j in range(1, terms.shape[1]):
-        variance += terms[0, j] ** 2
+    for j in range(groups):
+        variance += sums[j] * sums[j] if j else 0.0
+        for a in range(m):
+            slopes[j, a] = 0.0
+    for a in range(m):
+        for b in range(m):
+            hessian[a, b] = 0.0
     std = np.sqrt(variance)
-    per_std = c / std if std > 0 else 0.0  # at σ = 0 its derivatives count as zero
+    per_std = sign * c / std if std > 0 else 0.0  # at σ = 0 its derivatives count as zero
+    for i in range(count):
+        j = terms.group[i]
+        if j >= groups:
+            break
+        begin, end = terms.first[i], terms.first[i + 1]
+        weight = own[i] * (sign if j == 0 else per_std * sums[j])
+        for f in range(begin, end):
+            a = terms.variable[f]
+            slope, curve = own[i], weight
+            for g in range(begin, end):
+                order = terms.order[g]
+                other = powers[0, terms.variable[g], order]
+                slope *= powers[1, a, order] if g == f else other
+                curve *= powers[2, a, order] if g == f else other
+            slopes[j, a] += slope
+            hessian[a, a] += curve
+            for g in range(begin, f):
+                b = terms.variable[g]
+                curve = weight * powers[1, a, terms.order[f]] * powers[1, b, terms.order[g]]
+                for h in range(begin, end):
+                    if h not in (f, g):
+                        curve *= powers[0, terms.variable[h], terms.order[h]]
+                hessian[a, b] += curve
+                hessian[b, a] = hessian[a, b]
     for a in range(m):
-        gradient[a] = sign * (terms[1 + a, 0] + per_std * _dot(terms, 0, 1 + a))
-    pair = 1 + m
+        gradient[a] = 0.0
+        for j in range(1, groups):
+            gradient[a] += sums[j] * slopes[j, a]
+    for a in range(m if std > 0 and c != 0 else 0):
+        for b in range(a + 1):
+            curve = -gradient[a] * gradient[b] / variance
+            for j in range(1, groups):
+                curve += slopes[j, a] * slopes[j, b]
+            hessian[a, b] += per_std * curve
+            hessian[b, a] = hessian[a, b]
     for a in range(m):
-        for b in range(a, m):
-            curve = _dot(terms, 1 + a, 1 + b) + _dot(terms, 0, pair)
-            if std > 0:
-                curve -= _dot(terms, 0, 1 + a) * _dot(terms, 0, 1 + b) / variance
-            hessian[a, b] = hessian[b, a] = sign * (terms[pair, 0] + per_std * curve)
-            pair += 1
-    return sign * (terms[0, 0] + c * std)
+        gradient[a] = sign * slopes[0, a] + per_std * gradient[a]
+    return value
 
 
 @cached_on_disk
-def _dot(terms, a, b):
-    """Return Σ_j≥1 of two rows of terms."""
-    total = 0.0
-    for j in range(1, terms.shape[1]):
-        total += terms[a, j] * terms[b, j]
-    return total
+def totals(terms, own, c, sign, powers, sums):
+    """Fill the sum of the terms of each Ψ_j, and return sign (μ + c σ)."""
+    groups, variance = len(sums), 0.0
+    for j in range(groups):
+        sums[j] = 0.0
+    for i in range(len(own)):
+        j = terms.group[i]
+        if j >= groups:
+            break
+        product = own[i]
+        for f in range(terms.first[i], terms.first[i + 1]):
+            product *= powers[0, terms.variable[f], terms.order[f]]
+        sums[j] += product
+    for j in range(1, groups):
+        variance += sums[j] * sums[j]
+    return sign * (sums[0] + c * np.sqrt(variance))
 
 
 @cached_on_disk
@@ -126,22 +130,6 @@ def chebyshev_powers(eta, powers):
             T[i] = 2 * x * T[i - 1] - T[i - 2]
             D[i] = 2 * T[i - 1] + 2 * x * D[i - 1] - D[i - 2]
             S[i] = 4 * D[i - 1] + 2 * x * S[i - 1] - S[i - 2]
-
-
-@cached_on_disk
-def _products(powers, index, basis):
-    """Fill Φ_i, then its derivatives by each η_a, then by each pair a ≤ b, one row each."""
-    terms, m = index.shape
-    row = 0
-    for a in range(-1, m):  # −1: not differentiated
-        for b in range(a, m):
-            # pairs (−1, −1), (−1, b) and (a, b) in the order of the rows
-            basis[row] = 1.0
-            for v in range(m):
-                power = powers[(v == a) + (v == b), v]
-                for i in range(terms):
-                    basis[row, i] *= power[index[i, v]]
-            row += 1
 
 
 @cached_on_disk

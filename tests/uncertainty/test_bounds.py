@@ -1,0 +1,82 @@
+"""Bounds of plain expansions: the search must find what many more starts find."""
+
+import numpy as np
+import pytest
+
+from flexband.uncertainty.expansions import bounds
+from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.rules import smooth_index
+
+SIGMAS = (0.0, -1.0, 1.0)
+
+
+def random_expansion(m, n, order, series, seed):
+    """Return random polynomials of a total order whose terms decay with their order."""
+    rng = np.random.default_rng(seed)
+    index = np.array([k for k in np.ndindex(*[order + 1] * (m + n)) if sum(k) <= order])
+    size = rng.uniform(0.3, 1.0, m + n) ** index
+    terms = size.prod(axis=1)[:, None] * rng.standard_normal((len(index), series))
+    return HybridExpansion.of_terms(index, terms, m)
+
+
+def widened(found, others):
+    """Return how much lower and higher the others are, relative to the width, (series,)."""
+    low = np.minimum(found.values[0], others.values[0])
+    high = np.maximum(found.values[1], others.values[1])
+    return np.maximum(found.values[0] - low, high - found.values[1]) / (high - low)
+
+
+@pytest.mark.parametrize(
+    ("m", "n", "order"), [(2, 1, 5), (3, 1, 4), (4, 1, 3), (6, 0, 2), (7, 1, 2)]
+)
+def test_extremes_are_not_missed(m, n, order, monkeypatch):
+    """Searches from 300 random starts find nothing that is wider by 1e-4."""
+    expansion = random_expansion(m, n, order, 20, seed=m)
+    found = extremes(expansion, SIGMAS[: 1 + 2 * bool(n)])
+    starts = np.random.default_rng(0).uniform(-1, 1, (300, m))
+    starts[::2] = np.sign(starts[::2])
+    alone = np.zeros((len(starts), 0), dtype=int)
+    for first in range(0, len(starts), 50):
+        part = starts[first : first + 50], alone[first : first + 50]
+        monkeypatch.setattr(bounds, "scan", lambda orders, part=part: part)
+        others = extremes(expansion, SIGMAS[: 1 + 2 * bool(n)])
+        for one, other in zip(found, others, strict=True):
+            assert np.count_nonzero(widened(one, other) > 1e-4) == 0
+
+
+def test_the_lowest_of_many_equal_valleys():
+    """T₄(x) + T₄(y) has four equal minima; a small slope decides which is the lowest."""
+    index = np.array([[0, 0], [1, 0], [0, 1], [4, 0], [0, 4]])
+    slopes = np.array([[0.01, 0.01], [0.01, -0.01], [-0.01, 0.01], [-0.01, -0.01]]).T
+    terms = np.concatenate([np.zeros((1, 4)), slopes, np.ones((2, 4))])
+    (found,) = extremes(HybridExpansion.of_terms(index, terms, 2), (0.0,))
+    np.testing.assert_array_equal(np.sign(found.places[0]), -np.sign(slopes.T))
+    np.testing.assert_allclose(np.abs(found.places[0]), np.sqrt(0.5), atol=2e-3)
+
+
+def test_signs_of_ten_variables_that_interact():
+    """A quadratic form without squares is least at one of 1024 vertices."""
+    rng = np.random.default_rng(5)
+    index = smooth_index(np.zeros((1, 10), int), [2] * 10)
+    index = index[index.max(axis=1) <= 1]
+    terms = rng.standard_normal((len(index), 20))
+    expansion = HybridExpansion.of_terms(index, terms, 10)
+    vertices = np.array(list(np.ndindex(*[2] * 10))) * 2.0 - 1
+    values = expansion.evaluate(np.zeros((1024, 0)), vertices)
+    (found,) = extremes(expansion, (0.0,))
+    np.testing.assert_allclose(found.values[0], values.min(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(found.values[1], values.max(axis=0), rtol=1e-9)
+    np.testing.assert_array_equal(np.abs(found.places), 1.0)
+
+
+def test_results_do_not_depend_on_which_series_are_searched_together():
+    expansion = random_expansion(3, 1, 3, 40, seed=1)
+    together = extremes(expansion, SIGMAS)
+    for which in (slice(0, 1), slice(7, 30)):
+        part = HybridExpansion(
+            expansion.random_index, expansion.interval_index, expansion.coefficients[:, :, which]
+        )
+        for one, all_of_them in zip(extremes(part, SIGMAS), together, strict=True):
+            np.testing.assert_array_equal(one.values, all_of_them.values[:, which])
+            np.testing.assert_array_equal(one.places, all_of_them.places[:, which])

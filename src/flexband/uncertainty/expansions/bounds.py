@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import Extremes
@@ -80,8 +80,8 @@ def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ends = np.linspace(1.0, 0.0, count)[:, None]
     inside = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
     points = -np.cos(np.pi * inside) * free
-    beside = cKDTree(points).query(points, NEIGHBOURS + 1)[1][:, 1:]
-    return points, np.ascontiguousarray(beside)
+    beside = np.asarray(KDTree(points).query(points, NEIGHBOURS + 1)[1])
+    return points, np.ascontiguousarray(beside[:, 1:])
 
 
 def tensor_grid(counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:

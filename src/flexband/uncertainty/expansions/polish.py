@@ -149,6 +149,8 @@ def step(eta, gradient, hessian, reach, trial):
             size = max(size, abs(hessian[a, b]))
     while not _cholesky(hessian, held, shift, 1e-10 * size, factor):
         shift = max(4 * shift, 1e-3 * size)
+        if not shift < 1e6 * size:  # only if the Hessian is not finite
+            return 0.0
     substitute(factor, trial)
     for a in range(m):
         trial[a] = min(1.0, max(-1.0, eta[a] + reach * trial[a]))

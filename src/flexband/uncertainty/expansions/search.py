@@ -30,8 +30,11 @@ MAX_GRID_DIMENSION = 5
 """Variables from which on single variables move first: points of the scan are far from minima."""
 
 MAX_SWEEPS = 30
-MIN_RELATIVE_GAIN = 1e-12
-"""A variable moves if that gains at least this fraction of the value."""
+MIN_GAIN = 1e-13
+"""A variable moves if that gains at least this fraction of the sum of all coefficients."""
+
+MAX_ROUNDS = 8
+"""Most alternations between Newton's method and single variables."""
 
 
 class SparseTerms(NamedTuple):
@@ -147,7 +150,9 @@ def _descents(terms, own, c, sign, lines, points, which, scanned, place):
             _descend(terms, own, c, sign, lines, eta)
         found = polish(terms, own, c, sign, eta)
         known = _known(kept, done, eta)
-        while known < 0 and _descend(terms, own, c, sign, lines, eta):
+        for _ in range(MAX_ROUNDS):
+            if known >= 0 or not _descend(terms, own, c, sign, lines, eta):
+                break
             found = polish(terms, own, c, sign, eta)
             known = _known(kept, done, eta)
         if known >= 0:
@@ -194,20 +199,22 @@ def lowest(aim, neighbours, best, which):
 
 
 @cached_on_disk
-def _descend(terms, own, c, sign, lines, eta):
+def _descend(terms, own, c, sign, lines, eta):  # noqa: PLR0912
     """Move one variable after the other to the best of the values to try; return if any moves."""
     tried, polynomials, counts = lines
     m, orders, groups = len(eta), polynomials.shape[2], terms.group[-1] + 1 if c != 0 else 1
     powers, sums, along = np.empty((3, m, orders)), np.empty(groups), np.empty((orders, groups))
     chebyshev_powers(eta, powers)
-    value = totals(terms, own, c, sign, powers, sums)
+    value, least_gain = totals(terms, own, c, sign, powers, sums), 0.0
+    for i in range(len(own)):
+        least_gain += MIN_GAIN * abs(own[i])
     improved, unmoved, a = False, 0, -1
     for _ in range(MAX_SWEEPS * m):
         if unmoved == m:
             break
         a, unmoved = (a + 1) % m, unmoved + 1
         highest = _along(terms, own, a, powers, sums, along)
-        best, at = value - MIN_RELATIVE_GAIN * abs(value), -1
+        best, at = value - least_gain, -1
         for g in range(counts[a] if highest else 0):
             mean, variance = 0.0, 0.0
             for j in range(groups):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -81,7 +80,7 @@ def expand(
     if not callable(getattr(method, "expand", None)):
         raise InputError(f"method must be one that expands the response; got {method!r}")
     surrogate = method.expand(runs.space, runs)
-    return replace(surrogate, diagnostics=surrogate.diagnostics.assign_attrs(runs.attributes()))
+    return surrogate.telling(**runs.attributes())
 
 
 def _count(runs: int) -> str:

@@ -1,144 +1,74 @@
-"""What both phase-resolved methods need to tell how far their bands are off."""
+"""The error that is expected of bands: what their expansion misses in held-out runs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
-from scipy.signal import fftconvolve
 
-from flexband.errors import InputError
-from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.phases.decomposition import Stage
-from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.adaptive.fits import Choice
+from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
+from flexband.uncertainty.surrogates.diagnostics import rms, running
 
-GAIN = 0.8
-"""A carrier is used for an output where it brings the error of prediction below this part."""
+SHARE = 0.5
+"""Error of the bands as a part of what is missed of runs, root mean square: a bound averages over
+random variables, but rests on the most extreme value of each interval."""
 
-DOUBT, CAUTION = 0.5, 0.3
-"""Where base and envelopes are off by more than `DOUBT` of the response in runs that they have not
-seen, the expansion is not trusted, and `CAUTION` of their error counts in the estimate."""
+DOUBT = 0.5
+"""Where more than this part of the variation is missed, the expansion is not trusted."""
 
-PERIODS = 2
-"""Values per period at which bands are compared."""
+ROUND_OFF = 1e-13
+"""An output that varies by less than this part of the largest one, or of its own size, is
+constant."""
 
-
-def series(values: xr.DataArray) -> np.ndarray:
-    """Return a response as runs, outputs and times: all dims but the last, and the last."""
-    shape = values.shape[1:]
-    return values.values.reshape(len(values), -1, shape[-1] if shape else 1)
+MOST_TIMES = 48
+"""Times at which the width of the bands is found."""
 
 
-def step(values: xr.DataArray) -> float:
-    """Return the step of the last dimension; 1 where it has no coordinate.
+class ExpectedError(NamedTuple):
+    """What is known of the bands of a choice of fits.
 
-    Raises
-    ------
-    InputError
-        Where it is not equidistant.
-    """
-    last = values.dims[-1]
-    if values.ndim < 2 or values.shape[-1] < 2 or last not in values.coords:
-        return 1.0
-    times = values[last].values
-    if not np.issubdtype(times.dtype, np.number):
-        return 1.0
-    steps = np.diff(times)
-    if np.ptp(steps) > 1e-6 * np.abs(steps).max():
-        raise InputError(
-            f"a phase-resolved expansion needs equidistant values of {last!r}; "
-            f"got steps from {steps.min():g} to {steps.max():g} "
-            "(AdaptivePCCI(phase_resolved=False) takes any)"
-        )
-    return float(np.mean(steps))
-
-
-def chosen_carriers(errors: Sequence[np.ndarray]) -> np.ndarray:
-    """Return how many carriers each output gets: more only where that pays.
-
-    Parameters
+    Attributes
     ----------
-    errors : of predicting runs with 0, 1, … carriers, each of shape (outputs,).
+    values : error expected of interval mean and of error bar, shape (outputs, times).
+    relative : its mean over time in parts of the error bar's mean width, shape (outputs,).
+    trusted : whether most of the variation in held-out runs is predicted, shape (outputs,).
+    extremes : bounds of μ, μ − σ and μ + σ at some of the times.
     """
-    chosen = np.zeros(len(errors[0]), dtype=int)
-    for k in range(1, len(errors)):
-        now = np.stack(errors)[chosen, np.arange(len(chosen))]
-        chosen = np.where(errors[k] < GAIN * now, k, chosen)
-    return chosen
+
+    values: np.ndarray
+    relative: np.ndarray
+    trusted: np.ndarray
+    extremes: list[Extremes]
+
+    @staticmethod
+    def of(choice: Choice, generic: int, F: np.ndarray, dt: float) -> ExpectedError:
+        """Return the error expected.
+
+        Parameters
+        ----------
+        generic : number of held-out runs at generic points, which are the first.
+        F : all runs, shape (runs, outputs, times), at steps of dt.
+        """
+        groups = np.split(choice.missed, [generic])
+        missed = np.max([np.mean(own**2, axis=0) for own in groups if len(own)], axis=0)
+        size, varied, times = rms(F), rms(F - F.mean(axis=0)), F.shape[-1]
+        values = np.hypot(SHARE * np.sqrt(missed), choice.overshoot)
+        period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
+        values = running(values, min(max(1, round(period)), times))
+        values = np.maximum(values, np.finfo(float).eps * size[:, None])
+        extremes = extremes_of(choice.expansions(), _scattered(times))
+        width = (extremes[2].values[1] - extremes[1].values[0]).mean(axis=-1)
+        varies = varied > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
+        relative = varies * values.mean(axis=-1) / np.maximum(width, ROUND_OFF * size + 1e-300)
+        trusted = ~varies | (rms(choice.missed) < DOUBT * varied)
+        return ExpectedError(values, relative, trusted, extremes)
 
 
-def steady_miss(parts: np.ndarray, unseen: Stage, weight: np.ndarray | float = 1.0) -> np.ndarray:
-    """Return how far base and envelopes among predicted parts miss runs, (outputs, times).
-
-    Runs count by a weight of shape (runs, 1, 1), or all alike. Phases are left out: where they are
-    off, extremes over η hardly move.
-    """
-    base, carriers = PartColumns.of_stage(unseen).unpack(parts)
-    miss = np.abs(unseen.base - base)
-    for (_, re, im), c in zip(carriers, unseen.carriers, strict=True):
-        miss = miss + np.abs(c.envelope - (re + 1j * im))
-    return np.sqrt(np.mean((weight * miss) ** 2, axis=0))
-
-
-def thinned(frequencies: Sequence[float], dt: float, times: int) -> tuple[slice, int]:
-    """Return the times at which bands are compared, and a period of the first carrier in steps."""
-    period = 1 / (frequencies[0] * dt) if len(frequencies) else times / 50
-    return slice(None, None, max(1, int(period / PERIODS))), max(1, round(period))
-
-
-def stacked(found: list[Extremes]) -> np.ndarray:
-    """Return the values of bounds, shape (sigmas, 2, outputs, times)."""
-    return np.stack([e.values for e in found])
-
-
-def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how far interval means and error bars differ, mean of both bounds, (2, …)."""
-    d = np.abs(a - b)
-    return np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
-
-
-def at_all_times(v: np.ndarray, thin: slice, times: int) -> np.ndarray:
-    """Return values at thinned times repeated up to the next, shape (…, times)."""
-    return np.repeat(v, thin.step, axis=-1)[..., :times]
-
-
-def running(v: np.ndarray, half: int) -> np.ndarray:
-    """Return the root mean square over ±half times."""
-    window = np.ones((1, 2 * half + 1))
-    square = v.reshape(-1, v.shape[-1]) ** 2
-    top = fftconvolve(square, window, mode="same", axes=-1)
-    count = fftconvolve(np.ones((1, v.shape[-1])), window, mode="same", axes=-1)
-    return np.sqrt(np.maximum(top / count, 0.0)).reshape(v.shape)
-
-
-def diagnostics(
-    labels: xr.DataArray,
-    error: np.ndarray,
-    carriers: np.ndarray,
-    trusted: np.ndarray,
-    frequencies: Sequence[float],
-) -> xr.Dataset:
-    """Return what a phase-resolved method says of its bands, labelled like the response.
-
-    Parameters
-    ----------
-    labels : a response of shape (runs, …).
-    error : expected of mean and error bar, (2, outputs, times).
-    carriers, trusted : of each output.
-    """
-    dims, shape = labels.dims[1:], labels.shape[1:]
-    return xr.Dataset(
-        {
-            "mean_expected_error": (dims, error[0].reshape(shape)),
-            "error_bar_expected_error": (dims, error[1].reshape(shape)),
-            "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
-            "trusted": (dims[:-1], trusted.reshape(shape[:-1])),
-        },
-        attrs={"carrier_frequencies": list(frequencies)},
-    )
-
-
-def rms(v: np.ndarray) -> np.ndarray:
-    """Return the root mean square over runs and times, (outputs,)."""
-    return np.sqrt(np.mean(v**2, axis=(0, 2)))
+def _scattered(times: int) -> np.ndarray:
+    """Return some of the times, which no oscillation keeps in step with."""
+    if times <= MOST_TIMES:
+        return np.arange(times)
+    golden = (5**0.5 - 1) / 2
+    k = np.arange(MOST_TIMES)
+    return (times * (k + golden * k % 1) / MOST_TIMES).astype(int)

@@ -1,65 +1,69 @@
-"""The adaptive model of one run a term, and what further terms are expected to add.
+"""Sparse interpolation: one run a term, at points of nested sequences.
 
-Every run belongs to a term, so the runs of the first n terms make an expansion of their own.
+Further terms are those that are expected to add most, from how the terms so far decay, and those
+that explain what held-out runs miss: of a term whose lower terms all vanish at the points so far,
+as those of x³ do at 0 and ±√3, only held-out runs know.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.batches import BATCH, BatchModel
-from flexband.uncertainty.expansions.families import Family, mean_squares
-from flexband.uncertainty.expansions.hybrid import term_values
-from flexband.uncertainty.expansions.index_sets import TermSizes, first_terms
-from flexband.uncertainty.expansions.polynomials import chebyshev_values
-from flexband.uncertainty.expansions.sequences import interval_sequence
+from flexband.uncertainty.adaptive.fits import BATCH
+from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values
+from flexband.uncertainty.expansions.index_sets import (
+    Orders,
+    TermSizes,
+    above,
+    first_terms,
+    lower_terms,
+)
+from flexband.uncertainty.expansions.polynomials import (
+    chebyshev_values,
+    hermite_norms,
+    hermite_values,
+)
+from flexband.uncertainty.expansions.regression import MERIT_PER_ORDER, candidates, principal
+from flexband.uncertainty.expansions.sequences import interval_sequence, random_sequence
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 
 HIGHEST_INTERVAL, HIGHEST_RANDOM = 20, 8
 """Orders; runs of random variables stay within 4.2 standard deviations."""
 
-WITHIN = 3.0
-"""ξ² up to which a run counts in full; further out by the root of the density."""
-
-SAFETY = 1.5
-"""Factor of the estimate, so that over the cases of `benchmarks/accuracy.py` true errors are as
-often larger as smaller."""
-
-LEAST_SURPRISE = 0.003
-"""Terms that turn out smaller than expected lower what is expected of others to this at most."""
+EXPLAINED = 1e-3
+"""Part of the energy of what is missed that need not be explained."""
 
 
 @dataclass(frozen=True)
-class Design:
+class NestedDesign:
     """Terms and their runs, each at a point of nested sequences.
 
     Attributes
     ----------
     index : orders of the terms in each variable, η first, shape (terms, variables).
-    families : the polynomials of each ξ.
+    interval_dimension : m.
     """
 
     index: np.ndarray
-    families: Sequence[Family]
+    interval_dimension: int
 
-    @property
-    def interval_dimension(self) -> int:
-        """Number m of variables η."""
-        return self.index.shape[1] - len(self.families)
+    @staticmethod
+    def first(m: int, n: int, most: int) -> NestedDesign:
+        """Return the first terms in m variables η and n variables ξ, as far as the budget goes."""
+        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
+        return NestedDesign(first_terms(m, n, min(wanted, most)), m)
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (terms, n) and (terms, m)."""
         m = self.interval_dimension
         eta = interval_sequence(HIGHEST_INTERVAL + 1)[self.index[:, :m]]
-        random = zip(self.families, self.index[:, m:].T, strict=True)
-        xi = [family.sequence(HIGHEST_RANDOM + 1)[k] for family, k in random]
-        return np.reshape(xi, (-1, len(eta))).T.copy(), eta
+        return random_sequence(HIGHEST_RANDOM + 1)[self.index[:, m:]], eta
 
     @property
     def highest(self) -> np.ndarray:
@@ -67,125 +71,79 @@ class Design:
         m, d = self.interval_dimension, self.index.shape[1]
         return np.repeat([HIGHEST_INTERVAL, HIGHEST_RANDOM], [m, d - m])
 
-    @property
+    @cached_property
     def matrix(self) -> np.ndarray:
         """The terms' values in the runs, shape (terms, terms)."""
-        xi, eta = self.points
-        orders = self.index.max(axis=0)
-        values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
-        random = zip(self.families, orders[len(values) :], xi.T, strict=True)
-        values += [family.values(k, x) for family, k, x in random]
-        return term_values(values, self.index)
+        return _values(self.index, *self.points)
 
     @property
     def norms(self) -> np.ndarray:
         """√E[Ψ²] of the terms, shape (terms,)."""
-        return np.sqrt(mean_squares(self.index[:, self.interval_dimension :], self.families))
+        norms = hermite_norms(HIGHEST_RANDOM)[self.index[:, self.interval_dimension :]]
+        return np.sqrt(norms.prod(axis=1))
 
     def __len__(self) -> int:
         return len(self.index)
 
+    def fit(self, stage: Stage) -> HybridExpansion:
+        """Return the expansion of the parts of runs at these points: it interpolates them."""
+        terms = np.linalg.solve(self.matrix, PartColumns.of_stage(stage).pack(stage))
+        return HybridExpansion.of_terms(self.index, terms, self.interval_dimension)
 
-class NestedModel(BatchModel):
-    """The models after every batch of terms: sparse interpolation."""
+    def extended(self, count: int, split: Split) -> NestedDesign:
+        """Return the design with the next terms, so many or fewer.
 
-    def __init__(
-        self, F: np.ndarray, dt: float, design: Design, batches: Sequence[int], phase_resolved: bool
-    ):
-        self.design, self.matrix = design, design.matrix
-        super().__init__(F, dt, design, batches, phase_resolved)
-
-    @staticmethod
-    def start(m: int, families: Sequence[Family], most: int) -> tuple[Design, list[int]]:
-        """Return the first terms, as far as the budget reaches, and where their batches end."""
-        n = len(families)
-        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        index = first_terms(m, n, min(wanted, most))
-        return Design(index, families), [1, 1 + m + n] + [len(index)] * (len(index) > 1 + m + n)
-
-    @property
-    def _pairs(self) -> list[tuple[int, int]]:
-        """The last batch, and those before that have had runs in every variable."""
-        pairs = super()._pairs
-        return [p for p in pairs if p[0] > self.design.index.shape[1] or p == pairs[-1]]
-
-    def _weight(self, xi: np.ndarray) -> np.ndarray:
-        return np.exp(-np.sum(np.maximum(xi**2 - WITHIN, 0.0), axis=1) / 4)
-
-    def _terms(self, stage: Stage, count: int) -> tuple[np.ndarray, np.ndarray]:
-        values = PartColumns.of_stage(stage).pack(stage.runs(slice(count)))
-        return self.design.index[:count], np.linalg.solve(self.matrix[:count, :count], values)
-
-    @property
-    def orders(self) -> np.ndarray:
-        """The highest order in each variable, η first."""
-        return self.design.index.max(axis=0)
-
-    @cached_property
-    def sizes(self) -> np.ndarray:
-        """How much every term adds to each output, in parts of its size.
-
-        Shape (parts, outputs, terms). Base, envelopes and phases are parts; a phase counts with the
-        constant term of the envelope. Parts that an output does not have are zero.
+        Up to half of them explain what held-out runs miss, the others are expected to be large.
         """
-        most, outputs = int(self.carriers.max(initial=0)), len(self.size)
-        found = np.zeros((1 + 2 * most, outputs, len(self.F)))
-        for k in np.unique(self.carriers):
-            which = np.flatnonzero(self.carriers == k)
-            _, terms = self._terms(self.stages[k], len(self.F))
-            layout = PartColumns.of_stage(self.stages[k])
-            base, carriers = layout.unpack(np.abs(terms) * self.design.norms[:, None])
-            scale = self.size[which][:, None]
-            parts = [base[:, which] / scale]
-            for phase, re, im in carriers:
-                envelope = np.hypot(re, im)[:, which] / scale
-                parts += [envelope, phase * envelope[0]]
-            for part, own in zip(parts, found, strict=False):
-                own[which] = np.sqrt(np.mean(part**2, axis=-1)).T
-        return found
+        known, own = slice(len(self)), self.norms[:, None, None]
+        terms = own * split.rows(lambda runs: np.linalg.solve(self.matrix, runs[known]))
+        sizes = TermSizes(self.index, np.sqrt(np.mean(terms**2, axis=-1)).T)
+        unforeseen = self._explaining(split, count // 2)
+        sizes.total(unforeseen)
+        more = sizes.next_terms(count - len(unforeseen), self.highest)
+        return replace(self, index=np.concatenate([self.index, unforeseen, more]))
 
-    def _rows(self, count: int) -> np.ndarray:
-        """Return the sizes of the first terms, shape (parts × outputs, count)."""
-        return self.sizes[:, :, :count].reshape(-1, count)
+    def _explaining(self, split: Split, count: int) -> np.ndarray:
+        """Return at most `count` terms that explain what held-out runs miss.
 
-    def extended(self, count: int) -> Design:
-        """Return the design with the next terms, so many or fewer."""
-        known = TermSizes(self.design.index, self._rows(len(self.F)))
-        more = known.next_terms(count, self.design.highest)
-        index = np.concatenate([self.design.index, more])
-        return Design(index, self.design.families)
-
-    def _scaled(self, change: np.ndarray) -> np.ndarray:
-        """Return the errors expected, of how the bands have changed, both (2, outputs, times).
-
-        The change times what further terms are expected to add over what those of the batch have
-        added. Before a batch of expected terms has been run, not less than the change itself.
+        Each of a further order is zero in the runs so far. They are taken by orthogonal matching,
+        with the lower terms that they need, by how much they explain for each run.
         """
-        added = np.maximum(self._added, self._relative(change).max(axis=0))
-        factor = (self._ahead / np.maximum(added, 1e-300))[:, None]
-        return change * (SAFETY * factor if self.tested else np.maximum(factor, 1.0))
+        known = set(map(tuple, self.index.tolist()))
+        index = self._candidates(known)
+        predict = _values(self.index, split.xi, split.eta) @ np.linalg.inv(self.matrix)
+        added = _values(index, split.xi, split.eta) - predict @ _values(index, *self.points)
+        held = slice(len(self), None)
+        missed = split.rows(lambda runs: runs[held] - predict @ runs[: len(self)])
+        rest = principal(missed.reshape(len(missed), -1))
+        least, merit = EXPLAINED * np.sum(rest**2), MERIT_PER_ORDER ** index.sum(axis=1)
+        chosen: list[Orders] = []
+        for _ in range(len(rest) // 2):
+            needed = [[mu for mu in lower_terms(tuple(nu)) if mu not in known] for nu in index]
+            runs = np.array([len(own) for own in needed], dtype=int)
+            size = np.maximum(np.sum(added**2, axis=0), 1e-12)
+            gain = np.sum((added.T @ rest) ** 2, axis=1) / size / np.maximum(runs, 1)
+            gain[(runs == 0) | (runs > count - len(chosen)) | (gain < least)] = 0.0
+            if not gain.any():
+                break
+            best = int(np.argmax(merit * gain))
+            chosen += needed[best]
+            known.update(needed[best])
+            q = added[:, best] / np.sqrt(size[best])
+            rest, added = rest - np.outer(q, q @ rest), added - np.outer(q, q @ added)
+        return np.array(chosen, dtype=int).reshape(-1, self.index.shape[1])
 
-    @property
-    def _ahead(self) -> np.ndarray:
-        """What as many further terms as in the last batch are expected to add, (outputs,).
+    def _candidates(self, known: set[Orders]) -> np.ndarray:
+        """Return low orders and those next to the known ones, shape (terms, variables)."""
+        low = map(tuple, candidates(self.index.shape[1]).tolist())
+        index = np.array(sorted({*low, *above(known)} - known), dtype=int)
+        index = index.reshape(-1, self.index.shape[1])
+        return index[np.all(index <= self.highest, axis=1)]
 
-        They are expected to surprise as those of the batch did.
-        """
-        before, now = self.batches[-2:]
-        index, shape = self.design.index, (-1, len(self.size))
-        foreseen = TermSizes(index[:before], self._rows(before)).total(index[before:now])
-        known = TermSizes(index, self._rows(now))
-        ahead = known.total(known.next_terms(now - before, self.design.highest + now))
-        foreseen, ahead = (v.reshape(shape).sum(axis=0) for v in (foreseen, ahead))
-        surprise = np.maximum(LEAST_SURPRISE, self._added / np.maximum(foreseen, 1e-300))
-        return np.minimum(ahead * surprise, np.maximum(self._added, ahead))
 
-    @property
-    def _added(self) -> np.ndarray:
-        """What the terms of the last batch have added, shape (outputs,)."""
-        return self.sizes[:, :, self.batches[-2] : self.batches[-1]].sum(axis=(0, 2))
-
-    @property
-    def tested(self) -> bool:
-        """Whether a batch of terms that were expected has been run."""
-        return self.batches[0] > 1
+def _values(index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+    """Return terms at ξ and η, shape (points, terms)."""
+    orders = index.max(axis=0, initial=0)
+    values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
+    values += [hermite_values(k, x) for k, x in zip(orders[len(values) :], xi.T, strict=True)]
+    return term_values(values, index)

@@ -39,7 +39,7 @@ class DirectExpansion:
         places = [e.places.reshape(*v.shape, -1) for e, v in zip(found, values, strict=True)]
         return list(map(Extremes, values, places))
 
-    def of(self, outputs: np.ndarray, times: slice = slice(None)) -> DirectExpansion:
+    def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> DirectExpansion:
         which = np.searchsorted(self.outputs, outputs)
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
 

@@ -49,7 +49,7 @@ class Expansion(Protocol):
         """
         ...
 
-    def of(self, outputs: np.ndarray, times: slice = slice(None)) -> Expansion:
+    def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> Expansion:
         """Return the expansion of some of its outputs, by number, at some of the times."""
         ...
 
@@ -67,7 +67,9 @@ def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: 
     return np.take(np.concatenate(values, axis), order, axis)
 
 
-def extremes_of(expansions: Sequence[Expansion], times: slice = slice(None)) -> list[Extremes]:
+def extremes_of(
+    expansions: Sequence[Expansion], times: slice | np.ndarray = slice(None)
+) -> list[Extremes]:
     """Return the bounds of μ + c σ of all outputs, at some of the times, for each c of `SIGMAS`."""
     found = [expansion.of(expansion.outputs, times).extremes(SIGMAS) for expansion in expansions]
     return [

@@ -157,7 +157,7 @@ class HybridExpansion:
             )
         return HybridExpansion(tuple(inputs), **own)
 
-    def of_rows(self, rows: int, which: np.ndarray, times: slice) -> HybridExpansion:
+    def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> HybridExpansion:
         """Return the expansion of some rows and times of its series, taken as (rows, times)."""
         numbers = np.arange(self.coefficients.shape[2]).reshape(rows, -1)[which][:, times]
         return replace(self, coefficients=self.coefficients[:, :, numbers.ravel()])
@@ -194,8 +194,8 @@ class HybridExpansion:
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
-        phi, psi = self.chebyshev(eta), self.orthogonal(xi)
-        return np.einsum("pi,pj,ijs->ps", phi, psi, self.coefficients)
+        i, j = np.nonzero(self.coefficients.any(axis=2))
+        return (self.chebyshev(eta)[:, i] * self.orthogonal(xi)[:, j]) @ self.coefficients[i, j]
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""

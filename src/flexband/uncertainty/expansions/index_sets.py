@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Container, Iterator
 
 import numpy as np
 
@@ -22,6 +23,21 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
     second = 2 * np.concatenate([one[interval:], one[:interval]])
     index = np.concatenate([0 * one[:1], one, second, np.reshape(pairs, (-1, d)).astype(int)])
     return index[:count]
+
+
+def lower_terms(nu: Orders) -> Iterator[Orders]:
+    """Yield all terms that divide a term, the constant first and the term itself last."""
+    yield from itertools.product(*(range(k + 1) for k in nu))
+
+
+def above(known: set[Orders]) -> set[Orders]:
+    """Return the terms one order above a downward closed set that would leave it so."""
+    found = {_moved(mu, v, 1) for mu in known for v in range(len(mu))} - known
+    return {nu for nu in found if _is_next(nu, known)}
+
+
+def _is_next(nu: Orders, known: Container[Orders]) -> bool:
+    return all(_moved(nu, v, -1) in known for v, k in enumerate(nu) if k)
 
 
 class TermSizes:
@@ -48,8 +64,8 @@ class TermSizes:
         for nu in sorted(self.sizes, key=sum, reverse=True):
             for v, k in enumerate(nu):
                 if k:
-                    lower = _moved(nu, v, -1)
-                    self.sizes[lower] = np.maximum(self.sizes[lower], self.sizes[nu])
+                    below = _moved(nu, v, -1)
+                    self.sizes[below] = np.maximum(self.sizes[below], self.sizes[nu])
         constant = np.maximum(self.sizes[(0,) * index.shape[1]], 1.0)
         self.rates = np.zeros((index.shape[1], len(sizes)))
         for nu, size in self.sizes.items():
@@ -102,8 +118,7 @@ class TermSizes:
         """Yield the terms one order above μ whose lower terms are all known."""
         for v in range(len(mu)):
             nu = _moved(mu, v, 1)
-            lower = (_moved(nu, w, -1) for w, k in enumerate(nu) if k)
-            if nu[v] <= highest[v] and nu not in self.sizes and all(k in self.sizes for k in lower):
+            if nu[v] <= highest[v] and nu not in self.sizes and _is_next(nu, self.sizes):
                 yield nu
 
 

@@ -143,8 +143,12 @@ def compressed(series: np.ndarray) -> np.ndarray:
 
     The mean over the runs is subtracted, since the constant term is always taken.
     """
-    rest = series - series.mean(axis=0)
-    energy, modes = np.linalg.eigh(rest @ rest.T)
+    return principal(series - series.mean(axis=0))
+
+
+def principal(series: np.ndarray) -> np.ndarray:
+    """Return at most as many series as rows, with the same products between the rows."""
+    energy, modes = np.linalg.eigh(series @ series.T)
     keep = energy > ROUND_OFF * energy[-1]
     return modes[:, keep] * np.sqrt(energy[keep])
 

@@ -7,29 +7,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.expected_error import (
+from flexband.uncertainty.expansions.expansion import Expansion, extremes_of
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order
+from flexband.uncertainty.phase_resolved.change import (
     CAUTION,
     DOUBT,
     apart,
     at_all_times,
     chosen_carriers,
-    diagnostics,
-    rms,
-    running,
-    series,
     stacked,
     steady_miss,
-    step,
     thinned,
 )
-from flexband.uncertainty.expansions.expansion import Expansion, extremes_of
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.models import PartModels
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, rms, running, series, step
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

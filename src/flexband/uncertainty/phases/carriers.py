@@ -51,6 +51,10 @@ class Carrier:
         """Return the carrier in some of the runs."""
         return Carrier(self.phase[which], self.envelope[which], self.frequency)
 
+    def at(self, times: slice) -> Carrier:
+        """Return the carrier at some of the times."""
+        return Carrier(self.phase[..., times], self.envelope[..., times], self.frequency)
+
 
 def track(
     F: np.ndarray, dt: float, frequency: float, psi: np.ndarray, scale: np.ndarray, passes: int

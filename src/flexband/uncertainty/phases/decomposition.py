@@ -48,6 +48,10 @@ class Stage(NamedTuple):
         """Return some of the runs."""
         return Stage([c.runs(which) for c in self.carriers], self.base[which])
 
+    def at(self, times: slice) -> Stage:
+        """Return the runs at some of the times."""
+        return Stage([c.at(times) for c in self.carriers], self.base[..., times])
+
 
 def decompose(F: np.ndarray, dt: float) -> list[Stage]:
     """Return the runs with 0, 1, 2, … carriers, until no further one is found.

@@ -73,7 +73,7 @@ class PhaseExpansion:
         in_threads(solve, terms.blocks())
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
 
-    def of(self, outputs: np.ndarray, times: slice = slice(None)) -> PhaseExpansion:
+    def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> PhaseExpansion:
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, times)
         return PhaseExpansion(outputs, parts, PartColumns.of(len(outputs), self.columns.carriers))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -40,6 +41,10 @@ class Surrogate:
         """Return the inputs and the dims in one line."""
         shape = ", ".join(f"{dim} {n}" for dim, n in self.labels.sizes.items() if dim != "sample")
         return f"<Surrogate of {', '.join(self.space.inputs)}; {shape or 'one number'}>"
+
+    def telling(self, **attrs: Any) -> Surrogate:
+        """Return the surrogate with further attributes of its diagnostics."""
+        return replace(self, diagnostics=self.diagnostics.assign_attrs(attrs))
 
     def standard(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response at ξ (points, n) and η (points, m), shape (points, …)."""

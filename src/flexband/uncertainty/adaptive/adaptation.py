@@ -1,0 +1,157 @@
+"""The course of the adaptive method: fit, judge by held-out runs, extend, until it is enough."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.expected_error import ExpectedError
+from flexband.uncertainty.adaptive.fits import BATCH, Choice, Design, Fit, Runs
+from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
+from flexband.uncertainty.adaptive.interpolation import NestedDesign
+from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.phases.decomposition import Stage, decompose
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, series, step
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+GROWTH = 0.25
+"""Size of a batch, as a part of the fitted runs there are."""
+
+MOST_INTERPOLATED = 48
+"""Runs that interpolation may start with; where it takes more, terms are found by regression."""
+
+FEWEST_HELD = 2
+
+
+def fewest_fitted(variables: int) -> int:
+    """Return how many runs the smallest design has."""
+    return min(1 + variables, LEAST_RUNS)
+
+
+class Adaptation:
+    """The runs of a response so far, and the best that can be made of them.
+
+    Attributes
+    ----------
+    design : where the runs are that are fitted.
+    fitted, held : these runs, and those held out.
+    generic : number of held-out runs at generic points; the others are at extremes.
+    choice, error : the best fits, and the error expected of them.
+    """
+
+    def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
+        """Make the first runs, `most` is the budget."""
+        self.space, self.evaluate, self.most = space, evaluate, most
+        m, n = space.interval_dimension, space.random_dimension
+        spare = most - fewest_fitted(m + n)
+        self.generic = min(BATCH, max(FEWEST_HELD, spare // 2))
+        self.design = _first_design(m, n, most - self.generic)
+        points = zip(self.design.points, generic_points(0, self.generic, m, n), strict=True)
+        xi, eta = map(np.concatenate, points)
+        values = evaluate(xi, eta)
+        self.labels, self.phase_resolved = values[:0], phase_resolved
+        self.dt = step(values) if phase_resolved else 1.0
+        runs, count = Runs(xi, eta, series(values)), len(self.design)
+        self.fitted = Runs(*(v[:count] for v in runs))
+        self.held = Runs(*(v[count:] for v in runs))
+        self.places = np.zeros((0, m))
+        self.fits: list[Fit] = []
+        self._judge()
+
+    def run(self, tolerance: float) -> str:
+        """Go on until the error is below the tolerance also at extremes; return why it ended."""
+        reason, confirmed = "", False
+        while True:
+            if self.error.relative.max() <= tolerance:
+                reason = "the tolerance is met"
+            else:
+                reason = self._extend()
+                if not reason:
+                    confirmed = False
+                    continue
+            if confirmed or not self._hold_extremes():
+                return reason
+            confirmed = True
+
+    @property
+    def left(self) -> int:
+        """Runs that the budget still allows."""
+        return self.most - len(self.fitted.values) - len(self.held.values)
+
+    def _judge(self) -> None:
+        """Fit the runs, and choose the best of the new fits and those in use."""
+        F = (self.fitted + self.held).values
+        self.stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
+        fits = [Fit.of(self.design, stage) for stage in self.stages] + self.fits
+        self.choice = Choice.of(fits, self.fitted, self.held)
+        self.fits = self.choice.fits
+        self.error = ExpectedError.of(self.choice, self.generic, F, self.dt)
+
+    def _extend(self) -> str:
+        """Run and fit the next batch; return why there is none.
+
+        A batch is kept for runs at extremes.
+        """
+        known, left = len(self.design), self.left - BATCH
+        if left < 1:
+            return "the budget is used up"
+        split = Split.of(self.stages, self.choice.carriers, self.held.xi, self.held.eta)
+        count = max(BATCH, BATCH * round(GROWTH * known / BATCH))
+        self.design = self.design.extended(min(count, left), split)
+        if len(self.design) == known:
+            return "all orders are in use"
+        self.fitted += self._run(*(v[known:] for v in self.design.points))
+        self._judge()
+        return ""
+
+    def _hold_extremes(self) -> bool:
+        """Run and hold out a batch where bounds rest; return whether these places are new.
+
+        Without intervals, at further generic points.
+        """
+        m, n, count = self.places.shape[1], self.fitted.xi.shape[1], min(BATCH, self.left)
+        places = np.zeros((min(1, count), 0))
+        if m:
+            places = extreme_places(self.error.extremes, self.places, count)
+        if not len(places):
+            return False
+        self.places = np.concatenate([self.places, places])
+        eta = np.repeat(places, count // len(places) if n else 1, axis=0)
+        xi, _ = generic_points(len(self.held.values), len(eta), m, n)
+        self.held += self._run(xi, eta)
+        self._judge()
+        return True
+
+    def _run(self, xi: np.ndarray, eta: np.ndarray) -> Runs:
+        return Runs(xi, eta, series(self.evaluate(xi, eta)))
+
+    def surrogate(self) -> Surrogate:
+        """Return the surrogate with what is known of its errors."""
+        variables = [
+            name if one.dimension == 1 else f"{name}[{k}]"
+            for random in (False, True)
+            for name, one in self.space.of_kind(random=random).items()
+            for k in range(one.dimension)
+        ]
+        values, choice = self.error.values, self.choice
+        error = np.stack([values, values])
+        told = diagnostics(
+            self.labels, error, choice.carriers, self.error.trusted, choice.frequencies
+        )
+        told = told.assign(orders=("variable", choice.orders)).assign_coords(variable=variables)
+        told = told.assign_attrs(
+            expected_error=float(self.error.relative.max()),
+            runs_fitted=len(self.fitted.values),
+            runs_checked=len(self.held.values),
+        )
+        return Surrogate(self.space, self.labels, tuple(choice.expansions()), told)
+
+
+def _first_design(m: int, n: int, most: int) -> Design:
+    """Return the first runs in m variables η and n variables ξ, within a budget."""
+    many = 1 + m + 2 * n > min(most, MOST_INTERPOLATED)
+    if many and most >= LEAST_RUNS:
+        return SampledDesign(LEAST_RUNS, m, n)
+    return NestedDesign.first(m, n, most)

@@ -1,0 +1,163 @@
+"""Expansions fitted to runs, and for each output the one that is best in runs it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.decomposition import Stage
+from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.diagnostics import rms
+
+BATCH = 8
+"""Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
+
+GAIN = 0.8
+"""A further carrier is used for an output where it brings the error below this part."""
+
+FAR = np.arange(3.0, 5.5, 0.5)
+"""Values of |ξ| at which an expansion must not grow beyond measure."""
+
+SWEEPS = 3
+"""Times that these values are visited, at different η."""
+
+MARGIN, GROWTH = 1.5, 2
+"""There it may leave the range of the runs by this factor, times this power of how much farther
+out it is than the runs."""
+
+
+class Design(Protocol):
+    """Where runs are, and how their parts are fitted."""
+
+    @property
+    def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """ξ and η, shapes (runs, n) and (runs, m)."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def fit(self, stage: Stage) -> HybridExpansion:
+        """Return the expansion of the parts of runs at these points."""
+        ...
+
+    def extended(self, count: int, split: Split) -> Design:
+        """Return the design with so many further runs, or fewer."""
+        ...
+
+
+class Fit(NamedTuple):
+    """The expansion of the parts of a response with some number of carriers.
+
+    Attributes
+    ----------
+    frequencies : of the carriers, in cycles per unit of time.
+    """
+
+    parts: HybridExpansion
+    columns: PartColumns
+    frequencies: list[float]
+
+    @staticmethod
+    def of(design: Design, stage: Stage) -> Fit:
+        """Fit the runs of a design, which are the first of the stage."""
+        parts = design.fit(stage.runs(slice(len(design))))
+        return Fit(parts, PartColumns.of_stage(stage), [c.frequency for c in stage.carriers])
+
+    def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the response at ξ and η, shape (points, outputs, times)."""
+        return self.columns.join(self.parts.evaluate(xi, eta))
+
+    def overshoot(self, runs: Runs) -> np.ndarray:
+        """Return how far it leaves the range of all runs for random variables far from their mean.
+
+        Moments of a polynomial depend on values there, and high orders may oscillate between the
+        outermost runs. Root mean square over each ξ alone, shape (outputs, times).
+        """
+        orders = np.array(self.parts.random_orders, dtype=int)
+        low, high = runs.values.min(axis=0), runs.values.max(axis=0)
+        x = np.tile(np.concatenate([-FAR, FAR]), SWEEPS)
+        weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
+        eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
+        square = np.zeros(low.shape)
+        for v in np.flatnonzero(orders > 1):
+            farther = np.abs(x) / max(1.0, np.abs(runs.xi[:, v]).max())
+            allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH
+            off = self.evaluate(x[:, None] * (np.arange(len(orders)) == v), eta)
+            off = np.abs(off - (low + high) / 2) - allowed[:, None, None] * (high - low) / 2
+            square += np.einsum("p,pot->ot", weight, np.maximum(off, 0.0) ** 2)
+        return np.sqrt(square)
+
+
+class Runs(NamedTuple):
+    """Runs of a response.
+
+    Attributes
+    ----------
+    xi, eta : shapes (runs, n) and (runs, m).
+    values : shape (runs, outputs, times).
+    """
+
+    xi: np.ndarray
+    eta: np.ndarray
+    values: np.ndarray
+
+    def __add__(self, other: Runs) -> Runs:  # pyright: ignore[reportIncompatibleMethodOverride]
+        return Runs(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
+
+class Choice(NamedTuple):
+    """Fits, and the one that each output uses.
+
+    Attributes
+    ----------
+    which : number of the fit of each output, shape (outputs,).
+    missed : what is missed of held-out runs, shape (runs, outputs, times).
+    overshoot : of the fits, shape (outputs, times).
+    """
+
+    fits: list[Fit]
+    which: np.ndarray
+    missed: np.ndarray
+    overshoot: np.ndarray
+
+    @staticmethod
+    def of(fits: Sequence[Fit], fitted: Runs, held: Runs) -> Choice:
+        """Choose the fits that are best in held-out runs; every further carrier has to pay."""
+        missed = [held.values - fit.evaluate(held.xi, held.eta) for fit in fits]
+        over = [fit.overshoot(held + fitted) for fit in fits]
+        errors = [
+            np.hypot(rms(miss), rms(far[None])) / GAIN ** len(fit.frequencies)
+            for fit, miss, far in zip(fits, missed, over, strict=True)
+        ]
+        best, outputs = np.argmin(errors, axis=0), np.arange(held.values.shape[1])
+        used, which = np.unique(best, return_inverse=True)
+        missed = np.moveaxis(np.stack(missed)[best, :, outputs], 0, 1)
+        return Choice([fits[k] for k in used], which, missed, np.stack(over)[best, outputs])
+
+    def expansions(self) -> list[Expansion]:
+        """Return the expansions of all outputs, one for each fit."""
+        return [
+            expansion_of(fit.parts, fit.columns).of(np.flatnonzero(self.which == k))
+            for k, fit in enumerate(self.fits)
+        ]
+
+    @property
+    def carriers(self) -> np.ndarray:
+        """The number of carriers of each output, shape (outputs,)."""
+        return np.array([len(fit.frequencies) for fit in self.fits])[self.which]
+
+    @property
+    def frequencies(self) -> list[float]:
+        """Those of the fit with the most carriers."""
+        return max((fit.frequencies for fit in self.fits), key=len)
+
+    @property
+    def orders(self) -> np.ndarray:
+        """The highest order in each variable, η first."""
+        return np.max([fit.parts.orders for fit in self.fits], axis=0)

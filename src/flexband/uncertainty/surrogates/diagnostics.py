@@ -1,0 +1,82 @@
+"""What methods that resolve phases say of their bands, labelled like the response."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from scipy.signal import fftconvolve
+
+from flexband.errors import InputError
+
+
+def series(values: xr.DataArray) -> np.ndarray:
+    """Return a response as runs, outputs and times: all dims but the last, and the last."""
+    shape = values.shape[1:]
+    return values.values.reshape(len(values), -1, shape[-1] if shape else 1)
+
+
+def step(values: xr.DataArray) -> float:
+    """Return the step of the last dimension; 1 where it has no coordinate.
+
+    Raises
+    ------
+    InputError
+        Where it is not equidistant.
+    """
+    last = values.dims[-1]
+    if values.ndim < 2 or values.shape[-1] < 2 or last not in values.coords:
+        return 1.0
+    times = values[last].values
+    if not np.issubdtype(times.dtype, np.number):
+        return 1.0
+    steps = np.diff(times)
+    if np.ptp(steps) > 1e-6 * np.abs(steps).max():
+        raise InputError(
+            f"a phase-resolved expansion needs equidistant values of {last!r}; "
+            f"got steps from {steps.min():g} to {steps.max():g} "
+            "(AdaptivePCCI(phase_resolved=False) takes any)"
+        )
+    return float(np.mean(steps))
+
+
+def rms(v: np.ndarray) -> np.ndarray:
+    """Return the root mean square over runs and times, (outputs,)."""
+    return np.sqrt(np.mean(v**2, axis=(0, 2)))
+
+
+def running(v: np.ndarray, half: int) -> np.ndarray:
+    """Return the root mean square over ±half times."""
+    window = np.ones((1, 2 * half + 1))
+    square = v.reshape(-1, v.shape[-1]) ** 2
+    top = fftconvolve(square, window, mode="same", axes=-1)
+    count = fftconvolve(np.ones((1, v.shape[-1])), window, mode="same", axes=-1)
+    return np.sqrt(np.maximum(top / count, 0.0)).reshape(v.shape)
+
+
+def diagnostics(
+    labels: xr.DataArray,
+    error: np.ndarray,
+    carriers: np.ndarray,
+    trusted: np.ndarray,
+    frequencies: Sequence[float],
+) -> xr.Dataset:
+    """Return what a phase-resolved method says of its bands, labelled like the response.
+
+    Parameters
+    ----------
+    labels : a response of shape (runs, …).
+    error : expected of mean and error bar, (2, outputs, times).
+    carriers, trusted : of each output.
+    """
+    dims, shape = labels.dims[1:], labels.shape[1:]
+    return xr.Dataset(
+        {
+            "mean_expected_error": (dims, error[0].reshape(shape)),
+            "error_bar_expected_error": (dims, error[1].reshape(shape)),
+            "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
+            "trusted": (dims[:-1], trusted.reshape(shape[:-1])),
+        },
+        attrs={"carrier_frequencies": list(frequencies)},
+    )

@@ -24,6 +24,9 @@ MOST_INTERPOLATED = 48
 
 FEWEST_HELD = 2
 
+MANY = 3
+"""With so many variables one batch at least follows the first, which has few products."""
+
 
 def fewest_fitted(variables: int) -> int:
     """Return how many runs the smallest design has."""
@@ -63,13 +66,14 @@ class Adaptation:
     def run(self, tolerance: float) -> str:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
         reason, confirmed = "", False
+        tested = sum(v.shape[1] for v in self.design.points) < MANY
         while True:
-            if self.error.relative.max() <= tolerance:
+            if tested and self.error.relative.max() <= tolerance:
                 reason = "the tolerance is met"
             else:
                 reason = self._extend()
                 if not reason:
-                    confirmed = False
+                    tested, confirmed = True, False
                     continue
             if confirmed or not self._hold_extremes():
                 return reason
@@ -87,7 +91,8 @@ class Adaptation:
         fits = [Fit.of(self.design, stage) for stage in self.stages] + self.fits
         self.choice = Choice.of(fits, self.fitted, self.held)
         self.fits = self.choice.fits
-        self.error = ExpectedError.of(self.choice, self.generic, F, self.dt)
+        m = self.places.shape[1]
+        self.error = ExpectedError.of(self.choice, self.generic, F, self.dt, m)
 
     def _extend(self) -> str:
         """Run and fit the next batch; return why there is none.

@@ -11,8 +11,12 @@ from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
 from flexband.uncertainty.surrogates.diagnostics import rms, running
 
 SHARE = 0.5
-"""Error of the bands as a part of what is missed of runs, root mean square: a bound averages over
-random variables, but rests on the most extreme value of each interval."""
+"""Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
+random variables, but rests on the ends of intervals."""
+
+ALONE = 3
+"""With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in
+every one alike adds up at a corner, but hardly at generic points."""
 
 DOUBT = 0.5
 """Where more than this part of the variation is missed, the expansion is not trusted."""
@@ -42,18 +46,20 @@ class ExpectedError(NamedTuple):
     extremes: list[Extremes]
 
     @staticmethod
-    def of(choice: Choice, generic: int, F: np.ndarray, dt: float) -> ExpectedError:
+    def of(choice: Choice, generic: int, F: np.ndarray, dt: float, m: int) -> ExpectedError:
         """Return the error expected.
 
         Parameters
         ----------
         generic : number of held-out runs at generic points, which are the first.
         F : all runs, shape (runs, outputs, times), at steps of dt.
+        m : number of interval variables.
         """
         groups = np.split(choice.missed, [generic])
         missed = np.max([np.mean(own**2, axis=0) for own in groups if len(own)], axis=0)
         size, varied, times = rms(F), rms(F - F.mean(axis=0)), F.shape[-1]
-        values = np.hypot(SHARE * np.sqrt(missed), choice.overshoot)
+        share = SHARE * np.sqrt(max(1.0, m / ALONE))
+        values = np.hypot(share * np.sqrt(missed), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         values = running(values, min(max(1, round(period)), times))
         values = np.maximum(values, np.finfo(float).eps * size[:, None])

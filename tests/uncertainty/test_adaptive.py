@@ -26,6 +26,7 @@ from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import TermSizes, above, first_terms
 
@@ -83,10 +84,11 @@ def test_a_sparse_expansion_interpolates_its_runs(variables, n, seed):
     index = first_terms(m, n, 1 + m + n)
     known = TermSizes(index, rng.random((2, len(index))))
     index = np.concatenate([index, known.next_terms(10, np.full(m + n, 4))])
-    design = NestedDesign(index, m)
+    families = [(HERMITE, LEGENDRE)[k % 2] for k in range(n)]
+    design = NestedDesign(index, families)
     values = rng.standard_normal((len(index), 3))
     terms = np.linalg.solve(design.matrix, values)
-    expansion = HybridExpansion.of_terms(index, terms, m)
+    expansion = HybridExpansion.of_terms(index, terms, families)
     np.testing.assert_allclose(expansion.evaluate(*design.points), values, atol=1e-8)
 
 
@@ -231,13 +233,16 @@ def test_an_output_that_is_small_counts_like_any_other():
 
 
 def test_generic_points_are_on_no_coordinate_of_the_nested_ones():
-    xi, eta = generic_points(0, 64, 3, 2)
-    for nested in NestedDesign(first_terms(3, 2, 40), 3).points:
+    families = HERMITE, LEGENDRE
+    xi, eta = generic_points(0, 64, 3, families)
+    for nested in NestedDesign(first_terms(3, 2, 40), families).points:
         for own in (xi, eta):
             assert np.abs(own.ravel()[:, None] - nested.ravel()).min() > 1e-4
     again = [
         np.concatenate(v)
-        for v in zip(generic_points(0, 8, 3, 2), generic_points(8, 56, 3, 2), strict=True)
+        for v in zip(
+            generic_points(0, 8, 3, families), generic_points(8, 56, 3, families), strict=True
+        )
     ]
     np.testing.assert_array_equal(again[0], xi)
     np.testing.assert_array_equal(again[1], eta)

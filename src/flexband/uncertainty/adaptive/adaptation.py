@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
@@ -10,6 +12,7 @@ from flexband.uncertainty.adaptive.held_out import extreme_places, generic_point
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage, decompose
@@ -47,11 +50,11 @@ class Adaptation:
     def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
         """Make the first runs, `most` is the budget."""
         self.space, self.evaluate, self.most = space, evaluate, most
-        m, n = space.interval_dimension, space.random_dimension
-        spare = most - fewest_fitted(m + n)
+        m, families = space.interval_dimension, space.families
+        spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(FEWEST_HELD, spare // 2))
-        self.design = _first_design(m, n, most - self.generic)
-        points = zip(self.design.points, generic_points(0, self.generic, m, n), strict=True)
+        self.design = _first_design(m, families, most - self.generic)
+        points = zip(self.design.points, generic_points(0, self.generic, m, families), strict=True)
         xi, eta = map(np.concatenate, points)
         values = evaluate(xi, eta)
         self.labels, self.phase_resolved = values[:0], phase_resolved
@@ -116,15 +119,15 @@ class Adaptation:
 
         Without intervals, at further generic points.
         """
-        m, n, count = self.places.shape[1], self.fitted.xi.shape[1], min(BATCH, self.left)
+        m, families, count = self.places.shape[1], self.space.families, min(BATCH, self.left)
         places = np.zeros((min(1, count), 0))
         if m:
             places = extreme_places(self.error.extremes, self.places, count)
         if not len(places):
             return False
         self.places = np.concatenate([self.places, places])
-        eta = np.repeat(places, count // len(places) if n else 1, axis=0)
-        xi, _ = generic_points(len(self.held.values), len(eta), m, n)
+        eta = np.repeat(places, count // len(places) if families else 1, axis=0)
+        xi, _ = generic_points(len(self.held.values), len(eta), m, families)
         self.held += self._run(xi, eta)
         self._judge()
         return True
@@ -154,9 +157,9 @@ class Adaptation:
         return Surrogate(self.space, self.labels, tuple(choice.expansions()), told)
 
 
-def _first_design(m: int, n: int, most: int) -> Design:
-    """Return the first runs in m variables η and n variables ξ, within a budget."""
-    many = 1 + m + 2 * n > min(most, MOST_INTERPOLATED)
+def _first_design(m: int, families: Sequence[Family], most: int) -> Design:
+    """Return the first runs in m variables η and in ξ, within a budget."""
+    many = 1 + m + 2 * len(families) > min(most, MOST_INTERPOLATED)
     if many and most >= LEAST_RUNS:
-        return SampledDesign(LEAST_RUNS, m, n)
-    return NestedDesign.first(m, n, most)
+        return SampledDesign(LEAST_RUNS, m, families)
+    return NestedDesign.first(m, families, most)

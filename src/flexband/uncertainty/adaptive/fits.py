@@ -9,6 +9,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
@@ -74,7 +75,7 @@ class Fit(NamedTuple):
         return self.columns.join(self.parts.evaluate(xi, eta))
 
     def overshoot(self, runs: Runs) -> np.ndarray:
-        """Return how far it leaves the range of all runs for random variables far from their mean.
+        """Return how far it leaves the range of all runs for normal variables far from their mean.
 
         Moments of a polynomial depend on values there, and high orders may oscillate between the
         outermost runs. Root mean square over each ξ alone, shape (outputs, times).
@@ -85,7 +86,8 @@ class Fit(NamedTuple):
         weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
         eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
         square = np.zeros(low.shape)
-        for v in np.flatnonzero(orders > 1):
+        normal = [family.name == HERMITE.name for family in self.parts.families]
+        for v in np.flatnonzero((orders > 1) & normal):
             farther = np.abs(x) / max(1.0, np.abs(runs.xi[:, v]).max())
             allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH
             off = self.evaluate(x[:, None] * (np.arange(len(orders)) == v), eta)

@@ -14,20 +14,26 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.inputs.sampling import of_normals
 
 APART = 0.3
 """Places of extremes that are nearer to each other than this, in units of η, are run once."""
 
 
-def generic_points(first: int, count: int, m: int, n: int) -> tuple[np.ndarray, np.ndarray]:
+def generic_points(
+    first: int, count: int, m: int, families: Sequence[Family]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return ξ, (count, n), and η, (count, m): `count` points of a sequence, from number `first`.
 
     It is a scrambled Sobol' sequence, which fills intervals evenly and random variables by their
     density.
     """
     power = math.ceil(math.log2(max(first + count, 2)))
-    u = qmc.Sobol(m + n, rng=np.random.default_rng(1)).random_base2(power)[first : first + count]
-    return ndtri(u[:, m:]), 2 * u[:, :m] - 1
+    u = qmc.Sobol(m + len(families), rng=np.random.default_rng(1)).random_base2(power)[
+        first : first + count
+    ]
+    return of_normals(ndtri(u[:, m:]), families), 2 * u[:, :m] - 1
 
 
 def extreme_places(found: Sequence[Extremes], known: np.ndarray, count: int) -> np.ndarray:

@@ -7,6 +7,7 @@ as those of x³ do at 0 and ±√3, only held-out runs know.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.fits import BATCH
 from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.expansions.families import Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values
 from flexband.uncertainty.expansions.index_sets import (
     Orders,
@@ -22,18 +24,13 @@ from flexband.uncertainty.expansions.index_sets import (
     first_terms,
     lower_terms,
 )
-from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_values,
-    hermite_norms,
-    hermite_values,
-)
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.expansions.regression import MERIT_PER_ORDER, candidates, principal
-from flexband.uncertainty.expansions.sequences import interval_sequence, random_sequence
+from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 
-HIGHEST_INTERVAL, HIGHEST_RANDOM = 20, 8
-"""Orders; runs of random variables stay within 4.2 standard deviations."""
+HIGHEST_INTERVAL = 20
 
 EXPLAINED = 1e-3
 """Part of the energy of what is missed that need not be explained."""
@@ -46,41 +43,48 @@ class NestedDesign:
     Attributes
     ----------
     index : orders of the terms in each variable, η first, shape (terms, variables).
-    interval_dimension : m.
+    families : the polynomials of each ξ.
     """
 
     index: np.ndarray
-    interval_dimension: int
+    families: Sequence[Family]
 
     @staticmethod
-    def first(m: int, n: int, most: int) -> NestedDesign:
-        """Return the first terms in m variables η and n variables ξ, as far as the budget goes."""
+    def first(m: int, families: Sequence[Family], most: int) -> NestedDesign:
+        """Return the first terms in m variables η and in ξ, as far as the budget goes."""
+        n = len(families)
         wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        return NestedDesign(first_terms(m, n, min(wanted, most)), m)
+        return NestedDesign(first_terms(m, n, min(wanted, most)), families)
+
+    @property
+    def interval_dimension(self) -> int:
+        """Number m of variables η."""
+        return self.index.shape[1] - len(self.families)
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (terms, n) and (terms, m)."""
         m = self.interval_dimension
         eta = interval_sequence(HIGHEST_INTERVAL + 1)[self.index[:, :m]]
-        return random_sequence(HIGHEST_RANDOM + 1)[self.index[:, m:]], eta
+        random = zip(self.families, self.index[:, m:].T, strict=True)
+        xi = [family.sequence(family.highest + 1)[k] for family, k in random]
+        return np.reshape(xi, (-1, len(eta))).T.copy(), eta
 
     @property
     def highest(self) -> np.ndarray:
         """The highest order there may be in each variable."""
-        m, d = self.interval_dimension, self.index.shape[1]
-        return np.repeat([HIGHEST_INTERVAL, HIGHEST_RANDOM], [m, d - m])
+        intervals = [HIGHEST_INTERVAL] * self.interval_dimension
+        return np.array([*intervals, *(family.highest for family in self.families)])
 
     @cached_property
     def matrix(self) -> np.ndarray:
         """The terms' values in the runs, shape (terms, terms)."""
-        return _values(self.index, *self.points)
+        return self._values(self.index, *self.points)
 
     @property
     def norms(self) -> np.ndarray:
         """√E[Ψ²] of the terms, shape (terms,)."""
-        norms = hermite_norms(HIGHEST_RANDOM)[self.index[:, self.interval_dimension :]]
-        return np.sqrt(norms.prod(axis=1))
+        return np.sqrt(mean_squares(self.index[:, self.interval_dimension :], self.families))
 
     def __len__(self) -> int:
         return len(self.index)
@@ -88,7 +92,7 @@ class NestedDesign:
     def fit(self, stage: Stage) -> HybridExpansion:
         """Return the expansion of the parts of runs at these points: it interpolates them."""
         terms = np.linalg.solve(self.matrix, PartColumns.of_stage(stage).pack(stage))
-        return HybridExpansion.of_terms(self.index, terms, self.interval_dimension)
+        return HybridExpansion.of_terms(self.index, terms, self.families)
 
     def extended(self, count: int, split: Split) -> NestedDesign:
         """Return the design with the next terms, so many or fewer.
@@ -111,8 +115,9 @@ class NestedDesign:
         """
         known = set(map(tuple, self.index.tolist()))
         index = self._candidates(known)
-        predict = _values(self.index, split.xi, split.eta) @ np.linalg.inv(self.matrix)
-        added = _values(index, split.xi, split.eta) - predict @ _values(index, *self.points)
+        predict = self._values(self.index, split.xi, split.eta) @ np.linalg.inv(self.matrix)
+        added = self._values(index, split.xi, split.eta)
+        added = added - predict @ self._values(index, *self.points)
         held = slice(len(self), None)
         missed = split.rows(lambda runs: runs[held] - predict @ runs[: len(self)])
         rest = principal(missed.reshape(len(missed), -1))
@@ -140,10 +145,10 @@ class NestedDesign:
         index = index.reshape(-1, self.index.shape[1])
         return index[np.all(index <= self.highest, axis=1)]
 
-
-def _values(index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-    """Return terms at ξ and η, shape (points, terms)."""
-    orders = index.max(axis=0, initial=0)
-    values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
-    values += [hermite_values(k, x) for k, x in zip(orders[len(values) :], xi.T, strict=True)]
-    return term_values(values, index)
+    def _values(self, index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return terms at ξ and η, shape (points, terms)."""
+        orders = index.max(axis=0, initial=0)
+        values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
+        random = zip(self.families, orders[len(values) :], xi.T, strict=True)
+        values += [family.values(k, x) for family, k, x in random]
+        return term_values(values, index)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.fits import BATCH
 from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.regression import (
     candidates,
@@ -31,22 +33,22 @@ ROUND_OFF = 1e-13
 class SampledDesign:
     """Runs at the first points of a sequence, and the terms of all orders that may be few.
 
-    count : of runs. interval_dimension, random_dimension : m and n.
+    count : of runs. interval_dimension : m. families : the polynomials of each ξ.
     """
 
     count: int
     interval_dimension: int
-    random_dimension: int
+    families: Sequence[Family]
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
-        return nested_points(self.count, self.interval_dimension, self.random_dimension)
+        return nested_points(self.count, self.interval_dimension, self.families)
 
     @cached_property
     def index(self) -> np.ndarray:
         """Orders of the terms to choose from, (terms, variables)."""
-        return candidates(self.interval_dimension + self.random_dimension)
+        return candidates(self.interval_dimension + len(self.families))
 
     def __len__(self) -> int:
         return self.count
@@ -56,9 +58,9 @@ class SampledDesign:
 
         Of base and envelopes every output counts by its variation, but for round-off.
         """
-        columns, m = PartColumns.of_stage(stage), self.interval_dimension
+        columns = PartColumns.of_stage(stage)
         F, series = stage.signal, columns.pack(stage)
-        values = normalized_values(self.index, *self.points)
+        values = normalized_values(self.index, *self.points, self.families)
         varied = rms(F - F.mean(axis=0))
         counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
         weight = np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
@@ -67,8 +69,8 @@ class SampledDesign:
             own = sparse_fit(values, self.index, series[:, part.ravel()], _weights(part, weight))
             terms[np.ix_(own.which, part.ravel())] = own.coefficients
         used = terms.any(axis=1) | ~self.index.any(axis=1)
-        scales = term_scales(self.index[used], m)[:, None]
-        return HybridExpansion.of_terms(self.index[used], terms[used] / scales, m)
+        scales = term_scales(self.index[used], self.families)[:, None]
+        return HybridExpansion.of_terms(self.index[used], terms[used] / scales, self.families)
 
     def extended(self, count: int, split: Split) -> SampledDesign:
         """Return the samples with so many more."""

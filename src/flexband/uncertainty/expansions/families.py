@@ -28,6 +28,11 @@ class Family(Protocol):
         """Its name, for files."""
         ...
 
+    @property
+    def highest(self) -> int:
+        """The highest order that an adaptive method uses."""
+        ...
+
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         """Return P_0 … P_order at x, shape (*x.shape, order + 1)."""
         ...
@@ -51,9 +56,13 @@ class Family(Protocol):
 
 @dataclass(frozen=True)
 class Hermite:
-    """He_j of a standard normal variable."""
+    """He_j of a standard normal variable.
+
+    Nested points of orders up to 8 stay within 4.2 standard deviations.
+    """
 
     name: str = "Hermite"
+    highest: int = 8
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         return hermite_e.hermevander(x, order)
@@ -77,6 +86,7 @@ class Legendre:
     """P_j of a variable that is uniform on [−1, 1]."""
 
     name: str = "Legendre"
+    highest: int = 20
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         return legendre.legvander(x, order)

@@ -86,7 +86,7 @@ class Fit(NamedTuple):
         weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
         eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
         square = np.zeros(low.shape)
-        normal = [family.name == HERMITE.name for family in self.parts.families]
+        normal = np.array([f.name == HERMITE.name for f in self.parts.families], dtype=bool)
         for v in np.flatnonzero((orders > 1) & normal):
             farther = np.abs(x) / max(1.0, np.abs(runs.xi[:, v]).max())
             allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH

@@ -1,8 +1,9 @@
 # Each target sets up what it needs: a clean clone, Python 3.11 or newer and make are enough.
 PYTHON ?= python3
 BIN := .venv/bin
+JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy gallery
+.PHONY: install demo test check wheel bench validate accuracy honesty gallery
 
 install: .venv/installed
 
@@ -29,6 +30,10 @@ wheel: install
 accuracy: install
 	$(BIN)/python benchmarks/accuracy.py
 
+# With the seeds of the documentation, which no method may be tuned to.
+honesty: install
+	$(BIN)/python benchmarks/honesty.py --seed 1000000 --jobs $(JOBS) $(OPTIONS)
+
 gallery: install
 	$(BIN)/python examples/gallery.py
 
@@ -36,7 +41,6 @@ validate: install
 	$(BIN)/python validation/table.py
 
 # OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look
-JOBS ?= 1
 bench: install .venv/benched
 	grep -lE "^ +main\(\)" benchmarks/*.py | xargs -I {} -P $(JOBS) $(BIN)/python {} $(OPTIONS)
 

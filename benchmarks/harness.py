@@ -9,6 +9,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from flexband.mechanics.engine.threads import available_cores
 
@@ -16,17 +17,21 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy")
 
 
-def options(description: str | None, samples: int, **texts: str) -> argparse.Namespace:
+def options(
+    description: str | None, samples: int, **more: str | tuple[Any, str]
+) -> argparse.Namespace:
     """Return the options of the command line: size, number of repetitions and output folder.
 
-    `texts` are additional text options, name -> help.
+    `more` are additional options, name -> help of a text, or the default value and the help.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--samples", type=int, default=samples, help="samples per batch")
     parser.add_argument("--repeats", type=int, default=5, help="number of repetitions")
     parser.add_argument("--output", type=Path, default=ROOT / "output" / "bench")
-    for name, meaning in texts.items():
-        parser.add_argument(f"--{name}", default="", help=meaning)
+    for name, given in more.items():
+        default, meaning = ("", given) if isinstance(given, str) else given
+        option = f"--{name.replace('_', '-')}"
+        parser.add_argument(option, type=type(default), default=default, help=meaning)
     return parser.parse_args()
 
 

@@ -1,0 +1,76 @@
+"""The families of `honesty.py`, and their cases by seed."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+
+import honesty_formulas as formulas
+import honesty_inputs as by_inputs
+import honesty_kinks as kinked
+import honesty_ringing as ringing
+import numpy as np
+from honesty_problems import Case, Problem, case
+
+Family = Callable[[str, int, np.random.Generator], Case]
+
+PROBLEMS: dict[str, Callable[[np.random.Generator], Problem]] = {
+    "ring": ringing.ring,
+    "modes": ringing.modes,
+    "veering": ringing.veering,
+    "resonance": ringing.resonance,
+    "beats": ringing.beats,
+    "friction": kinked.friction,
+    "impact": kinked.impact,
+    "contact": kinked.contact,
+    "kinks": kinked.kinks,
+    "smooth": formulas.smooth,
+    "rational": formulas.rational,
+    "saturating": formulas.saturating,
+    "alias": formulas.alias,
+    "products": formulas.products,
+    "pulses": formulas.pulses,
+    "uniform": by_inputs.uniform,
+}
+"""Families whose cases have sometimes more inputs than variables."""
+
+CHOSEN = {
+    "many": by_inputs.many,
+    "intervals": by_inputs.intervals,
+    "randoms": by_inputs.randoms,
+    "units": by_inputs.units,
+}
+"""Families that choose the number of inputs, or the units, themselves."""
+
+MORE_INPUTS = 0.25
+"""Share of the cases with more inputs than variables."""
+
+
+def _plain(make: Callable[[np.random.Generator], Problem]) -> Family:
+    def drawn(name: str, seed: int, rng: np.random.Generator) -> Case:
+        problem = make(rng)
+        more = rng.random() < MORE_INPUTS
+        inputs = len(problem.kinds) + int(rng.integers(1, 5)) if more else 0
+        return case(name, seed, problem, rng, inputs=inputs)
+
+    return drawn
+
+
+def _chosen(make: Callable[[np.random.Generator], tuple[Problem, dict]]) -> Family:
+    def drawn(name: str, seed: int, rng: np.random.Generator) -> Case:
+        problem, options = make(rng)
+        return case(name, seed, problem, rng, **options)
+
+    return drawn
+
+
+FAMILIES: dict[str, Family] = {
+    **{name: _plain(make) for name, make in PROBLEMS.items()},
+    **{name: _chosen(make) for name, make in CHOSEN.items()},
+}
+
+
+def draw(family: str, seed: int) -> Case:
+    """Return a case of a family; it depends on the seed and the family's name only."""
+    rng = np.random.default_rng([seed, zlib.crc32(family.encode())])
+    return FAMILIES[family](family, seed, rng)

@@ -1,0 +1,162 @@
+"""How far claimed and true errors of bands are apart, case by case and as rates with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from honesty_problems import Bands
+from scipy.stats import binomtest
+
+FACTOR = 5.0
+"""Factor between claim and true error up to which a claim counts as right."""
+
+LEAST = 2e-5
+"""Of the width: smaller errors, claimed or true, count as this large."""
+
+VISIBLE = 1e-3
+"""Of the width: errors in time above this are compared with what is claimed there."""
+
+ROUND_OFF = 1e-9
+"""Of an output's size: a narrower band counts as this wide."""
+
+RESAMPLES = 2000
+"""Number of random choices of cases that tell the interval of the rate in time."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of a case.
+
+    Attributes
+    ----------
+    runs : all evaluations of the response.
+    true, claim : the largest error of mean and error bar of all outputs, mean over time, in parts
+        of the true error bar's mean width.
+    told : ``attrs["expected_error"]``, which refers to the width of the bands that were found.
+    visible, missed : points in time whose true error is above `VISIBLE`, and how many of these
+        have a claim that is too small.
+    seconds : CPU time of the method.
+    failure : the error's text, if the method failed.
+    """
+
+    family: str
+    seed: int
+    runs: int = 0
+    true: float = np.nan
+    claim: float = np.nan
+    told: float = np.nan
+    visible: int = 0
+    missed: int = 0
+    seconds: float = np.nan
+    failure: str = ""
+
+
+def errors(found: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
+    """Return true and claimed errors in parts of the width, each (2, outputs, times).
+
+    The first axis is mean and error bar. Bands without claims in time have NaN there.
+    """
+    mean, bar = truth
+    size = np.sqrt((bar**2).mean(axis=(0, 2)))
+    width = np.maximum((bar[1] - bar[0]).mean(axis=-1), np.maximum(ROUND_OFF * size, 1e-300))
+    true, claim = [], []
+    for name, exact in (("mean", mean), ("error_bar", bar)):
+        own = found[name].transpose("bound", "output", "time").values
+        true.append(np.abs(own - exact).mean(axis=0))
+        claimed = found.get(f"{name}_expected_error", xr.full_like(found[name][0], np.nan))
+        claim.append(claimed.transpose("output", "time").values)
+    return np.stack(true) / width[:, None], np.stack(claim) / width[:, None]
+
+
+def outcome(
+    family: str, seed: int, found: xr.Dataset, truth: Bands, seconds: float = np.nan
+) -> Outcome:
+    """Compare bands with the true ones."""
+    true, claim = errors(found, truth)
+    told = float(found.attrs["expected_error"])
+    visible = true > VISIBLE
+    largest = float(claim.mean(axis=-1).max())
+    return Outcome(
+        family,
+        seed,
+        int(found.attrs["runs"]),
+        float(true.mean(axis=-1).max()),
+        told if np.isnan(largest) else largest,
+        told,
+        int(visible.sum()),
+        int((visible & (true > FACTOR * claim)).sum()),
+        seconds,
+    )
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A part of the cases in per cent, with the ends of its 95 % interval."""
+
+    name: str
+    value: float
+    lower: float
+    upper: float
+    required: str
+
+    def __str__(self) -> str:
+        span = f"{self.lower:.1f} to {self.upper:.1f}"
+        return f"{self.name}: {self.value:.1f} % ({span}; required: {self.required})"
+
+
+def too_small(one: Outcome) -> bool:
+    """Return whether the claim is too small by more than the factor."""
+    return max(one.true, LEAST) > FACTOR * max(one.claim, LEAST)
+
+
+def false(one: Outcome, tolerance: float) -> bool:
+    """Return whether the claim is below the tolerance and the true error far above it."""
+    return one.claim < tolerance and one.true > FACTOR * tolerance
+
+
+def right(one: Outcome, tolerance: float) -> bool:
+    """Return whether the claim is within the factor, or both errors are below the tolerance."""
+    claim, true = max(one.claim, LEAST), max(one.true, LEAST)
+    near = claim <= FACTOR * true and true <= FACTOR * claim
+    return near or (claim <= tolerance and true <= tolerance)
+
+
+def rates(outcomes: Sequence[Outcome], tolerance: float) -> list[Rate]:
+    """Return the required rates over all cases that did not fail."""
+    done = [one for one in outcomes if not one.failure]
+    counted = [
+        _rate(f"claims too small by {FACTOR:g}", [too_small(o) for o in done], "at most 3 %"),
+        _rate(
+            f"claims below the tolerance, true error {FACTOR:g} times above it",
+            [false(one, tolerance) for one in done],
+            "at most 1 %",
+        ),
+        _rate(
+            f"claims within a factor {FACTOR:g}, or rightly below the tolerance",
+            [right(one, tolerance) for one in done],
+            "90 %",
+        ),
+    ]
+    return [*counted, _in_time(done)] if done else []
+
+
+def _rate(name: str, hits: Sequence[bool], required: str) -> Rate:
+    test = binomtest(sum(hits), max(len(hits), 1))
+    span = test.proportion_ci(method="exact")
+    return Rate(name, *(100 * v for v in (test.statistic, span.low, span.high)), required)
+
+
+def _in_time(done: Sequence[Outcome]) -> Rate:
+    """Return the share of visible points whose claim is too small; cases are resampled."""
+    counts = np.array([(one.missed, one.visible) for one in done])
+    chosen = np.random.default_rng(0).integers(len(done), size=(RESAMPLES, len(done)))
+    sums = counts[chosen].sum(axis=1)
+    shares = np.quantile(sums[:, 0] / np.maximum(sums[:, 1], 1), [0.025, 0.975])
+    value = counts[:, 0].sum() / max(counts[:, 1].sum(), 1)
+    name = (
+        f"points in time with errors above {100 * VISIBLE:g} % and claims too small by {FACTOR:g}"
+    )
+    return Rate(name, *(100 * float(v) for v in (value, *shares)), "at most 5 %")

@@ -10,7 +10,9 @@ import honesty_inputs as by_inputs
 import honesty_kinks as kinked
 import honesty_ringing as ringing
 import numpy as np
+from honesty_mechanisms import KINDS, Kind
 from honesty_problems import Case, Problem, case
+from honesty_studies import study
 
 Family = Callable[[str, int, np.random.Generator], Case]
 
@@ -64,9 +66,14 @@ def _chosen(make: Callable[[np.random.Generator], tuple[Problem, dict]]) -> Fami
     return drawn
 
 
+def _mechanism(kind: Kind) -> Family:
+    return lambda name, seed, rng: study(name, seed, rng, kind)
+
+
 FAMILIES: dict[str, Family] = {
     **{name: _plain(make) for name, make in PROBLEMS.items()},
     **{name: _chosen(make) for name, make in CHOSEN.items()},
+    **{name: _mechanism(kind) for name, kind in KINDS.items()},
 }
 
 

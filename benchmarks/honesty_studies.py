@@ -1,0 +1,113 @@
+"""Families of mechanisms: which parameters are uncertain, and the converged bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from honesty_mechanisms import Kind
+from honesty_problems import Bands, Case
+from honesty_references import Interpolated, bands, chebyshev_nodes, grid
+
+import flexband as fb
+from flexband.uncertainty.inputs.space import Space
+
+NODES = {1: 24, 2: 14, 3: 8}
+"""Points along every one of so many variables: the runs of the reference are a grid."""
+
+DIMENSIONS = [(1, 1), (1, 1), (2, 1), (1, 2), (2, 0), (0, 2), (1, 0), (0, 1)]
+"""Numbers of random and interval parameters that are drawn."""
+
+NOMINAL = 0.1
+"""Largest relative change of the nominal values."""
+
+UNIFORM = 0.3
+"""Share of uniform parameters among the random ones."""
+
+
+def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
+    """Return the case of a kind of mechanism."""
+    n, m = DIMENSIONS[rng.integers(len(DIMENSIONS))]
+    nominal = {
+        name: value * (1 + NOMINAL * rng.uniform(-1, 1) * (spread >= 0.02))
+        for name, (value, spread) in kind.parameters.items()
+    }
+    chosen = [str(name) for name in rng.permutation(list(nominal))[: n + m]]
+    spread = {name: kind.parameters[name][1] * 10 ** rng.uniform(-0.6, 0) for name in chosen}
+    inputs: dict[str, fb.Input] = {}
+    for k, name in enumerate(chosen):
+        value, radius = nominal.pop(name), spread[name]
+        ends = value * (1 - radius), value * (1 + radius)
+        if k >= n:
+            inputs[name] = fb.Interval(*ends)
+        elif rng.random() < UNIFORM:
+            inputs[name] = fb.Uniform(*ends)
+        else:
+            inputs[name] = fb.Normal(value, value * radius / 2)
+    sensors = _some_sensors(kind, rng)
+
+    def builder(**values) -> fb.Mechanism:
+        return replace(
+            mechanism := kind.builder(**nominal, **values),
+            sensors={name: mechanism.sensors[name] for name in sensors},
+        )
+
+    steps = round(rng.uniform(*kind.duration) / kind.step)
+    response = fb.dynamic_response(builder, duration=steps * kind.step, step=kind.step, threads=1)
+    return Case(family, seed, response, inputs, partial(reference, response, inputs))
+
+
+def _some_sensors(kind: Kind, rng: np.random.Generator) -> list[str]:
+    whole = kind.builder(**{name: value for name, (value, _) in kind.parameters.items()})
+    names = list(whole.sensors)
+    return [str(name) for name in rng.permutation(names)[: rng.integers(1, 3)]]
+
+
+def reference(
+    response: Callable[..., xr.DataArray], inputs: Mapping[str, fb.Input], refine: int = 1
+) -> Bands:
+    """Return the bands from runs on a grid: Gauss points of ξ, Chebyshev points of η."""
+    space = Space(inputs)
+    n, m = space.random_dimension, space.interval_dimension
+    count = refine * NODES[n + m]
+    random = [_rule(one, count) for one in space.of_kind(random=True).values()]
+    xi = grid(*(x for x, _ in random)) if n else np.zeros((1, 0))
+    weights = grid(*(w for _, w in random)).prod(axis=1) if n else np.ones(1)
+    eta = grid(*[chebyshev_nodes(count)] * m) if m else np.zeros((1, 0))
+    values = _values(space, np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
+    F = response(**values).values
+    F = F.reshape(len(eta), len(xi), *F.shape[1:])
+    mean = np.einsum("q,eqot->eot", weights, F)
+    variance = np.einsum("q,eqot->eot", weights, (F - mean[:, None]) ** 2)
+    found = []
+    for o in range(F.shape[2]):
+        shape = (*[count] * m, F.shape[3])
+        own = Interpolated(mean[:, o].reshape(shape), variance[:, o].reshape(shape))
+        found.append(bands([own], F.shape[3], refine))
+    means, bars = (np.stack(v, axis=1) for v in zip(*found, strict=True))
+    return means, bars
+
+
+def _rule(one: fb.Input, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points of a random input's own standard variable, and weights of the mean."""
+    if isinstance(one, fb.Uniform):
+        x, weights = np.polynomial.legendre.leggauss(count)
+    else:
+        x, weights = np.polynomial.hermite_e.hermegauss(count)
+    return x, weights / weights.sum()
+
+
+def _values(space: Space, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the inputs' values; the variable of a uniform input goes from −1 to 1."""
+    columns = {True: iter(xi.T), False: iter(eta.T)}
+    values = {}
+    for name, one in space.inputs.items():
+        x = next(columns[one.random])
+        if isinstance(one, fb.Normal):
+            values[name] = one.mean + one.std * x
+        else:
+            values[name] = 0.5 * ((1 - x) * one.lower + (1 + x) * one.upper)
+    return values

@@ -1,0 +1,128 @@
+"""The benchmark of claimed errors: its references, and how it counts."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from honesty_cases import draw
+from honesty_problems import Problem
+from honesty_rates import Outcome, errors, false, outcome, rates, right, too_small
+from honesty_references import Term, rule
+from scipy.stats import qmc
+
+from flexband.uncertainty.inputs.space import Space
+
+FORMULAS = [
+    "modes",
+    "veering",
+    "friction",
+    "contact",
+    "alias",
+    "products",
+    "many",
+    "intervals",
+    "units",
+]
+
+
+def sampled(case, corners, inside, samples):
+    """Return bands from samples ξ at random η: lower bounds of the true ranges."""
+    space = Space(case.inputs)
+    n, m = space.random_dimension, space.interval_dimension
+    rng = np.random.default_rng(0)
+    eta = np.concatenate([rng.choice([-1.0, 1.0], (corners, m)), rng.uniform(-1, 1, (inside, m))])
+    xi = qmc.MultivariateNormalQMC(np.zeros(n), rng=rng).random(samples) if n else np.zeros((1, 0))
+    values = space.values(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
+    F = case.response(**values).values
+    F = F.reshape(len(eta), len(xi), *F.shape[1:])
+    mean, std = F.mean(axis=1), F.std(axis=1)
+    return (
+        np.stack([mean.min(axis=0), mean.max(axis=0)]),
+        np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)]),
+    )
+
+
+@pytest.mark.parametrize("family", FORMULAS)
+def test_references_agree_with_samples(family):
+    case = draw(family, 5)
+    truth, found = case.reference(1), sampled(case, 16, 64, 256)
+    width = (truth[1][1] - truth[1][0]).mean(axis=-1) + 1e-9 * np.abs(truth[1]).mean(axis=(0, 2))
+    for exact, own in zip(truth, found, strict=True):
+        outside = np.maximum(exact[0] - own[0], own[1] - exact[1]).mean(axis=-1)
+        assert (outside < 0.01 * width).all()
+        assert (np.abs(exact - own).mean(axis=(0, 2)) < 0.1 * width).all()
+
+
+def test_references_of_exact_moments():
+    """(1 + e x) with x normal, and |y − 0.3| with y uniform, both added to e²."""
+    t = np.linspace(0, 1, 3)
+    terms = [
+        Term(lambda x, e, tau: (1 + e * x) * tau, (0, 1)),
+        Term(lambda y, tau: np.abs(y - 0.3) + 0 * tau, (2,), smooth=False, points=2001),
+        Term(lambda e, tau: (e - 0.2) ** 2 + 0 * tau, (3,)),
+    ]
+    problem = Problem(["normal", "interval", "uniform", "interval"], [terms], len(t))
+    mean, bar = problem.reference()
+    first = (1.3**2 + 0.7**2) / 4
+    second = (1.3**3 + 0.7**3) / 6
+    std = np.sqrt(t**2 + second - first**2)
+    np.testing.assert_allclose(mean[:, 0], [t + first, t + first + 1.44], atol=2e-7)
+    np.testing.assert_allclose(bar[:, 0], [t + first - std, t + first + 1.44 + std], atol=2e-7)
+
+
+@pytest.mark.parametrize("kind", ["normal", "uniform"])
+def test_rules(kind):
+    x, weights = rule(kind, 41)
+    fourth = {"normal": 3.0, "uniform": 0.2}[kind]
+    assert weights @ x**4 == pytest.approx(fourth, rel=1e-9)
+
+
+@pytest.mark.parametrize("family", ["ring", "many", "units"])
+def test_cases_depend_on_family_and_seed_only(family):
+    one, same, other = draw(family, 3), draw(family, 3), draw(family, 4)
+    assert one.inputs == same.inputs != other.inputs
+    values = {name: np.array([i.value(np.full((1, 1), 0.3))[0]]) for name, i in one.inputs.items()}
+    np.testing.assert_array_equal(one.response(**values), same.response(**values))
+
+
+def test_outcomes_of_known_bands():
+    """The error bar is 2 wide; the mean is off by 0.1 at one bound, at half of the times."""
+    bar = np.stack([-np.ones((1, 4)), np.ones((1, 4))])
+    truth = np.zeros((2, 1, 4)), bar
+    mean = truth[0].copy()
+    mean[0, 0, :2] = 0.1
+    dims = ("bound", "output", "time")
+    found = xr.Dataset(
+        {
+            "mean": (dims, mean),
+            "error_bar": (dims, bar),
+            "mean_expected_error": (dims[1:], np.array([[0.004, 0.02, 0.02, 0.0]])),
+            "error_bar_expected_error": (dims[1:], np.zeros((1, 4))),
+        },
+        attrs={"expected_error": 0.0055, "runs": 7},
+    )
+    true, claim = errors(found, truth)
+    np.testing.assert_allclose(true[0, 0], [0.025, 0.025, 0, 0])
+    np.testing.assert_allclose(claim[0, 0], [0.002, 0.01, 0.01, 0])
+    one = outcome("ring", 0, found, truth)
+    assert (one.runs, one.visible, one.missed) == (7, 2, 1)
+    assert one.true == pytest.approx(0.0125)
+    assert one.claim == pytest.approx(0.0055)
+
+
+@pytest.mark.parametrize(
+    ("true", "claim", "expected"),
+    [
+        (0.004, 0.002, (True, False, False)),
+        (0.004, 1e-6, (True, True, False)),
+        (0.06, 0.009, (False, True, True)),
+        (0.04, 0.009, (True, False, False)),
+        (0.002, 0.03, (False, False, False)),
+        (1e-9, 0.0, (True, False, False)),
+        (9e-5, 0.0, (True, False, False)),
+    ],
+)
+def test_verdicts(true, claim, expected):
+    one = Outcome("ring", 0, true=true, claim=claim, visible=10, missed=5)
+    assert (right(one, 0.01), too_small(one), false(one, 0.01)) == expected
+    found = [rate.value for rate in rates([one] * 4, 0.01)]
+    assert found == [100 * expected[1], 100 * expected[2], 100 * expected[0], 50]

@@ -64,7 +64,7 @@ def friction(r: Random) -> Problem:
         amplitude = np.maximum(0, 1 - y[-1] / end / (1 + a(*y[:-1])))
         return amplitude * np.cos((TAU * count + turn(*y[:-1])) * y[-1])
 
-    options = {"smooth": False, "points": KINKED if len(chosen) == 1 else 601}
+    options = {"smooth": False, "points": KINKED if len(chosen) == 1 else 301}
     return Problem(chosen, [of_all(chosen, value, **options)], samples(count))
 
 

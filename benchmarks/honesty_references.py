@@ -24,7 +24,7 @@ POINTS = {0: 1, 1: 121, 2: 49, 3: 25}
 NODES = {0: 1, 1: 41, 2: 21, 3: 11}
 """Nodes for each of so many interval variables, between which smooth moments are interpolated."""
 
-GRID = {1: 257, 2: 65, 3: 17}
+GRID = {1: 129, 2: 65, 3: 17}
 """Points of the first grid along each of so many interval variables."""
 
 MOST_GAUSS = 400

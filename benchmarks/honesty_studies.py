@@ -18,7 +18,7 @@ from flexband.uncertainty.inputs.space import Space
 NODES = {1: 24, 2: 14, 3: 8}
 """Points along every one of so many variables: the runs of the reference are a grid."""
 
-DIMENSIONS = [(1, 1), (1, 1), (2, 1), (1, 2), (2, 0), (0, 2), (1, 0), (0, 1)]
+DIMENSIONS = [(1, 1), (1, 1), (2, 0), (0, 2), (1, 0), (0, 1), (2, 1), (1, 2), (1, 2)]
 """Numbers of random and interval parameters that are drawn."""
 
 NOMINAL = 0.1
@@ -30,13 +30,14 @@ UNIFORM = 0.3
 
 def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
     """Return the case of a kind of mechanism."""
-    n, m = DIMENSIONS[rng.integers(len(DIMENSIONS))]
+    fitting = [both for both in DIMENSIONS if sum(both) <= kind.most]
+    n, m = fitting[rng.integers(len(fitting))]
     nominal = {
         name: value * (1 + NOMINAL * rng.uniform(-1, 1) * (spread >= 0.02))
         for name, (value, spread) in kind.parameters.items()
     }
     chosen = [str(name) for name in rng.permutation(list(nominal))[: n + m]]
-    spread = {name: kind.parameters[name][1] * 10 ** rng.uniform(-0.6, 0) for name in chosen}
+    spread = {name: kind.parameters[name][1] * 10 ** rng.uniform(-0.5, 0) for name in chosen}
     inputs: dict[str, fb.Input] = {}
     for k, name in enumerate(chosen):
         value, radius = nominal.pop(name), spread[name]
@@ -56,8 +57,10 @@ def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
         )
 
     steps = round(rng.uniform(*kind.duration) / kind.step)
-    response = fb.dynamic_response(builder, duration=steps * kind.step, step=kind.step, threads=1)
-    return Case(family, seed, response, inputs, partial(reference, response, inputs))
+    response = fb.dynamic_response(
+        builder, duration=steps * kind.step, step=kind.step, integrator=kind.integrator, threads=1
+    )
+    return Case(family, seed, response, inputs, partial(reference, response, inputs, kind.finer))
 
 
 def _some_sensors(kind: Kind, rng: np.random.Generator) -> list[str]:
@@ -67,12 +70,18 @@ def _some_sensors(kind: Kind, rng: np.random.Generator) -> list[str]:
 
 
 def reference(
-    response: Callable[..., xr.DataArray], inputs: Mapping[str, fb.Input], refine: int = 1
+    response: Callable[..., xr.DataArray],
+    inputs: Mapping[str, fb.Input],
+    finer: float = 1.0,
+    refine: int = 1,
 ) -> Bands:
-    """Return the bands from runs on a grid: Gauss points of ξ, Chebyshev points of η."""
+    """Return the bands from runs on a grid: Gauss points of ξ, Chebyshev points of η.
+
+    There are `finer` times as many points as `NODES` says.
+    """
     space = Space(inputs)
     n, m = space.random_dimension, space.interval_dimension
-    count = refine * NODES[n + m]
+    count = refine * round(finer * NODES[n + m])
     random = [_rule(one, count) for one in space.of_kind(random=True).values()]
     xi = grid(*(x for x, _ in random)) if n else np.zeros((1, 0))
     weights = grid(*(w for _, w in random)).prod(axis=1) if n else np.ones(1)

@@ -126,3 +126,11 @@ def test_verdicts(true, claim, expected):
     assert (right(one, 0.01), too_small(one), false(one, 0.01)) == expected
     found = [rate.value for rate in rates([one] * 4, 0.01)]
     assert found == [100 * expected[1], 100 * expected[2], 100 * expected[0], 50]
+
+
+def test_references_of_a_mechanism_agree_with_samples():
+    case = draw("pendulum", 4)
+    truth, found = case.reference(1), sampled(case, 8, 8, 32)
+    width = (truth[1][1] - truth[1][0]).mean(axis=-1)
+    for exact, own in zip(truth, found, strict=True):
+        assert (np.abs(exact - own).mean(axis=(0, 2)) < 0.1 * width).all()

@@ -40,13 +40,13 @@ def solve(chosen: tuple[str, int], method: fb.AdaptivePCCI) -> Outcome:
     case = draw(family, seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        begin = time.process_time()
         try:
+            begin = time.process_time()
             found = fb.propagate(case.response, case.inputs, method)
+            seconds = time.process_time() - begin
+            return outcome(family, seed, found, case.reference(1), seconds)
         except Exception as error:
             return Outcome(family, seed, failure=f"{type(error).__name__}: {error}"[:200])
-        seconds = time.process_time() - begin
-        return outcome(family, seed, found, case.reference(1), seconds)
 
 
 def outcomes(
@@ -86,6 +86,13 @@ def row(name: str, own: Sequence[Outcome], tolerance: float) -> list[str]:
         f"{100 * sum(one.missed for one in done) / visible:.0f}" if visible else "",
         middle([one.seconds for one in done]),
     ]
+
+
+def named(what: str, chosen: Sequence[Outcome]) -> list[str]:
+    """Return a line that names cases, so that they can be repeated, or none."""
+    if not chosen:
+        return []
+    return [f"{what}: " + ", ".join(f"{one.family}:{one.seed}" for one in chosen)]
 
 
 HEADER = [
@@ -157,6 +164,9 @@ def main() -> None:
         f"seeds from {chosen.seed} on, tolerance {100 * tolerance:g} %, {method.max_runs} runs at "
         "most; runs, errors and CPU time are medians",
         *map(str, required),
+        *named("failed", [one for one in found if one.failure]),
+        *named("false", [one for one in found if false(one, tolerance)]),
+        *named("too small", [one for one in found if too_small(one)]),
     ]
     measured = {
         "outcomes": [asdict(one) for one in found],

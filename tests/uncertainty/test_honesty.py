@@ -134,3 +134,12 @@ def test_references_of_a_mechanism_agree_with_samples():
     width = (truth[1][1] - truth[1][0]).mean(axis=-1)
     for exact, own in zip(truth, found, strict=True):
         assert (np.abs(exact - own).mean(axis=(0, 2)) < 0.1 * width).all()
+
+
+def test_failures_count_as_not_right():
+    good = Outcome("ring", 0, true=0.002, claim=0.001, visible=10)
+    failed = Outcome("ring", 1, failure="ValueError: empty")
+    found = [rate.value for rate in rates([good, failed], 0.01)]
+    assert found == [0, 0, 50, 0]
+    assert not too_small(failed)
+    assert not false(failed, 0.01)

@@ -10,9 +10,8 @@ import honesty_inputs as by_inputs
 import honesty_kinks as kinked
 import honesty_ringing as ringing
 import numpy as np
-from honesty_mechanisms import KINDS, Kind
 from honesty_problems import Case, Problem, case
-from honesty_studies import study
+from honesty_studies import KINDS, Kind, study
 
 Family = Callable[[str, int, np.random.Generator], Case]
 

@@ -2,38 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-
 import numpy as np
 
 import flexband as fb
 
 STEEL = {"height": 0.02, "width": 0.02, "density": 7800.0}  # m, m, kg/m³
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of mechanism.
-
-    Attributes
-    ----------
-    builder : function of all parameters by name that returns the mechanism.
-    parameters : nominal value, and largest relative spread where it is uncertain, by name.
-    duration : shortest and longest simulated time [s].
-    step : [s].
-    most : most uncertain parameters.
-    finer : factor of the numbers of points of the reference.
-    integrator : with a tolerance that does not change the narrowest bands from run to run.
-    """
-
-    builder: Callable[..., fb.Mechanism]
-    parameters: Mapping[str, tuple[float, float]]
-    duration: tuple[float, float]
-    step: float
-    most: int = 3
-    finer: float = 1.0
-    integrator: fb.GeneralizedAlpha = field(default_factory=fb.GeneralizedAlpha)
 
 
 def slider_crank(crank, rod, stiffness, friction, load, speed):
@@ -170,48 +143,29 @@ def elastic_crank(crank, link, modulus, stiffness, load, speed):
     )  # fmt: skip
 
 
-KINDS = {
-    "rigid slider–crank": Kind(
-        slider_crank,
-        {
-            "crank": (0.2, 0.05), "rod": (0.45, 0.04), "stiffness": (1000.0, 0.1),
-            "friction": (50.0, 0.15), "load": (5.0, 0.1), "speed": (12.0, 0.02),
+def elastic_four_bar(crank, coupler, modulus, damping, speed):
+    """Return the four-bar linkage of a wiper with a coupler of polyamide."""
+    start = np.pi / 3
+    return fb.Mechanism(
+        bodies={
+            "crank": fb.RigidBody.bar(length=crank, angle=start, **STEEL),
+            "coupler": fb.Beam(
+                length=coupler, height=0.008, width=0.01, density=1140.0,
+                youngs_modulus=modulus, poissons_ratio=0.39, retardation=damping,
+                elements=2, start=(0.04, 0.07), angle=0.4,
+            ),
+            "rocker": fb.RigidBody.bar(length=0.2, start=(0.32, 0.0), angle=1.6, **STEEL),
         },
-        (0.2, 0.6), 4e-3,
-    ),
-    "quick return": Kind(
-        quick_return,
-        {
-            "crank": (0.1, 0.04), "pivot": (0.25, 0.02), "friction": (200.0, 0.15),
-            "load": (15.0, 0.1), "speed": (6.0, 0.02),
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("coupler.start", "crank.end"),
+            "C": fb.Revolute("coupler.end", "rocker.end"),
+            "D": fb.Revolute("rocker.start", (0.32, 0.0)),
+            "motor": fb.PrescribedRotation("crank", lambda t: start + speed * t),
         },
-        (0.4, 1.0), 5e-3,
-    ),
-    "four-bar": Kind(
-        four_bar,
-        {
-            "crank": (0.08, 0.02), "coupler": (0.30, 0.015), "rocker": (0.20, 0.02),
-            "ground": (0.32, 0.015), "stiffness": (5.0, 0.1), "friction": (0.1, 0.15),
-            "speed": (19.0, 0.02),
+        sensors={
+            "rocker": fb.Angle("rocker"),
+            "bend": fb.Deflection("coupler"),
+            "F": fb.Reaction("A"),
         },
-        (0.15, 0.35), 3e-3,
-    ),
-    "pendulum": Kind(
-        pendulum,
-        {
-            "upper": (0.5, 0.03), "lower": (0.4, 0.03), "weight": (2.0, 0.15),
-            "friction": (0.5, 0.15), "angle": (0.8, 0.1),
-        },
-        (0.8, 2.0), 1e-2,
-    ),
-    "elastic crank": Kind(
-        elastic_crank,
-        {
-            "crank": (0.2, 0.02), "link": (0.45, 0.01), "modulus": (69e9, 0.08),
-            "stiffness": (1000.0, 0.1), "load": (5.0, 0.1), "speed": (14.0, 0.03),
-        },
-        (0.06, 0.15), 1e-3, most=2, finer=1.7,
-        integrator=fb.GeneralizedAlpha(tolerance=1e-12),
-    ),
-}  # fmt: skip
-"""All kinds, by the name of their family."""
+    )  # fmt: skip

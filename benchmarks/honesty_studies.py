@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
+import honesty_mechanisms as mechanisms
 import numpy as np
 import xarray as xr
-from honesty_mechanisms import Kind
 from honesty_problems import Bands, Case
 from honesty_references import Interpolated, bands, chebyshev_nodes, grid
 
@@ -26,6 +26,86 @@ NOMINAL = 0.1
 
 UNIFORM = 0.3
 """Share of uniform parameters among the random ones."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of mechanism.
+
+    Attributes
+    ----------
+    builder : function of all parameters by name that returns the mechanism.
+    parameters : nominal value, and largest relative spread where it is uncertain, by name.
+    duration : shortest and longest simulated time [s].
+    step : [s].
+    most : most uncertain parameters.
+    finer : factor of the numbers of points of the reference.
+    integrator : with a tolerance that does not change the narrowest bands from run to run.
+    """
+
+    builder: Callable[..., fb.Mechanism]
+    parameters: Mapping[str, tuple[float, float]]
+    duration: tuple[float, float]
+    step: float
+    most: int = 3
+    finer: float = 1.0
+    integrator: fb.GeneralizedAlpha = field(default_factory=fb.GeneralizedAlpha)
+
+
+KINDS = {
+    "rigid slider–crank": Kind(
+        mechanisms.slider_crank,
+        {
+            "crank": (0.2, 0.05), "rod": (0.45, 0.04), "stiffness": (1000.0, 0.1),
+            "friction": (50.0, 0.15), "load": (5.0, 0.1), "speed": (12.0, 0.02),
+        },
+        (0.2, 0.6), 4e-3,
+    ),
+    "quick return": Kind(
+        mechanisms.quick_return,
+        {
+            "crank": (0.1, 0.04), "pivot": (0.25, 0.02), "friction": (200.0, 0.15),
+            "load": (15.0, 0.1), "speed": (6.0, 0.02),
+        },
+        (0.4, 1.0), 5e-3,
+    ),
+    "four-bar": Kind(
+        mechanisms.four_bar,
+        {
+            "crank": (0.08, 0.02), "coupler": (0.30, 0.015), "rocker": (0.20, 0.02),
+            "ground": (0.32, 0.015), "stiffness": (5.0, 0.1), "friction": (0.1, 0.15),
+            "speed": (19.0, 0.02),
+        },
+        (0.15, 0.35), 3e-3,
+    ),
+    "pendulum": Kind(
+        mechanisms.pendulum,
+        {
+            "upper": (0.5, 0.03), "lower": (0.4, 0.03), "weight": (2.0, 0.15),
+            "friction": (0.5, 0.15), "angle": (0.8, 0.1),
+        },
+        (0.8, 2.0), 1e-2,
+    ),
+    "elastic crank": Kind(
+        mechanisms.elastic_crank,
+        {
+            "crank": (0.2, 0.02), "link": (0.45, 0.01), "modulus": (69e9, 0.08),
+            "stiffness": (1000.0, 0.1), "load": (5.0, 0.1), "speed": (14.0, 0.03),
+        },
+        (0.06, 0.15), 1e-3, most=2, finer=1.7,
+        integrator=fb.GeneralizedAlpha(tolerance=1e-12),
+    ),
+    "elastic four-bar": Kind(
+        mechanisms.elastic_four_bar,
+        {
+            "crank": (0.08, 0.02), "coupler": (0.30, 0.005), "modulus": (2.8e9, 0.14),
+            "damping": (1e-4, 0.15), "speed": (19.0, 0.03),
+        },
+        (0.1, 0.25), 1e-3, most=2, finer=1.7,
+        integrator=fb.GeneralizedAlpha(tolerance=1e-12),
+    ),
+}  # fmt: skip
+"""All kinds, by the name of their family."""
 
 
 def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:

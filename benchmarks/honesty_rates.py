@@ -33,8 +33,9 @@ class Outcome:
     Attributes
     ----------
     runs : all evaluations of the response.
-    true, claim : the largest error of mean and error bar of all outputs, mean over time, in parts
-        of the true error bar's mean width.
+    true : the largest error of mean and error bar of all outputs, mean over time, in parts of the
+        true error bar's mean width.
+    claim : the same of the expected errors, or `told` if that is smaller.
     told : ``attrs["expected_error"]``, which refers to the width of the bands that were found.
     visible, missed : points in time whose true error is above `VISIBLE`, and how many of these
         have a claim that is too small.
@@ -84,7 +85,7 @@ def outcome(
         seed,
         int(found.attrs["runs"]),
         float(true.mean(axis=-1).max()),
-        told if np.isnan(largest) else largest,
+        float(np.nanmin([largest, told])),
         told,
         int(visible.sum()),
         int((visible & (true > FACTOR * claim)).sum()),

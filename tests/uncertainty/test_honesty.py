@@ -107,6 +107,8 @@ def test_outcomes_of_known_bands():
     assert (one.runs, one.visible, one.missed) == (7, 2, 1)
     assert one.true == pytest.approx(0.0125)
     assert one.claim == pytest.approx(0.0055)
+    told_less = found.assign_attrs(expected_error=0.001)
+    assert outcome("ring", 0, told_less, truth).claim == pytest.approx(0.001)
 
 
 @pytest.mark.parametrize(

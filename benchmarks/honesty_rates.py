@@ -36,7 +36,7 @@ class Outcome:
     true : the largest error of mean and error bar of all outputs, mean over time, in parts of the
         true error bar's mean width.
     claim : the same of the expected errors, or `told` if that is smaller.
-    told : ``attrs["expected_error"]``, which refers to the width of the bands that were found.
+    told : ``attrs["expansion_error"]``, which refers to the width of the bands that were found.
     visible, missed : points in time whose true error is above `VISIBLE`, and how many of these
         have a claim that is too small.
     seconds : CPU time of the method.
@@ -67,7 +67,8 @@ def errors(found: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
     for name, exact in (("mean", mean), ("error_bar", bar)):
         own = found[name].transpose("bound", "output", "time").values
         true.append(np.abs(own - exact).mean(axis=0))
-        claimed = found.get(f"{name}_expected_error", xr.full_like(found[name][0], np.nan))
+        whole = found.get(f"{name}_expected_error", xr.full_like(found[name][0], np.nan))
+        claimed = found.get(f"{name}_expansion_error", whole)
         claim.append(claimed.transpose("output", "time").values)
     return np.stack(true) / width[:, None], np.stack(claim) / width[:, None]
 
@@ -77,7 +78,7 @@ def outcome(
 ) -> Outcome:
     """Compare bands with the true ones."""
     true, claim = errors(found, truth)
-    told = float(found.attrs["expected_error"])
+    told = float(found.attrs.get("expansion_error", found.attrs["expected_error"]))
     visible = true > VISIBLE
     largest = float(claim.mean(axis=-1).max())
     return Outcome(

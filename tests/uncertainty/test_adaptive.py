@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from accuracy_formulas import (
+    TIMES,
     beating,
     bifurcation,
     chirp,
@@ -358,3 +359,62 @@ def test_the_batch_and_the_order_of_inputs_do_not_change_bands():
 def test_bad_input_is_refused(call, text):
     with pytest.raises(fb.InputError, match=text):
         call()
+
+
+class Coarse:
+    """An oscillator with an error of h² in its frequency and its amplitude; h is the step."""
+
+    def __init__(self, h):
+        self.h = h
+
+    def refined(self):
+        return Coarse(self.h / 2)
+
+    def __call__(self, x, e):
+        frequency = (1 + 0.02 * x + 0.02 * e) * (1 - self.h**2)
+        wave = np.cos(2 * np.pi * frequency[:, None] * TIMES)
+        values = (1 + 2 * self.h**2) * wave + 0.1 * (1 + 3 * self.h**2) * e[:, None]
+        return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
+
+
+@pytest.mark.parametrize("h", [0.1, 0.03])
+def test_the_error_of_the_step_is_that_of_the_exact_bands(h):
+    """Of bands of order two; the amplitude's part is exact, of the phase's part the mean is."""
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    bands = fb.propagate(Coarse(h), inputs, fb.AdaptivePCCI(0.001))
+    exact = fb.propagate(Coarse(0.0), inputs, fb.AdaptivePCCI(0.001))
+    width = float((exact["error_bar"][1] - exact["error_bar"][0]).mean())
+    for name in ("mean", "error_bar"):
+        true = float(abs(bands[name] - exact[name]).mean()) / width
+        told = float(bands[f"{name}_discretization_error"].mean()) / width
+        assert told == pytest.approx(true, rel=0.3)
+    attrs = bands.attrs
+    assert attrs["discretization_error"] > 10 * attrs["expansion_error"]
+    whole = attrs["expansion_error"] + attrs["discretization_error"]
+    assert attrs["expected_error"] == pytest.approx(whole, rel=0.5)
+    assert attrs["runs_refined"] == 3
+    assert attrs["runs"] == attrs["runs_fitted"] + attrs["runs_checked"] + 3
+    assert exact.attrs["discretization_error"] < 1e-9
+
+
+def test_a_response_without_a_finer_one_says_so():
+    case = formula(wave)
+    bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["discretization_error"] == "not estimated"
+    assert "mean_discretization_error" not in bands
+    assert bands.attrs["runs_refined"] == 0
+    np.testing.assert_array_equal(bands["mean_expected_error"], bands["mean_expansion_error"])
+
+
+def test_a_finer_run_that_fails_loses_nothing():
+    class Failing(Coarse):
+        def refined(self):
+            def fails(x, e):
+                raise fb.SimulationError("no convergence", {0: (0.1, "diverged")})
+
+            return fails
+
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    with pytest.warns(fb.FlexbandWarning, match="discretization error is not estimated"):
+        bands = fb.propagate(Failing(0.1), inputs, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["discretization_error"] == "not estimated"

@@ -57,10 +57,25 @@ def remarks(bands: xr.Dataset) -> list[str]:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
-        error, tolerance = bands.attrs["expected_error"], bands.attrs["tolerance"]
+        own = bands.attrs
+        error, finer = own["expansion_error"], own["discretization_error"]
         lines.append(
-            f"Expected error, averaged over time: {100 * error:.2g} % of the error bar's width"
+            f"Expected error, averaged over time: {100 * own['expected_error']:.2g} % of the error "
+            f"bar's width ({own['runs_checked']} held-out runs)"
         )
+        if own["runs_refined"]:
+            lines.append(
+                f"Of this, the expansion {100 * error:.2g} %, step and elements "
+                f"{100 * finer:.2g} % ({own['runs_refined']} runs with both twice as fine)"
+            )
+        else:
+            lines.append("The error of the discretization (step, elements) is not estimated")
+        tolerance = own["tolerance"]
+        if own["runs_refined"] and finer > max(tolerance, error):
+            lines.append(
+                "The bands are those of the discretized model: a finer step or more elements would "
+                "change them by more than the tolerance"
+            )
         if error > tolerance:
             lines.append(
                 f"The tolerance of {100 * tolerance:g} % is NOT met: allow more runs (--max-runs) "
@@ -70,7 +85,9 @@ def remarks(bands: xr.Dataset) -> list[str]:
         doubtful = [name for name in outputs_of(bands) if not select(bands["trusted"], name).all()]
         if doubtful:
             names = ", ".join(name or "response" for name in doubtful)
-            lines.append(f"Not reliable: the surrogate mispredicted new runs of {names}")
+            lines.append(
+                f"Not reliable: the surrogate missed more than half of the variation of {names}"
+            )
     return lines
 
 

@@ -18,7 +18,8 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
-"""The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...)."""
+"""The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...). It may have a
+method `refined` that returns the same on a discretization twice as fine, or None."""
 
 
 MAX_ORDER = 100

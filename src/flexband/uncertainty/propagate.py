@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, function, warn, whole
+from flexband.errors import InputError, RunError, function, warn, whole
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
@@ -125,6 +125,21 @@ class _Runs:
         self.labels = values[:0]
         self.calls.append((xi, eta, values.values))
         return values
+
+    def refined(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
+        """Return the response on a discretization twice as fine.
+
+        None if it has no method `refined`, or if a run fails, of which is warned.
+        """
+        finer: Callable[[], Response] | None = getattr(self.response, "refined", None)
+        if not callable(finer):
+            return None
+        self.total = max(self.total, self.done + len(xi))
+        try:
+            return evaluate(finer(), self.space, xi, eta, self.batch, self._advance, self.labels)
+        except RunError as error:
+            warn(f"the discretization error is not estimated: {error}")
+            return None
 
     def _advance(self, runs: int) -> None:
         self.done += runs

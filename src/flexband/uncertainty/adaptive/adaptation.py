@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.uncertainty.adaptive.discretization import discretization_error
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, Choice, Design, Fit, Runs
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
@@ -16,7 +17,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, series, step
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, running, series, step
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 GROWTH = 0.25
@@ -45,6 +46,7 @@ class Adaptation:
     fitted, held : these runs, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
+    refined : number of runs on a finer discretization.
     """
 
     def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
@@ -64,6 +66,7 @@ class Adaptation:
         self.held = Runs(*(v[count:] for v in runs))
         self.places = np.zeros((0, m))
         self.fits: list[Fit] = []
+        self.refined = 0
         self._judge()
 
     def run(self, tolerance: float) -> str:
@@ -71,7 +74,7 @@ class Adaptation:
         reason, confirmed = "", False
         tested = sum(v.shape[1] for v in self.design.points) < MANY
         while True:
-            if tested and self.error.relative.max() <= tolerance:
+            if tested and self.error.relative(self.error.values) <= tolerance:
                 reason = "the tolerance is met"
             else:
                 reason = self._extend()
@@ -135,6 +138,18 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray) -> Runs:
         return Runs(xi, eta, series(self.evaluate(xi, eta)))
 
+    def _discretization(self) -> np.ndarray | None:
+        """Return the error of step and mesh, (2, outputs, times); None if it cannot be known."""
+        refined, few = getattr(self.evaluate, "refined", None), self.design.few
+        fine = refined(*(v[:few] for v in self.design.points)) if refined else None
+        if fine is None:
+            return None
+        self.refined = len(fine)
+        F = np.concatenate([self.fitted.values, self.held.values, series(fine)])
+        stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
+        error = discretization_error(self.design, self.choice, stages, len(F) - len(fine))
+        return running(error, self.error.window)
+
     def surrogate(self) -> Surrogate:
         """Return the surrogate with what is known of its errors."""
         variables = [
@@ -143,16 +158,28 @@ class Adaptation:
             for name, one in self.space.of_kind(random=random).items()
             for k in range(one.dimension)
         ]
-        values, choice = self.error.values, self.choice
-        error = np.stack([values, values])
+        choice, discretization = self.choice, self._discretization()
+        parts = {"expansion": np.stack([self.error.values] * 2)}
+        if discretization is not None:
+            parts["discretization"] = discretization
+        total = np.sum(list(parts.values()), axis=0)
         told = diagnostics(
-            self.labels, error, choice.carriers, self.error.trusted, choice.frequencies
+            self.labels, total, choice.carriers, self.error.trusted, choice.frequencies
         )
         told = told.assign(orders=("variable", choice.orders)).assign_coords(variable=variables)
+        for name, errors in parts.items():
+            for band, own in zip(("mean", "error_bar"), errors, strict=True):
+                told[f"{band}_{name}_error"] = (
+                    self.labels.dims[1:],
+                    own.reshape(self.labels.shape[1:]),
+                )
+        relative = {f"{name}_error": self.error.relative(own) for name, own in parts.items()}
         told = told.assign_attrs(
-            expected_error=float(self.error.relative.max()),
+            {"discretization_error": "not estimated"} | relative,
+            expected_error=self.error.relative(total),
             runs_fitted=len(self.fitted.values),
             runs_checked=len(self.held.values),
+            runs_refined=self.refined,
         )
         return Surrogate(self.space, self.labels, tuple(choice.expansions()), told)
 

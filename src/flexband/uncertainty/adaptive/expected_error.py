@@ -35,15 +35,21 @@ class ExpectedError(NamedTuple):
     Attributes
     ----------
     values : error expected of interval mean and of error bar, shape (outputs, times).
-    relative : its mean over time in parts of the error bar's mean width, shape (outputs,).
+    width : mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary.
+    window : half of the number of times over which errors are averaged.
     trusted : whether most of the variation in held-out runs is predicted, shape (outputs,).
     extremes : bounds of μ, μ − σ and μ + σ at some of the times.
     """
 
     values: np.ndarray
-    relative: np.ndarray
+    width: np.ndarray
+    window: int
     trusted: np.ndarray
     extremes: list[Extremes]
+
+    def relative(self, error: np.ndarray) -> float:
+        """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
+        return float((error.mean(axis=-1) / self.width).max())
 
     @staticmethod
     def of(choice: Choice, generic: int, F: np.ndarray, dt: float, m: int) -> ExpectedError:
@@ -61,14 +67,15 @@ class ExpectedError(NamedTuple):
         share = SHARE * np.sqrt(max(1.0, m / ALONE))
         values = np.hypot(share * np.sqrt(missed), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
-        values = running(values, min(max(1, round(period)), times))
+        window = min(max(1, round(period)), times)
+        values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         extremes = extremes_of(choice.expansions(), _scattered(times))
         width = (extremes[2].values[1] - extremes[1].values[0]).mean(axis=-1)
         varies = varied > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
-        relative = varies * values.mean(axis=-1) / np.maximum(width, ROUND_OFF * size + 1e-300)
+        width = np.where(varies, np.maximum(width, ROUND_OFF * size + 1e-300), np.inf)
         trusted = ~varies | (rms(choice.missed) < DOUBT * varied)
-        return ExpectedError(values, relative, trusted, extremes)
+        return ExpectedError(values, width, window, trusted, extremes)
 
 
 def _scattered(times: int) -> np.ndarray:

@@ -47,6 +47,15 @@ class Design(Protocol):
         """Return the expansion of the parts of runs at these points."""
         ...
 
+    @property
+    def few(self) -> int:
+        """A number of first runs, few, from which small series are expanded."""
+        ...
+
+    def small(self, series: np.ndarray) -> HybridExpansion:
+        """Return the expansion of small series in the first runs, shape (runs, series)."""
+        ...
+
     def extended(self, count: int, split: Split) -> Design:
         """Return the design with so many further runs, or fewer."""
         ...
@@ -144,9 +153,14 @@ class Choice(NamedTuple):
 
     def expansions(self) -> list[Expansion]:
         """Return the expansions of all outputs, one for each fit."""
+        return self.expansions_of(self.fits, self.which)
+
+    @staticmethod
+    def expansions_of(fits: Sequence[Fit], which: np.ndarray) -> list[Expansion]:
+        """Return the expansions of all outputs by the number of the fit that each uses."""
         return [
-            expansion_of(fit.parts, fit.columns).of(np.flatnonzero(self.which == k))
-            for k, fit in enumerate(self.fits)
+            expansion_of(fit.parts, fit.columns).of(np.flatnonzero(which == k))
+            for k, fit in enumerate(fits)
         ]
 
     @property

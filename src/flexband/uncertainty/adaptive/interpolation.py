@@ -91,7 +91,19 @@ class NestedDesign:
 
     def fit(self, stage: Stage) -> HybridExpansion:
         """Return the expansion of the parts of runs at these points: it interpolates them."""
-        terms = np.linalg.solve(self.matrix, PartColumns.of_stage(stage).pack(stage))
+        return self._expanded(PartColumns.of_stage(stage).pack(stage))
+
+    @property
+    def few(self) -> int:
+        """The number of runs that tell a linear function of all variables."""
+        return min(len(self), 1 + self.index.shape[1])
+
+    def small(self, series: np.ndarray) -> HybridExpansion:
+        """Return the expansion of small series that are known in the first few runs."""
+        return replace(self, index=self.index[: len(series)])._expanded(series)
+
+    def _expanded(self, series: np.ndarray) -> HybridExpansion:
+        terms = np.linalg.solve(self.matrix, series)
         return HybridExpansion.of_terms(self.index, terms, self.families)
 
     def extended(self, count: int, split: Split) -> NestedDesign:

@@ -72,6 +72,16 @@ class SampledDesign:
         scales = term_scales(self.index[used], self.families)[:, None]
         return HybridExpansion.of_terms(self.index[used], terms[used] / scales, self.families)
 
+    @property
+    def few(self) -> int:
+        """The number of runs that tell a mean."""
+        return BATCH
+
+    def small(self, series: np.ndarray) -> HybridExpansion:
+        """Return the expansion of small series that are known in the first few runs: a constant."""
+        mean = series.mean(axis=0, keepdims=True)
+        return HybridExpansion.of_terms(self.index[:1], mean, self.families)
+
     def extended(self, count: int, split: Split) -> SampledDesign:
         """Return the samples with so many more."""
         del split

@@ -157,6 +157,16 @@ class HybridExpansion:
             )
         return HybridExpansion(tuple(inputs), **own)
 
+    def __add__(self, other: HybridExpansion) -> HybridExpansion:
+        """Return the sum of two expansions of the same variables and series."""
+        pairs = [(one.index().T, one.coefficients) for one in (self, other)]
+        index = np.concatenate([index for index, _ in pairs])
+        terms = np.concatenate([beta.reshape(-1, beta.shape[2]) for _, beta in pairs])
+        index, which = np.unique(index, axis=0, return_inverse=True)
+        summed = np.zeros((len(index), terms.shape[1]))
+        np.add.at(summed, which.ravel(), terms)
+        return HybridExpansion.of_terms(index, summed, self.families)
+
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> HybridExpansion:
         """Return the expansion of some rows and times of its series, taken as (rows, times)."""
         numbers = np.arange(self.coefficients.shape[2]).reshape(rows, -1)[which][:, times]

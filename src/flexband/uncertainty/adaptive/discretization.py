@@ -1,0 +1,52 @@
+"""The error of step and mesh: a few runs are repeated on a discretization twice as fine.
+
+Phases, envelopes and base of the finer runs differ little from those of the coarse ones, and the
+difference is nearly linear in the inputs. Added to the expansion, it gives that of the finer
+response, and the bands of both tell the error: for a method of order two it is 4/3 of their
+difference (Richardson).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.fits import Choice, Design, Fit
+from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.phases.decomposition import Stage
+
+RICHARDSON = 4 / 3
+
+MOST_TIMES = 600
+"""Times at which the bands are compared."""
+
+
+def discretization_error(
+    design: Design, choice: Choice, stages: list[Stage], coarse: int
+) -> np.ndarray:
+    """Return how far interval mean and error bar are off, shape (2, outputs, times).
+
+    Parameters
+    ----------
+    choice : fits of coarse runs, for the number of carriers of each output.
+    stages : coarse runs and then the first runs of the design on the finer discretization.
+    coarse : number of coarse runs.
+    """
+    carriers = np.minimum(choice.carriers, len(stages) - 1)
+    used, which = np.unique(carriers, return_inverse=True)
+    fits, finer = [], []
+    for k in used:
+        fit = Fit.of(design, stages[k])
+        few = len(stages[k].base) - coarse
+        before, after = stages[k].runs(slice(few)), stages[k].runs(slice(coarse, None))
+        moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
+        fits.append(fit)
+        finer.append(fit._replace(parts=fit.parts + moved))
+    times = stages[0].base.shape[-1]
+    stride = -(-times // MOST_TIMES)
+    bands = []
+    for own in (fits, finer):
+        found = extremes_of(Choice.expansions_of(own, which), slice(None, None, stride))
+        bands.append(np.stack([bounds.values for bounds in found]))
+    apart = np.abs(bands[1] - bands[0])
+    apart = np.stack([apart[0].mean(axis=0), (apart[1, 0] + apart[2, 1]) / 2])
+    return RICHARDSON * np.repeat(apart, stride, axis=-1)[..., :times]

@@ -84,7 +84,7 @@ def call_adaptive(file, out, tolerance, *arguments):
 
 def test_a_tolerance_that_is_not_met_is_reported(study_file, tmp_path):
     out = tmp_path / "out"
-    output = call_adaptive(study_file, out, 1e-9, "--max-runs", 5)
+    output = call_adaptive(study_file, out, 1e-9, "--max-runs", 6)
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert "Orders: rate" in text

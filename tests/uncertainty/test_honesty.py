@@ -9,6 +9,7 @@ from honesty_rates import Outcome, errors, false, outcome, rates, right, too_sma
 from honesty_references import Term, rule
 from scipy.stats import qmc
 
+from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
 FORMULAS = [
@@ -31,6 +32,7 @@ def sampled(case, corners, inside, samples):
     rng = np.random.default_rng(0)
     eta = np.concatenate([rng.choice([-1.0, 1.0], (corners, m)), rng.uniform(-1, 1, (inside, m))])
     xi = qmc.MultivariateNormalQMC(np.zeros(n), rng=rng).random(samples) if n else np.zeros((1, 0))
+    xi = of_normals(xi, space.families)
     values = space.values(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
     F = case.response(**values).values
     F = F.reshape(len(eta), len(xi), *F.shape[1:])

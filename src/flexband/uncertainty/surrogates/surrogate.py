@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.errors import instance
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
@@ -34,6 +35,7 @@ class Surrogate:
     diagnostics: xr.Dataset
 
     def __post_init__(self) -> None:
+        instance("labels", self.labels, xr.DataArray)
         # No runs of an array are a view, which would keep all its runs in memory.
         object.__setattr__(self, "labels", self.labels.copy())
 

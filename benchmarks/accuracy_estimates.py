@@ -40,9 +40,11 @@ Claims = Mapping[tuple[str, str, str], Mapping[str, Estimate]]
 def estimates(found: xr.Dataset, truth: xr.Dataset) -> Iterator[tuple[str, Estimate]]:
     """Yield the error estimates of a method by "output band"; nothing if it has none."""
     for name in ("mean", "error_bar"):
-        if f"{name}_expected_error" not in found:
+        kinds = f"{name}_expansion_error", f"{name}_expected_error"
+        known = [kind for kind in kinds if kind in found]
+        if not known:
             continue
-        own = found[f"{name}_expected_error"]
+        own = found[known[0]]
         off = abs(found[name] - truth[name]).mean("bound")
         size = abs(truth[name]).mean(("bound", "time"))
         own, off = (v.transpose(..., "time") / size for v in (own, off))

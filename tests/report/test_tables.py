@@ -29,23 +29,54 @@ def test_a_summary_has_ranges_and_the_largest_width():
     assert len(header) == len(rows[0])
 
 
+def told(expansion, discretization, refined):
+    """Return bands whose errors are expected to be these parts."""
+    whole = expansion + (discretization if refined else 0.0)
+    return bands().assign_attrs(
+        expected_error=whole,
+        expansion_error=expansion,
+        discretization_error=discretization,
+        runs_checked=16,
+        runs_refined=refined,
+        tolerance=0.01,
+    )
+
+
 @pytest.mark.parametrize(("error", "met"), [(0.02, False), (0.005, True)])
 def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
-    lines = remarks(bands().assign_attrs(expected_error=error, tolerance=0.01))
+    lines = remarks(told(error, "not estimated", 0))
     assert lines[0] == (
-        f"Expected error, averaged over time: {100 * error:g} % of the error bar's width"
+        f"Expected error, averaged over time: {100 * error:g} % of the error bar's width "
+        "(16 held-out runs)"
     )
-    assert [line.startswith("The tolerance of 1 % is NOT met") for line in lines[1:]] == (
+    assert lines[1] == "The error of the discretization (step, elements) is not estimated"
+    assert [line.startswith("The tolerance of 1 % is NOT met") for line in lines[2:]] == (
         [] if met else [True]
     )
+
+
+@pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (0.002, False)])
+def test_a_coarse_discretization_is_mentioned(error, coarse):
+    lines = remarks(told(0.004, error, 5))
+    assert lines[0].startswith(f"Expected error, averaged over time: {100 * (0.004 + error):.2g} %")
+    assert lines[1] == (
+        f"Of this, the expansion 0.4 %, step and elements {100 * error:.2g} % (5 runs with both "
+        "twice as fine)"
+    )
+    assert [line.startswith("The discretization is coarse") for line in lines[2:]] == [
+        True
+    ] * coarse
 
 
 @pytest.mark.parametrize(
     ("trusted", "lines"),
     [
         ([True, True], []),
-        ([True, False], ["Not reliable: the surrogate mispredicted new runs of v"]),
-        ([False, False], ["Not reliable: the surrogate mispredicted new runs of u, v"]),
+        ([True, False], ["Not reliable: most of the variation in held-out runs is missed of v"]),
+        (
+            [False, False],
+            ["Not reliable: most of the variation in held-out runs is missed of u, v"],
+        ),
     ],
 )
 def test_outputs_that_were_mispredicted_are_named(trusted, lines):
@@ -58,7 +89,7 @@ def test_outputs_may_have_numbers_or_no_names():
         named = plain if output is None else plain.assign_coords(output=output)
         last = "8" if output else "1"
         assert summary_table(named)[1][1][0] == last
-        assert remarks(named)[-1].endswith(f"runs of {last}")
+        assert remarks(named)[-1].endswith(f"of {last}")
 
 
 def test_a_verification_has_one_row_per_bound_and_output():

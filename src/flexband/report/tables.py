@@ -73,8 +73,8 @@ def remarks(bands: xr.Dataset) -> list[str]:
         tolerance = own["tolerance"]
         if own["runs_refined"] and finer > max(tolerance, error):
             lines.append(
-                "The bands are those of the discretized model: a finer step or more elements would "
-                "change them by more than the tolerance"
+                "The discretization is coarse: a finer step or more elements would move the bands "
+                "by more than the tolerance"
             )
         if error > tolerance:
             lines.append(
@@ -86,7 +86,7 @@ def remarks(bands: xr.Dataset) -> list[str]:
         if doubtful:
             names = ", ".join(name or "response" for name in doubtful)
             lines.append(
-                f"Not reliable: the surrogate missed more than half of the variation of {names}"
+                f"Not reliable: most of the variation in held-out runs is missed of {names}"
             )
     return lines
 

@@ -72,10 +72,10 @@ def test_a_coarse_discretization_is_mentioned(error, coarse):
     ("trusted", "lines"),
     [
         ([True, True], []),
-        ([True, False], ["Not reliable: most of the variation in held-out runs is missed of v"]),
+        ([True, False], ["Not reliable: most of the variation of v in held-out runs is missed"]),
         (
             [False, False],
-            ["Not reliable: most of the variation in held-out runs is missed of u, v"],
+            ["Not reliable: most of the variation of u, v in held-out runs is missed"],
         ),
     ],
 )
@@ -89,7 +89,7 @@ def test_outputs_may_have_numbers_or_no_names():
         named = plain if output is None else plain.assign_coords(output=output)
         last = "8" if output else "1"
         assert summary_table(named)[1][1][0] == last
-        assert remarks(named)[-1].endswith(f"of {last}")
+        assert remarks(named)[-1].endswith(f"of {last} in held-out runs is missed")
 
 
 def test_a_verification_has_one_row_per_bound_and_output():

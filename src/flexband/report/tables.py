@@ -86,7 +86,7 @@ def remarks(bands: xr.Dataset) -> list[str]:
         if doubtful:
             names = ", ".join(name or "response" for name in doubtful)
             lines.append(
-                f"Not reliable: most of the variation in held-out runs is missed of {names}"
+                f"Not reliable: most of the variation of {names} in held-out runs is missed"
             )
     return lines
 

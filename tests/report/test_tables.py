@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexband.report.tables import remarks, summary_table, verification_table
+from flexband.report.tables import percent, remarks, summary_table, verification_table
 
 
 def bands(**variables):
@@ -27,6 +27,15 @@ def test_a_summary_has_ranges_and_the_largest_width():
     assert rows[0] == ["u [m]", "-1 … 1", "-2 … 2", "4", "1 s", "1 %"]
     assert rows[1][-1] == ""  # no width to compare with
     assert len(header) == len(rows[0])
+
+
+def test_per_cents_have_no_exponents():
+    assert [percent(v) for v in (1.28, 0.994, 0.0123, 0.99999)] == [
+        "128 %",
+        "99 %",
+        "1.2 %",
+        "100 %",
+    ]
 
 
 def told(expansion, discretization, refined):
@@ -55,12 +64,12 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     )
 
 
-@pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (0.002, False)])
+@pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (1.28, True), (0.002, False)])
 def test_a_coarse_discretization_is_mentioned(error, coarse):
     lines = remarks(told(0.004, error, 5))
-    assert lines[0].startswith(f"Expected error, averaged over time: {100 * (0.004 + error):.2g} %")
+    assert lines[0].startswith(f"Expected error, averaged over time: {percent(0.004 + error)} ")
     assert lines[1] == (
-        f"Of this, the expansion 0.4 %, step and elements {100 * error:.2g} % (5 runs with both "
+        f"Of this, the expansion 0.4 %, step and elements {percent(error)} (5 runs with both "
         "twice as fine)"
     )
     assert [line.startswith("The discretization is coarse") for line in lines[2:]] == [

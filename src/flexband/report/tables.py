@@ -44,10 +44,15 @@ def summary_table(bands: xr.Dataset) -> Table:
             at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
         for indicator in ("truncation", "error_bar_expected_error"):
             if indicator in one and widest > 0:
-                error = f"{100 * float(one[indicator].max()) / widest:.2g} %"
+                error = percent(float(one[indicator].max()) / widest)
         spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
         rows.append([f"{name or 'response'}{unit}", *spans, f"{widest:.4g}", at, error])
     return header, rows
+
+
+def percent(part: float) -> str:
+    """Return a part in per cent, with two digits below 100 %."""
+    return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"
 
 
 def remarks(bands: xr.Dataset) -> list[str]:
@@ -60,13 +65,13 @@ def remarks(bands: xr.Dataset) -> list[str]:
         own = bands.attrs
         error, finer = own["expansion_error"], own["discretization_error"]
         lines.append(
-            f"Expected error, averaged over time: {100 * own['expected_error']:.2g} % of the error "
+            f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
         if own["runs_refined"]:
             lines.append(
-                f"Of this, the expansion {100 * error:.2g} %, step and elements "
-                f"{100 * finer:.2g} % ({own['runs_refined']} runs with both twice as fine)"
+                f"Of this, the expansion {percent(error)}, step and elements {percent(finer)} "
+                f"({own['runs_refined']} runs with both twice as fine)"
             )
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")

@@ -211,15 +211,25 @@ def _scattered(value: float, scatter: float) -> fb.Normal:
 
 
 def _moments(response, inputs: dict, rule, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and variance at every η by a rule (ξ, weights), (points, output, time)."""
-    xi, weights = rule
+    """Return mean and variance at every η by a rule (ξ, weights), (points, output, time).
+
+    The columns of ξ and η are those of the inputs in the order in which they are given.
+    """
     space, found = Space(inputs), []
+    xi, weights = _sorted(rule[0], inputs, random=True), rule[1]
+    eta = _sorted(eta, inputs, random=False)
     for first in range(0, len(eta), 8):
         here = eta[first : first + 8]
         values = space.values(np.tile(xi, (len(here), 1)), np.repeat(here, len(xi), axis=0))
         F = response(**values).values
         found += [moments(weights, part) for part in F.reshape(len(here), len(xi), *F.shape[1:])]
     return np.stack([m for m, _ in found]), np.stack([v for _, v in found])
+
+
+def _sorted(points: np.ndarray, inputs: dict, *, random: bool) -> np.ndarray:
+    """Return points with their columns in the order of the inputs' names, as `Space` has them."""
+    names = [name for name, one in inputs.items() if one.random == random]
+    return points[:, np.argsort(names)]
 
 
 def _interpolation(nodes: np.ndarray, fine: np.ndarray) -> np.ndarray:

@@ -33,7 +33,8 @@ class AdaptivePCCI:
 
     Parameters
     ----------
-    tolerance : error of the bands to stop at, in parts of the mean width of the error bar.
+    tolerance : error of the bands to stop at, in parts of the mean width of the error bar; that of
+        step and elements is estimated, but not lowered.
     max_runs : budget; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
     phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
@@ -88,7 +89,9 @@ class AdaptivePCCI:
 
         `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
         and `trusted` those before the last, `orders` the dim "variable".
-        ``attrs["expected_error"]`` is the relative one that ``attrs["tolerance"]`` is for, and
+        ``attrs["expected_error"]`` is relative and the sum of ``attrs["expansion_error"]``, which
+        ``attrs["tolerance"]`` is for, and of ``attrs["discretization_error"]``, unless that is "not
+        estimated": the response must have `refined()`. Both are variables too, for each band.
         ``attrs["stopped"]`` says why there were no more runs than ``attrs["runs_fitted"]`` and
         ``attrs["runs_checked"]``. ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from accuracy_cases import cases
-from accuracy_estimates import details, estimates, notes
+from accuracy_estimates import claimed, details, estimates, notes
 from accuracy_references import Case
 from harness import ROOT, options, report
 from matplotlib.figure import Figure
@@ -65,15 +65,11 @@ def percent(found: xr.DataArray, truth: xr.DataArray) -> float:
 
 
 def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
-    """Return the error that a method expects in per cent, or "" if it estimates none.
-
-    That of step and elements is left out, since the truth is on the same ones.
-    """
-    kinds = f"{variable}_expansion_error", f"{variable}_expected_error"
-    known = [kind for kind in kinds if kind in bands]
-    if not known:
+    """Return the error that a method expects in per cent, or "" if it estimates none."""
+    found = claimed(bands, variable)
+    if found is None:
         return ""
-    own, size = bands[known[0]].mean("time"), np.abs(truth[variable]).mean(("bound", "time"))
+    own, size = found.mean("time"), np.abs(truth[variable]).mean(("bound", "time"))
     return f"{100 * float((own / size).max()):.2g}"
 
 

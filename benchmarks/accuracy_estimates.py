@@ -37,14 +37,24 @@ Claims = Mapping[tuple[str, str, str], Mapping[str, Estimate]]
 """Estimates by case, name and label of the method, then by output and band."""
 
 
+def claimed(found: xr.Dataset, band: str) -> xr.DataArray | None:
+    """Return the error that a method expects of a band; None if it estimates none.
+
+    That of step and elements is left out where the method tells it apart, since the truth is
+    computed on the same ones.
+    """
+    for kind in ("expansion", "expected"):
+        if f"{band}_{kind}_error" in found:
+            return found[f"{band}_{kind}_error"]
+    return None
+
+
 def estimates(found: xr.Dataset, truth: xr.Dataset) -> Iterator[tuple[str, Estimate]]:
     """Yield the error estimates of a method by "output band"; nothing if it has none."""
     for name in ("mean", "error_bar"):
-        kinds = f"{name}_expansion_error", f"{name}_expected_error"
-        known = [kind for kind in kinds if kind in found]
-        if not known:
+        own = claimed(found, name)
+        if own is None:
             continue
-        own = found[known[0]]
         off = abs(found[name] - truth[name]).mean("bound")
         size = abs(truth[name]).mean(("bound", "time"))
         own, off = (v.transpose(..., "time") / size for v in (own, off))

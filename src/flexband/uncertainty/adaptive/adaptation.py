@@ -93,12 +93,16 @@ class Adaptation:
     def _judge(self) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
         F = (self.fitted + self.held).values
-        self.stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
+        self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages] + self.fits
         self.choice = Choice.of(fits, self.fitted, self.held)
         self.fits = self.choice.fits
         m = self.places.shape[1]
         self.error = ExpectedError.of(self.choice, self.generic, F, self.dt, m)
+
+    def _split(self, F: np.ndarray) -> list[Stage]:
+        """Return runs with 0, 1, 2, … carriers."""
+        return decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
 
     def _extend(self) -> str:
         """Run and fit the next batch; return why there is none.
@@ -146,8 +150,8 @@ class Adaptation:
             return None
         self.refined = len(fine)
         F = np.concatenate([self.fitted.values, self.held.values, series(fine)])
-        stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
-        error = discretization_error(self.design, self.choice, stages, len(F) - len(fine))
+        coarse = len(F) - len(fine)
+        error = discretization_error(self.design, self.choice, self._split(F), coarse)
         return running(error, self.error.window)
 
     def surrogate(self) -> Surrogate:

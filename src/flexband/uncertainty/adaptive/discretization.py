@@ -13,6 +13,7 @@ import numpy as np
 from flexband.uncertainty.adaptive.fits import Choice, Design, Fit
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.phases.decomposition import Stage
+from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
 
 RICHARDSON = 4 / 3
 
@@ -42,11 +43,8 @@ def discretization_error(
         fits.append(fit)
         finer.append(fit._replace(parts=fit.parts + moved))
     times = stages[0].base.shape[-1]
-    stride = -(-times // MOST_TIMES)
-    bands = []
-    for own in (fits, finer):
-        found = extremes_of(Choice.expansions_of(own, which), slice(None, None, stride))
-        bands.append(np.stack([bounds.values for bounds in found]))
-    apart = np.abs(bands[1] - bands[0])
-    apart = np.stack([apart[0].mean(axis=0), (apart[1, 0] + apart[2, 1]) / 2])
-    return RICHARDSON * np.repeat(apart, stride, axis=-1)[..., :times]
+    thin = slice(None, None, -(-times // MOST_TIMES))
+    here, there = (
+        stacked(extremes_of(Choice.expansions_of(own, which), thin)) for own in (fits, finer)
+    )
+    return RICHARDSON * at_all_times(apart(here, there), thin, times)

@@ -22,8 +22,7 @@ DOUBT = 0.5
 """Where more than this part of the variation is missed, the expansion is not trusted."""
 
 ROUND_OFF = 1e-13
-"""An output that varies by less than this part of the largest one, or of its own size, is
-constant."""
+"""An output that varies by less than this part of its own size is constant."""
 
 MOST_TIMES = 48
 """Times at which the width of the bands is found."""

@@ -135,8 +135,9 @@ class NestedDesign:
         rest = principal(missed.reshape(len(missed), -1))
         least, merit = EXPLAINED * np.sum(rest**2), MERIT_PER_ORDER ** index.sum(axis=1)
         chosen: list[Orders] = []
+        needed = [list(lower_terms(tuple(nu))) for nu in index.tolist()]
         for _ in range(len(rest) // 2):
-            needed = [[mu for mu in lower_terms(tuple(nu)) if mu not in known] for nu in index]
+            needed = [[mu for mu in own if mu not in known] for own in needed]
             runs = np.array([len(own) for own in needed], dtype=int)
             size = np.maximum(np.sum(added**2, axis=0), 1e-12)
             gain = np.sum((added.T @ rest) ** 2, axis=1) / size / np.maximum(runs, 1)

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family, mean_squares, transform
-from flexband.uncertainty.expansions.polynomials import chebyshev_derivative, chebyshev_values
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
 
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
@@ -192,15 +192,6 @@ class HybridExpansion:
         own = zip(self.families, self.random_orders, xi.T, strict=True)
         values = [family.values(k, x) for family, k, x in own]
         return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
-
-    def chebyshev_gradient(self, eta: np.ndarray) -> np.ndarray:
-        """Return Φ_i and its derivatives by each η_a at η, shape (points, 1 + m, M)."""
-        one, m = np.ones((len(eta), 1)), self.interval_dimension
-        T = map(chebyshev_values, self.interval_orders, eta.T)
-        values = [(t, t @ chebyshev_derivative(t.shape[1] - 1)) for t in T]
-        parts = [[v[a == b] for b, v in enumerate(values)] for a in range(-1, m)]
-        index = _and_one(self.interval_index)
-        return np.stack([term_values([*part, one], index) for part in parts], axis=1)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""

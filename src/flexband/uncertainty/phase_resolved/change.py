@@ -1,4 +1,4 @@
-"""How far bands of two models are apart, and how far a model is from its check runs."""
+"""What check runs tell of a model: which carriers pay, and how far base and envelopes are off."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 
@@ -51,19 +50,3 @@ def thinned(frequencies: Sequence[float], dt: float, times: int) -> tuple[slice,
     """Return the times at which bands are compared, and a period of the first carrier in steps."""
     period = 1 / (frequencies[0] * dt) if len(frequencies) else times / 50
     return slice(None, None, max(1, int(period / PERIODS))), max(1, round(period))
-
-
-def stacked(found: list[Extremes]) -> np.ndarray:
-    """Return the values of bounds, shape (sigmas, 2, outputs, times)."""
-    return np.stack([e.values for e in found])
-
-
-def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how far interval means and error bars differ, mean of both bounds, (2, …)."""
-    d = np.abs(a - b)
-    return np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
-
-
-def at_all_times(v: np.ndarray, thin: slice, times: int) -> np.ndarray:
-    """Return values at thinned times repeated up to the next, shape (…, times)."""
-    return np.repeat(v, thin.step, axis=-1)[..., :times]

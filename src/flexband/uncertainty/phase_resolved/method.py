@@ -14,10 +14,7 @@ from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.change import (
     CAUTION,
     DOUBT,
-    apart,
-    at_all_times,
     chosen_carriers,
-    stacked,
     steady_miss,
     thinned,
 )
@@ -25,7 +22,16 @@ from flexband.uncertainty.phase_resolved.models import PartModels
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, rms, running, series, step
+from flexband.uncertainty.surrogates.diagnostics import (
+    apart,
+    at_all_times,
+    diagnostics,
+    rms,
+    running,
+    series,
+    stacked,
+    step,
+)
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

@@ -87,16 +87,11 @@ class PartModels:
             w = w / max(w.sum(), 1e-300) + 1e-6
             gain = (w[:, None] * B.T) @ np.linalg.pinv((B * w) @ B.T, rcond=1e-3)
             added[:, series] = gain @ miss[:, series]
-        index = self.full.index().T
-        terms = self.full.coefficients.reshape(len(index), -1)
+        corrected = self.full
         for v, orders, own in self._next_terms(added):
-            alone = np.zeros((len(orders), index.shape[1]), dtype=int)
-            alone[:, v] = orders
-            index, terms = np.concatenate([index, alone]), np.concatenate([terms, own])
-        index, which = np.unique(index, axis=0, return_inverse=True)
-        summed = np.zeros((len(index), terms.shape[1]))
-        np.add.at(summed, which.ravel(), terms)
-        return HybridExpansion.of_terms(index, summed, self.families)
+            index = orders[:, None] * (np.arange(len(self.full.orders)) == v)
+            corrected = corrected + HybridExpansion.of_terms(index, own, self.families)
+        return corrected
 
     def _next_values(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return B_v of every variable that is expanded, shape (points, variables), η first.

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.polish import chebyshev_powers, step
+from flexband.uncertainty.expansions.search import lowest
 
 MAX_STEPS = 40
 MIN_RELATIVE_GAIN = 1e-9
@@ -60,7 +61,7 @@ def search(
                 c, sign = targets[a]
                 for p in range(len(points)):
                     aim[p] = sign * (mean[p] + c * std[p])
-                _lowest(aim, neighbours, best, which)
+                lowest(aim, neighbours, best, which)
                 values[a, o, t] = best[0]
                 places[a, o, t] = points[which[0]]
                 for k in range(starts if m else 0):
@@ -71,23 +72,6 @@ def search(
                             values[a, o, t] = found
                             places[a, o, t] = eta
                 values[a, o, t] *= sign
-
-
-@cached_on_disk
-def _lowest(aim, neighbours, best, which):
-    """Fill the lowest values that are not above their neighbours, in order, and their points."""
-    starts = len(best)
-    best[:], which[:] = np.inf, 0
-    for p in range(len(aim)):
-        lowest = aim[p] < best[starts - 1]
-        for other in neighbours[p]:
-            lowest = lowest and aim[p] <= aim[other]
-        if lowest:
-            k = starts - 1
-            while k > 0 and aim[p] < best[k - 1]:
-                best[k], which[k] = best[k - 1], which[k - 1]
-                k -= 1
-            best[k], which[k] = aim[p], p
 
 
 @cached_on_disk

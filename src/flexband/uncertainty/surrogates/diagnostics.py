@@ -1,4 +1,4 @@
-"""What methods that resolve phases say of their bands, labelled like the response."""
+"""What methods that resolve phases say of their bands, and what they compute it from."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.signal import fftconvolve
 
 from flexband.errors import InputError
+from flexband.uncertainty.expansions.expansion import Extremes
 
 
 def series(values: xr.DataArray) -> np.ndarray:
@@ -53,6 +54,22 @@ def running(v: np.ndarray, half: int) -> np.ndarray:
     top = fftconvolve(square, window, mode="same", axes=-1)
     count = fftconvolve(np.ones((1, v.shape[-1])), window, mode="same", axes=-1)
     return np.sqrt(np.maximum(top / count, 0.0)).reshape(v.shape)
+
+
+def stacked(found: list[Extremes]) -> np.ndarray:
+    """Return the values of bounds, shape (sigmas, 2, outputs, times)."""
+    return np.stack([e.values for e in found])
+
+
+def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return how far interval means and error bars differ, mean of both bounds, (2, …)."""
+    d = np.abs(a - b)
+    return np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
+
+
+def at_all_times(v: np.ndarray, thin: slice, times: int) -> np.ndarray:
+    """Return values at thinned times repeated up to the next, shape (…, times)."""
+    return np.repeat(v, thin.step, axis=-1)[..., :times]
 
 
 def diagnostics(

@@ -55,7 +55,8 @@ def forget():
     for name in [name for name in sys.modules if name.split(".")[0] == "springs"]:
         del sys.modules[name]
     importlib.invalidate_caches()
-    caching._basis.cache_clear()
+    for cached in (caching._basis, caching._read, caching._version):
+        cached.cache_clear()
 
 
 def force():

@@ -13,7 +13,7 @@ import os
 import pickle
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -147,17 +147,18 @@ def _basis(module: str) -> tuple[object, ...] | None:
             if file and file not in seen:
                 seen.add(file)
                 folders.add(file.parent)
-                waiting += _imports(file.read_bytes())
+                waiting += _read(file)[1]
         files = sorted(file for folder in folders for file in folder.glob("*.py"))
         if not files or max(file.stat().st_ctime for file in files) > LOADED:
             return None
-        contents = [(file.name, hashlib.sha256(file.read_bytes()).hexdigest()) for file in files]
+        contents = [(file.name, _read(file)[0]) for file in files]
     except (OSError, SyntaxError, ValueError):
         return None
     versions = map(_version, (top, *DEPENDENCIES))
     return *contents, *versions, sys.version, SETTINGS.OPT, SETTINGS.BOUNDSCHECK
 
 
+@cache
 def _version(package: str) -> str:
     try:
         return version(package)
@@ -176,11 +177,20 @@ def _file(module: str) -> Path | None:
     return next((file for file in found if file.is_file()), None)
 
 
-def _imports(source: bytes) -> Iterator[str]:
-    """Yield the modules that a file imports, or may import by the names of their contents."""
-    for node in ast.walk(ast.parse(source)):
+@cache
+def _read(file: Path) -> tuple[str, list[str]]:
+    """Return a hash of a file, and the modules that it imports.
+
+    The names of what it imports may be modules too. Expressions import nothing.
+    """
+    source, found = file.read_bytes(), []
+    waiting: list[ast.AST] = [ast.parse(source)]
+    while waiting:
+        node = waiting.pop()
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            found += (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
+        for part in ("body", "orelse", "handlers", "finalbody", "cases"):
+            waiting += getattr(node, part, ())
+    return hashlib.sha256(source).hexdigest(), found

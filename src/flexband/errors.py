@@ -229,6 +229,8 @@ def returned(function: Callable, argument: Any, name: str = "") -> Any:
         raise InputError(f"{name or named(function)} raised an error {where}") from error
     if isinstance(value, float):
         return value
+    if type(value) is np.ndarray and value.dtype == float:
+        return value.copy()  # at once: the text of the argument may take long
     return _real(f"{name or named(function)} at {shown(argument)}", value, "numbers", lists=False)
 
 

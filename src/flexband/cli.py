@@ -8,6 +8,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Annotated, Any
@@ -32,6 +33,7 @@ from flexband.report.terminal import print_anywhere
 from flexband.study.comparison import compare
 from flexband.study.options import method_classes, method_options, with_options
 from flexband.study.study import load_study
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
 class _Commands(TyperGroup):
@@ -171,6 +173,10 @@ def run(
         str | None,
         typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}."),
     ] = None,
+    sigmas: Annotated[
+        float | None,
+        typer.Option(help="k of the error bar μ ± kσ, instead of the study's (1)."),
+    ] = None,
     verify: Annotated[
         int, typer.Option(help="New runs at each extreme of the surrogate's error bar, 2 or more.")
     ] = 0,
@@ -187,6 +193,8 @@ def run(
     if method:
         known("--method", method, METHODS)
     study = study.using(with_options(METHODS[method]() if method else study.method, values))
+    if sigmas is not None:
+        study = replace(study, sigmas=checked_sigmas(sigmas))
     label = study.method.label
     if verify:
         whole("--verify", verify, 2)
@@ -199,7 +207,7 @@ def run(
         if study.expands:
             surrogate = study.expand(progress=progress)
             files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
-            bands = surrogate.bands()
+            bands = surrogate.bands(study.sigmas)
         else:
             surrogate, files, bands = None, [], study.run(progress=progress)
     files += [data] * save(lambda: write_netcdf(bands, data))

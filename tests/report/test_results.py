@@ -1,10 +1,12 @@
 """Results written into a folder from Python."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.report.figures import DEFINITIONS, bands_figure, errors_figure
+from flexband.report.figures import bands_figure, definitions, errors_figure
 from flexband.report.results import write_bands_report, write_comparison_report
 from flexband.study.comparison import compare
 
@@ -16,10 +18,13 @@ STUDY = fb.Study(
 
 
 def test_a_run_defines_its_terms(tmp_path):
-    page = write_bands_report(tmp_path, "A & B", "PCCI", STUDY.run())
+    bands = replace(STUDY, sigmas=3).run()
+    page = write_bands_report(tmp_path, "A & B", "PCCI", bands)
     text = page.read_text(encoding="utf-8")
     assert "<h1>A &amp; B</h1>" in text
-    assert f"<p>{DEFINITIONS}</p>" in text
+    assert f"<p>{definitions(bands)}</p>" in text
+    assert "from the lowest μ − 3σ to the highest μ + 3σ" in text
+    assert "error bar μ ± 3σ" in text
     assert {file.name for file in tmp_path.iterdir()} == {"bands_response.png", "report.html"}
 
 

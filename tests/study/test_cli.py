@@ -68,10 +68,11 @@ def test_run_writes_data_and_figures(study_file, tmp_path):
 def test_run_by_another_method(study_file, tmp_path):
     out = tmp_path / "out"
     result = call("run", study_file, "--output", out, "--method", "lhs-scanning",
-                  "--samples", 7, "--points", 3)  # fmt: skip
+                  "--samples", 7, "--points", 3, "--sigmas", 2.5)  # fmt: skip
     assert result.exit_code == 0, result.output
+    assert "μ ± 2.5σ" in (out / "report.html").read_text(encoding="utf-8")
     with xr.open_dataset(out / "bands.nc", engine="scipy") as bands:
-        assert bands.attrs["runs"] == 21
+        assert (bands.attrs["runs"], bands.attrs["sigmas"]) == (21, 2.5)
         assert bands.attrs["method"].startswith("LHSScanning(samples=7, points=3")
 
 

@@ -30,9 +30,9 @@ def test_everything_is_compiled_before_the_clock_starts():
     class Recorded(ImprovedPCCI):
         name = "recorded"
 
-        def solve(self, space, evaluate):
+        def solve(self, space, evaluate, sigmas=1.0):
             calls.append("solve")
-            return super().solve(space, evaluate)
+            return super().solve(space, evaluate, sigmas)
 
     def response(x):
         calls.append(len(x))

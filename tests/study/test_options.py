@@ -19,7 +19,7 @@ class TwoStageLHS:
 
     name = "two-stage LHS"
 
-    def solve(self, space, evaluate): ...
+    def solve(self, space, evaluate, sigmas): ...
 
 
 def test_a_new_method_needs_only_its_class():

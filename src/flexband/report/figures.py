@@ -11,23 +11,32 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
-from flexband.report.tables import outputs_of, select
+from flexband.report.tables import deviations, outputs_of, select
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
-BOUNDS = {
-    "mean": "Interval mean: the range of the mean μ over all values of the interval inputs",
-    "error_bar": "Interval error bar: the range from the lowest μ − σ to the highest μ + σ over "
-    "all values of the interval inputs",
-}
-DEFINITIONS = ". ".join(BOUNDS.values()) + "."
 STYLES = [
     {"color": "0.1", "linewidth": 0.9},
     {"color": "#d95f02", "linewidth": 0.9, "linestyle": "--"},
     {"color": "#1f78b4", "linewidth": 0.9, "linestyle": "-."},
     {"color": "#33a02c", "linewidth": 0.9, "linestyle": ":"},
 ]
+
+
+def bounds(bands: xr.Dataset) -> dict[str, str]:
+    """Return what interval mean and interval error bar are, by variable."""
+    own = deviations(bands)
+    return {
+        "mean": "Interval mean: the range of the mean μ over all values of the interval inputs",
+        "error_bar": f"Interval error bar: the range from the lowest μ − {own} to the highest "
+        f"μ + {own} over all values of the interval inputs",
+    }
+
+
+def definitions(bands: xr.Dataset) -> str:
+    """Return what interval mean and interval error bar are, as sentences."""
+    return ". ".join(bounds(bands).values()) + "."
 
 
 def _literal(text: str) -> str:
@@ -68,10 +77,11 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
 
     Parameters
     ----------
-    results : label -> bands.
+    results : label -> bands, all of the same multiple of σ.
     """
     figure = Figure(figsize=(10, 7.5), layout="constrained")
-    for axes, (variable, title) in zip(figure.subplots(2, 1), BOUNDS.items(), strict=True):
+    titles = bounds(next(iter(results.values())))
+    for axes, (variable, title) in zip(figure.subplots(2, 1), titles.items(), strict=True):
         for (label, bands), style in zip(results.items(), cycle(STYLES), strict=False):
             x, (lower, upper) = labelled_series(axes, bands[variable], output)
             if len(results) == 1:

@@ -36,7 +36,7 @@ def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) 
         )
         for name in figures.drawable_outputs(bands["mean"])
     ]
-    text = [*tables.remarks(bands), figures.DEFINITIONS]
+    text = [*tables.remarks(bands), figures.definitions(bands)]
     return write_report(folder, title, tables.summary_table(bands), drawn, text)
 
 
@@ -74,7 +74,7 @@ def write_comparison_report(
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)
         drawn.append(Drawing(f"errors_{called}", caption, draw))
-    text = [*tables.comparison_remarks(fields), figures.DEFINITIONS]
+    text = [*tables.comparison_remarks(fields), figures.definitions(results[0].bands)]
     return write_report(folder, title, tables.error_table(results), drawn, text)
 
 

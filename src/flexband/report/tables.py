@@ -27,12 +27,19 @@ def select(data: Data, name: str) -> Data:
     return data.isel(output=outputs_of(data).index(name)) if "output" in data.dims else data
 
 
+def deviations(bands: xr.Dataset) -> str:
+    """Return the error bar's multiple of σ as text: σ, 2σ, 2.5σ."""
+    sigmas = bands.attrs.get("sigmas", 1.0)
+    return "σ" if sigmas == 1 else f"{sigmas:g}σ"
+
+
 def summary_table(bands: xr.Dataset) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
     The last column, for PCCI methods, is the largest expected error as a share of that width.
     """
-    header = ["output", "interval mean", "error bar", "max width", "at", "expected error"]
+    bar = f"error bar μ ± {deviations(bands)}"
+    header = ["output", "interval mean", bar, "max width", "at", "expected error"]
     rows = []
     for name in outputs_of(bands):
         one = select(bands, name)
@@ -81,7 +88,12 @@ def remarks(bands: xr.Dataset) -> list[str]:
                 "The discretization is coarse: a finer step or more elements would move the bands "
                 "by more than the tolerance"
             )
-        if error > tolerance:
+        if error > tolerance and own.get("sigmas", 1) != 1 and "tolerance is met" in own["stopped"]:
+            lines.append(
+                f"The tolerance of {100 * tolerance:g} % is met for μ ± σ, but NOT for "
+                f"μ ± {deviations(bands)}: choose a smaller one (--tolerance)"
+            )
+        elif error > tolerance:
             lines.append(
                 f"The tolerance of {100 * tolerance:g} % is NOT met: allow more runs (--max-runs) "
                 "or leave out the outputs that converge too slowly"

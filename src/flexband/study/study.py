@@ -20,6 +20,7 @@ from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.propagate import check_method, expand, propagate
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 BATCH = 512
@@ -32,22 +33,25 @@ class Study:
 
     Parameters
     ----------
-    response, inputs, method : as in `propagate`.
+    response, inputs, method, sigmas : as in `propagate`.
 
     Raises
     ------
     InputError
-        If the inputs and the response's arguments do not match, or the method is none.
+        If the inputs and the response's arguments do not match, the method is none, or `sigmas` is
+        not a positive number.
     """
 
     response: Response
     inputs: Mapping[str, Input]
     method: Method
+    sigmas: float = 1.0
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
         check_method(self.method)
         object.__setattr__(self, "inputs", dict(self.inputs))
+        object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
 
     @property
     def expands(self) -> bool:
@@ -56,7 +60,14 @@ class Study:
 
     def run(self, *, progress: Callable[[int, int], object] | None = None) -> xr.Dataset:
         """Return the bands; parameters and errors are those of `propagate`."""
-        return propagate(self.response, self.inputs, self.method, batch=BATCH, progress=progress)
+        return propagate(
+            self.response,
+            self.inputs,
+            self.method,
+            sigmas=self.sigmas,
+            batch=BATCH,
+            progress=progress,
+        )
 
     def expand(self, *, progress: Callable[[int, int], object] | None = None) -> Surrogate:
         """Return the surrogate; parameters and errors are those of `flexband.expand`."""

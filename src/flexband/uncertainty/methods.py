@@ -71,8 +71,8 @@ class Method(Protocol):
         """Return the number of runs, or the most there may be."""
         ...
 
-    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
-        """Run the response at the points of the method and return the bands."""
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
+        """Run the response at the points of the method and return the bands, of μ ± kσ."""
         ...
 
 
@@ -150,9 +150,9 @@ class PCCI:
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
         return Surrogate(space, values[:0], (direct,), diagnostics)
 
-    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands()
+        return self.expand(space, evaluate).bands(sigmas)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -23,6 +24,7 @@ def propagate(
     inputs: Mapping[str, Input],
     method: Method,
     *,
+    sigmas: float = 1.0,
     batch: int = 2048,
     most_runs: int = 1_000_000,
     progress: Callable[[int, int], object] | None = None,
@@ -30,7 +32,7 @@ def propagate(
     """Return interval mean and interval error bar of a response.
 
     Over all values of the interval inputs, the interval mean is the range of the mean μ, and the
-    interval error bar the range from the lowest μ − σ to the highest μ + σ.
+    interval error bar the range from the lowest μ − σ to the highest μ + σ, or μ ± kσ.
 
     Parameters
     ----------
@@ -40,6 +42,7 @@ def propagate(
     inputs : name -> `Interval`, `Normal`, `Uniform`, `RandomField` or another `Input`.
     method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `LHSScanning` or
         `MonteCarlo`.
+    sigmas : k of the error bar.
     batch : most runs in one call of the response. Bands do not depend on it.
     most_runs : a method that takes more runs is refused before it starts.
     progress : called as ``progress(done, total)`` after every batch.
@@ -48,17 +51,18 @@ def propagate(
     -------
     Dataset with variables `mean` and `error_bar`, first dim "bound" (lower, upper), Eqs. (3) and
     (5), and more: see `flexband.uncertainty.surrogates.bands.bands`. ``attrs["runs"]`` is the
-    number of evaluations of the response, ``attrs["method"]`` the method.
+    number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k.
 
     Raises
     ------
     InputError
-        If inputs and the response's arguments do not match, the method takes too many runs, or the
-        response returns NaN, no real numbers, the wrong shape, or not the same dims and coordinates
-        in every call (another order is put in order).
+        If inputs and the response's arguments do not match, the method takes too many runs,
+        `sigmas` is not a positive number, or the response returns NaN, no real numbers, the wrong
+        shape, or not the same dims and coordinates in every call (another order is put in order).
     """
+    sigmas = checked_sigmas(sigmas)
     runs = _Runs(response, inputs, method, batch, most_runs, progress)
-    return method.solve(runs.space, runs).assign_attrs(runs.attributes())
+    return method.solve(runs.space, runs, sigmas).assign_attrs(runs.attributes())
 
 
 def expand(
@@ -73,8 +77,8 @@ def expand(
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
 
     Parameters and errors are those of `propagate`; the method is one that expands the response:
-    `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands()`` equals the
-    result of `propagate`.
+    `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands(sigmas)``
+    equals the result of `propagate`.
     """
     runs = _Runs(response, inputs, method, batch, most_runs, progress)
     if not callable(getattr(method, "expand", None)):

@@ -47,7 +47,7 @@ class Scanning:
         samples = self.samples if space.random_dimension else 1
         return samples * self.points**space.interval_dimension
 
-    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands of Eqs. (8)–(10), over the uniform grid of Eq. (7), ends included."""
         n, m = space.random_dimension, space.interval_dimension
         xi = of_normals(self.normals(n) if n else np.zeros((1, 0)), space.families)
@@ -58,10 +58,10 @@ class Scanning:
         std = np.stack([v.std(axis=0, ddof=1) for v in flat]) if len(xi) > 1 else np.zeros(1)
         found = []
         for c in SIGMAS:
-            scanned = mean + c * std
+            scanned = mean + c * sigmas * std
             best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
             found.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
-        return bands(space, values, found)
+        return bands(space, values, found, sigmas)
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,6 @@ class AdaptivePCCI:
         told = {"tolerance": self.tolerance, "stopped": course.run(self.tolerance)}
         return course.surrogate().telling(**told)
 
-    def solve(self, space: Space, evaluate: Evaluate) -> xr.Dataset:
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands()
+        return self.expand(space, evaluate).bands(sigmas)

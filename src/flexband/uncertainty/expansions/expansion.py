@@ -68,10 +68,13 @@ def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: 
 
 
 def extremes_of(
-    expansions: Sequence[Expansion], times: slice | np.ndarray = slice(None)
+    expansions: Sequence[Expansion],
+    times: slice | np.ndarray = slice(None),
+    sigmas: float = 1.0,
 ) -> list[Extremes]:
-    """Return the bounds of μ + c σ of all outputs, at some of the times, for each c of `SIGMAS`."""
-    found = [expansion.of(expansion.outputs, times).extremes(SIGMAS) for expansion in expansions]
+    """Return the bounds of μ, μ − kσ and μ + kσ of all outputs at some times, k = `sigmas`."""
+    multiples = [sigmas * c for c in SIGMAS]
+    found = [expansion.of(expansion.outputs, times).extremes(multiples) for expansion in expansions]
     return [
         Extremes(
             joined(expansions, [one.values for one in extremes], 1),

@@ -19,18 +19,22 @@ VARIABLES = frozenset(
 """Names in the dataset of bands."""
 
 
-def bands(space: Space, labels: xr.DataArray, found: Sequence[Extremes]) -> xr.Dataset:
+def bands(
+    space: Space, labels: xr.DataArray, found: Sequence[Extremes], sigmas: float
+) -> xr.Dataset:
     """Return the dataset of bands.
 
     Parameters
     ----------
     labels : a response of shape (runs, ...), for its dims and coordinates.
-    found : bounds of μ, μ − σ and μ + σ, in this order.
+    found : bounds of μ, μ − kσ and μ + kσ, in this order.
+    sigmas : k.
 
     Returns
     -------
     Variables with first dim "bound" (lower, upper): `mean` is [μ] of Eq. (3), `error_bar` is [eb]
-    of Eq. (5), `error_bar_lower` and `error_bar_upper` are [eb_l] and [eb_u] of Eq. (4);
+    of Eq. (5), `error_bar_lower` and `error_bar_upper` are [eb_l] and [eb_u] of Eq. (4), with kσ
+    in place of σ, where k is ``attrs["sigmas"]``;
     `mean_at` and `error_bar_at` give, along dim "input", the values of the interval inputs at which
     the bounds are reached.
     """
@@ -58,4 +62,4 @@ def bands(space: Space, labels: xr.DataArray, found: Sequence[Extremes]) -> xr.D
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
         coords["input"] = xr.Variable("input", list(intervals.inputs))
-    return xr.Dataset(data, coords)
+    return xr.Dataset(data, coords, {"sigmas": sigmas})

@@ -14,6 +14,7 @@ from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extre
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import bands
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas, diagnostics_of
 
 
 @dataclass(frozen=True)
@@ -82,14 +83,26 @@ class Surrogate:
         mean, std = map(self._labelled, self.standard_moments(eta))
         return xr.Dataset({"mean": mean, "std": std})
 
-    def extremes(self) -> list[Extremes]:
-        """Return the bounds of μ, μ − σ and μ + σ, values of shape (2, outputs, times)."""
-        return extremes_of(self.expansions)
+    def extremes(self, sigmas: float = 1.0) -> list[Extremes]:
+        """Return the bounds of μ, μ − kσ and μ + kσ, values of shape (2, outputs, times)."""
+        return extremes_of(self.expansions, sigmas=sigmas)
 
-    def bands(self) -> xr.Dataset:
-        """Return interval mean and interval error bar, with the diagnostics."""
-        result = bands(self.space, self.labels, self.extremes())
-        return result.merge(self.diagnostics).assign_attrs(self.diagnostics.attrs)
+    def bands(self, sigmas: float = 1.0) -> xr.Dataset:
+        """Return interval mean and interval error bar, with the diagnostics.
+
+        Parameters
+        ----------
+        sigmas : k of the error bar, from the lowest μ − kσ to the highest μ + kσ.
+
+        Raises
+        ------
+        InputError
+            If `sigmas` is not a positive number.
+        """
+        sigmas = checked_sigmas(sigmas)
+        result = bands(self.space, self.labels, self.extremes(sigmas), sigmas)
+        told = diagnostics_of(sigmas, self.diagnostics, result["error_bar"])
+        return result.merge(told).assign_attrs(told.attrs | result.attrs)
 
     def _joined(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """Return values (points, outputs, times) of all expansions, shape (points, …)."""

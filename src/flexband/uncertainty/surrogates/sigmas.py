@@ -1,0 +1,63 @@
+"""Error bars of μ ± kσ: the errors that are expected of them, from those of μ ± σ.
+
+Let r be what an expansion misses of runs, with root mean square ε. It moves μ by E[r] and σ, to
+first order, by E[r (F − μ)/σ]. Since 1 and (F − μ)/σ are orthonormal, the squares of both add up to
+ε² at most, so that μ ± kσ moves by at most ε √(1 + k²).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import numbers, positive
+
+NO_WIDTH = 1e-13
+"""An error bar that is narrower than this part of its values has no width to compare with."""
+
+
+def checked_sigmas(sigmas: float) -> float:
+    """Return k as a float; raise `InputError` if it is not a positive number."""
+    return float(positive("sigmas", numbers("sigmas", sigmas)))
+
+
+def growth(sigmas: float) -> float:
+    """Return by which factor the expected error of μ ± kσ is that of μ ± σ."""
+    return math.sqrt((1 + sigmas**2) / 2)
+
+
+def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
+    """Return the diagnostics of bands with the error bar μ ± kσ.
+
+    Parameters
+    ----------
+    diagnostics : those of μ ± σ.
+    bar : the error bar of μ ± kσ, dims (bound, …).
+    """
+    if sigmas == 1:
+        return diagnostics
+    own = [str(k) for k in diagnostics if str(k).startswith("error_bar_")]
+    told = diagnostics.assign({name: diagnostics[name] * growth(sigmas) for name in own})
+    relative = {
+        name: relative_error(told, name, bar)
+        for name in ("expected_error", "expansion_error", "discretization_error")
+        if isinstance(told.attrs.get(name), float) and f"error_bar_{name}" in own
+    }
+    return told.assign_attrs(relative)
+
+
+def relative_error(told: xr.Dataset, name: str, bar: xr.DataArray) -> float:
+    """Return the largest error of mean and error bar, mean over time, in parts of the bar's width.
+
+    Parameters
+    ----------
+    told : the errors ``mean_<name>`` and ``error_bar_<name>`` of a response.
+    bar : its error bar, dims (bound, …), which contain those of the errors.
+    """
+    lower, upper = map(np.atleast_1d, bar.values)
+    width, size = (upper - lower).mean(axis=-1), np.maximum(abs(lower), abs(upper)).max(axis=-1)
+    width = np.where(width > NO_WIDTH * size, width, np.inf)
+    errors = [told[f"{band}_{name}"].transpose(*bar.dims[1:]) for band in ("mean", "error_bar")]
+    return max(float(np.max(np.atleast_1d(own).mean(axis=-1) / width)) for own in errors)

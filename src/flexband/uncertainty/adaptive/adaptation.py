@@ -18,6 +18,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, running, series, step
+from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 GROWTH = 0.25
@@ -163,7 +164,8 @@ class Adaptation:
             for k in range(one.dimension)
         ]
         choice, discretization = self.choice, self._discretization()
-        parts = {"expansion": np.stack([self.error.values] * 2)}
+        of_mean = growth(0) if self.space.families else 1.0  # without σ, the mean is the error bar
+        parts = {"expansion": np.stack([of_mean * self.error.values, self.error.values])}
         if discretization is not None:
             parts["discretization"] = discretization
         total = np.sum(list(parts.values()), axis=0)

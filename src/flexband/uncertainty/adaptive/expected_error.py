@@ -33,7 +33,7 @@ class ExpectedError(NamedTuple):
 
     Attributes
     ----------
-    values : error expected of interval mean and of error bar, shape (outputs, times).
+    values : error expected of the error bar, shape (outputs, times).
     width : mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary.
     window : half of the number of times over which errors are averaged.
     trusted : whether most of the variation in held-out runs is predicted, shape (outputs,).

@@ -24,7 +24,7 @@ def checked_sigmas(sigmas: float) -> float:
 
 
 def growth(sigmas: float) -> float:
-    """Return by which factor the expected error of μ ± kσ is that of μ ± σ."""
+    """Return the expected error of μ ± kσ as a multiple of that of μ ± σ; k = 0 is that of μ."""
     return math.sqrt((1 + sigmas**2) / 2)
 
 

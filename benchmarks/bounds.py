@@ -95,7 +95,7 @@ def many_inputs(times: int) -> PhaseExpansion:
         for _ in range(3)
     )
     terms = np.concatenate([base, rate[:, None] * t, re, im], axis=1)
-    parts = HybridExpansion.of_terms(index, terms, [HERMITE] * 5)
+    parts = HybridExpansion((HERMITE,) * 5, index, terms)
     return PhaseExpansion(np.arange(3), parts, PartColumns.of(3, 1))
 
 

@@ -110,8 +110,8 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
         errors: dict[str, dict[str, tuple[int, float]]] = {}
         for choice, points in choices.items():
             expansion, runs = fit(lambda at: series[number(at)], orders, points, 2)
-            y = np.tensordot(expansion.chebyshev(eta), expansion.coefficients, 1)
-            y = np.einsum("qj,pjs->pqs", expansion.orthogonal(x[:, None]), y, optimize=True)
+            y = expansion.evaluate(np.tile(x, len(eta))[:, None], np.repeat(eta, len(x), axis=0))
+            y = y.reshape(len(eta), len(x), -1)
             for part, here in parts.items():
                 off = np.sqrt(np.einsum("pqs,q->ps", (y - truth)[..., here] ** 2, w))
                 unit = 1.0 if part == "phase" else np.abs(truth[..., here]).mean()

@@ -88,9 +88,8 @@ def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, i
         beta = np.zeros((*(most + 1), y.shape[-1])) if beta is None else beta
         beta[tuple(slice(q + 1) for q in v)] += factor * y
     count = len(np.unique(np.round(np.concatenate(runs), 9) + 0.0, axis=0))
-    beta = beta.reshape(math.prod(most[:m] + 1), -1, beta.shape[-1])
-    families = (HERMITE,) * (len(most) - m)
-    return HybridExpansion(families, tensor_index(most[m:]), tensor_index(most[:m]), beta), count
+    beta = beta.reshape(math.prod(most + 1), beta.shape[-1])
+    return HybridExpansion((HERMITE,) * (len(most) - m), tensor_index(most), beta), count
 
 
 def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
@@ -117,7 +116,7 @@ def total(d: int, order: int) -> list[tuple[int, ...]]:
 
 def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
     """Return the downward closed set that adds the largest coefficients one after the other."""
-    large = np.abs(expansion.weighted).sum(axis=2).reshape([q + 1 for q in expansion.orders])
+    large = np.abs(expansion.weighted).sum(axis=1).reshape([q + 1 for q in expansion.orders])
     one, found = np.eye(large.ndim, dtype=int), [(0,) * large.ndim]
     while len(found) < size:
         near = {tuple(map(int, v + e)) for v in found for e in one} - set(found)

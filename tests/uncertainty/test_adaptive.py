@@ -89,7 +89,7 @@ def test_a_sparse_expansion_interpolates_its_runs(variables, n, seed):
     design = NestedDesign(index, families)
     values = rng.standard_normal((len(index), 3))
     terms = np.linalg.solve(design.matrix, values)
-    expansion = HybridExpansion.of_terms(index, terms, families)
+    expansion = HybridExpansion(tuple(families), index, terms)
     np.testing.assert_allclose(expansion.evaluate(*design.points), values, atol=1e-8)
 
 

@@ -20,7 +20,7 @@ def random_expansion(m, n, order, series, seed):
     index = np.array([k for k in np.ndindex(*[order + 1] * (m + n)) if sum(k) <= order])
     size = rng.uniform(0.3, 1.0, m + n) ** index
     terms = size.prod(axis=1)[:, None] * rng.standard_normal((len(index), series))
-    return HybridExpansion.of_terms(index, terms, [HERMITE] * n)
+    return HybridExpansion((HERMITE,) * n, index, terms)
 
 
 def widened(found, others):
@@ -53,7 +53,7 @@ def test_the_lowest_of_many_equal_valleys():
     index = np.array([[0, 0], [1, 0], [0, 1], [4, 0], [0, 4]])
     slopes = np.array([[0.01, 0.01], [0.01, -0.01], [-0.01, 0.01], [-0.01, -0.01]]).T
     terms = np.concatenate([np.zeros((1, 4)), slopes, np.ones((2, 4))])
-    (found,) = extremes(HybridExpansion.of_terms(index, terms, ()), (0.0,))
+    (found,) = extremes(HybridExpansion((), index, terms), (0.0,))
     np.testing.assert_array_equal(np.sign(found.places[0]), -np.sign(slopes.T))
     np.testing.assert_allclose(np.abs(found.places[0]), np.sqrt(0.5), atol=2e-3)
 
@@ -64,7 +64,7 @@ def test_signs_of_ten_variables_that_interact():
     index = smooth_index(np.zeros((1, 10), int), [2] * 10)
     index = index[index.max(axis=1) <= 1]
     terms = rng.standard_normal((len(index), 20))
-    expansion = HybridExpansion.of_terms(index, terms, ())
+    expansion = HybridExpansion((), index, terms)
     vertices = np.array(list(np.ndindex(*[2] * 10))) * 2.0 - 1
     values = expansion.evaluate(np.zeros((1024, 0)), vertices)
     (found,) = extremes(expansion, (0.0,))
@@ -77,7 +77,7 @@ def test_results_do_not_depend_on_which_series_are_searched_together():
     expansion = random_expansion(3, 1, 3, 40, seed=1)
     together = extremes(expansion, SIGMAS)
     for which in (slice(0, 1), slice(7, 30)):
-        part = replace(expansion, coefficients=expansion.coefficients[:, :, which])
+        part = replace(expansion, coefficients=expansion.coefficients[:, which])
         for one, all_of_them in zip(extremes(part, SIGMAS), together, strict=True):
             np.testing.assert_array_equal(one.values, all_of_them.values[:, which])
             np.testing.assert_array_equal(one.places, all_of_them.places[:, which])

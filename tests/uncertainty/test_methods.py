@@ -340,7 +340,7 @@ def test_twenty_intervals_without_a_scan_of_all_vertices():
     a, b = r.uniform(-1, 1, (2, 20, 50))
     index = np.concatenate([np.zeros((1, 20)), np.eye(20), 2 * np.eye(20)]).astype(int)
     terms = np.concatenate([b.sum(axis=0, keepdims=True) / 2, a, b / 2])
-    (found,) = extremes(HybridExpansion.of_terms(index, terms, ()), (0.0,))
+    (found,) = extremes(HybridExpansion((), index, terms), (0.0,))
     fine = np.linspace(-1, 1, 4001)[:, None, None]
     values = a * fine + b * fine**2
     np.testing.assert_allclose(found.values[0], values.min(axis=0).sum(axis=0), atol=1e-5)

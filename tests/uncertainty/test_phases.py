@@ -10,7 +10,8 @@ from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.families import HERMITE
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.carriers import track
 from flexband.uncertainty.phases.decomposition import decompose
@@ -29,7 +30,7 @@ def surrogate(index, phases, envelopes, base, families):
     for phase, envelope in zip(phases, envelopes, strict=True):
         flat = envelope.reshape(len(index), -1)
         series += [phase, flat, 0 * flat]
-    parts = HybridExpansion.of_terms(np.array(index), np.concatenate(series, axis=1), families)
+    parts = HybridExpansion(tuple(families), np.array(index), np.concatenate(series, axis=1))
     return PhaseExpansion(np.arange(outputs), parts, PartColumns.of(outputs, len(phases)))
 
 
@@ -187,10 +188,10 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     bowl = [a**2 + 2 * b**2 + 2.0, -2 * a, 0.5, -4 * b, 1.0]
     smooth = np.stack([bowl, np.zeros(5)], axis=1)[None]
     points, beside = scan_points(np.array([5, 5]), np.zeros(2))
-    polynomials = HybridExpansion((), np.zeros((1, 0), int), index, np.zeros((5, 1, 0)))
     values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
     targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
-    basis, columns = np.ascontiguousarray(polynomials.chebyshev(points)), MomentColumns.of(1, 0)
+    values_of = [chebyshev_values(2, x) for x in points.T]
+    basis, columns = np.ascontiguousarray(term_values(values_of, index)), MomentColumns.of(1, 0)
     search(smooth, index, basis, points, beside, columns, turning, targets, 3, values, places)
     np.testing.assert_allclose(values, 0.5, atol=1e-8)
     np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)

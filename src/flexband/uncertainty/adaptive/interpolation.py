@@ -16,7 +16,7 @@ import numpy as np
 from flexband.uncertainty.adaptive.fits import BATCH
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.expansions.families import Family, mean_squares
-from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import (
     Orders,
     TermSizes,
@@ -24,7 +24,6 @@ from flexband.uncertainty.expansions.index_sets import (
     first_terms,
     lower_terms,
 )
-from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.expansions.regression import MERIT_PER_ORDER, candidates, principal
 from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.decomposition import Stage
@@ -104,7 +103,7 @@ class NestedDesign:
 
     def _expanded(self, series: np.ndarray) -> HybridExpansion:
         terms = np.linalg.solve(self.matrix, series)
-        return HybridExpansion.of_terms(self.index, terms, self.families)
+        return HybridExpansion(tuple(self.families), self.index, terms)
 
     def extended(self, count: int, split: Split) -> NestedDesign:
         """Return the design with the next terms, so many or fewer.
@@ -160,8 +159,6 @@ class NestedDesign:
 
     def _values(self, index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return terms at ξ and η, shape (points, terms)."""
-        orders = index.max(axis=0, initial=0)
-        values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
-        random = zip(self.families, orders[len(values) :], xi.T, strict=True)
-        values += [family.values(k, x) for family, k, x in random]
-        return term_values(values, index)
+        return HybridExpansion(tuple(self.families), index, np.zeros((len(index), 0))).terms(
+            xi, eta
+        )

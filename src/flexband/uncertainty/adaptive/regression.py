@@ -70,7 +70,7 @@ class SampledDesign:
             terms[np.ix_(own.which, part.ravel())] = own.coefficients
         used = terms.any(axis=1) | ~self.index.any(axis=1)
         scales = term_scales(self.index[used], self.families)[:, None]
-        return HybridExpansion.of_terms(self.index[used], terms[used] / scales, self.families)
+        return HybridExpansion(tuple(self.families), self.index[used], terms[used] / scales)
 
     @property
     def few(self) -> int:
@@ -80,7 +80,7 @@ class SampledDesign:
     def small(self, series: np.ndarray) -> HybridExpansion:
         """Return the expansion of small series that are known in the first few runs: a constant."""
         mean = series.mean(axis=0, keepdims=True)
-        return HybridExpansion.of_terms(self.index[:1], mean, self.families)
+        return HybridExpansion(tuple(self.families), self.index[:1], mean)
 
     def extended(self, count: int, split: Split) -> SampledDesign:
         """Return the samples with so many more."""

@@ -33,14 +33,12 @@ SERIES = 256
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
     """Return what `Expansion.extremes` does, values of shape (2, series), places (2, series, m)."""
     orders = expansion.interval_orders
-    M, N, series = expansion.coefficients.shape
-    flat = expansion.coefficients.reshape(M * N, series)
-    keep = np.flatnonzero(flat.any(axis=1) | (np.arange(M * N) == 0))
-    i, j = np.divmod(keep[np.argsort(keep % N, kind="stable")], N)
+    order = np.argsort(expansion.j, kind="stable")
+    i, j, series = expansion.i[order], expansion.j[order], expansion.coefficients.shape[1]
     terms = SparseTerms.of(expansion.interval_index[i], j)
     points, neighbours = scan(orders)
     grid = np.ascontiguousarray(expansion.chebyshev(points)[:, i]), points, neighbours
-    weight, tried = np.sqrt(expansion.norms)[j, None], lines(orders)
+    weight, tried, beta = np.sqrt(expansion.norms)[j, None], lines(orders), expansion.coefficients
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ); without random terms σ = 0
     searched = sigmas if j.any() else [0.0]
     targets = np.array([(c, sign) for c in searched for sign in (1.0, -1.0)])
@@ -48,7 +46,7 @@ def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extrem
     places = np.empty((len(targets), series, len(orders)))
 
     def solve(first: int) -> None:
-        own = np.ascontiguousarray(flat[i * N + j, first : first + SERIES] * weight)
+        own = np.ascontiguousarray(beta[order, first : first + SERIES] * weight)
         search(terms, grid, tried, own, first, targets, values, places)
 
     in_threads(solve, range(0, series, SERIES))

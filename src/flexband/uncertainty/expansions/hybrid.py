@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -42,52 +42,71 @@ def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class HybridExpansion:
-    """The surrogate Σ_ij β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11).
+    """The surrogate Σ β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11), of some of the products.
 
     Attributes
     ----------
     families : the polynomials of each random variable.
-    random_index : the order of each of them in Ψ_j, shape (N, n); Ψ_0 = 1.
-    interval_index : the order of every Chebyshev polynomial in Φ_i, shape (M, m); Φ_0 = 1.
-    coefficients : β, shape (M, N, series), with zeros for products that a sparse expansion has
-        not. All outputs and times are series.
+    index : orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the
+        first term is the constant.
+    coefficients : β, shape (terms, series). All outputs and times are series.
     """
 
     families: tuple[Family, ...]
-    random_index: np.ndarray
-    interval_index: np.ndarray
+    index: np.ndarray
     coefficients: np.ndarray
+
+    @cached_property
+    def _interval(self) -> tuple[np.ndarray, np.ndarray]:
+        return _products(self.index[:, : self.interval_dimension])
+
+    @cached_property
+    def _random(self) -> tuple[np.ndarray, np.ndarray]:
+        return _products(self.index[:, self.interval_dimension :])
+
+    @property
+    def interval_index(self) -> np.ndarray:
+        """The order of every Chebyshev polynomial in Φ_i, shape (M, m); Φ_0 = 1."""
+        return self._interval[0]
+
+    @property
+    def random_index(self) -> np.ndarray:
+        """The order of the polynomial of each random variable in Ψ_j, shape (N, n); Ψ_0 = 1."""
+        return self._random[0]
+
+    @property
+    def i(self) -> np.ndarray:
+        """The number of Φ_i of each term."""
+        return self._interval[1]
+
+    @property
+    def j(self) -> np.ndarray:
+        """The number of Ψ_j of each term."""
+        return self._random[1]
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """The highest order in each variable, η first."""
+        return tuple(self.index.max(axis=0).tolist())
 
     @property
     def random_orders(self) -> tuple[int, ...]:
         """The highest order k of every random variable."""
-        return tuple(self.random_index.max(axis=0).tolist())
+        return self.orders[self.interval_dimension :]
 
     @property
     def interval_orders(self) -> tuple[int, ...]:
         """The highest order q of every interval variable."""
-        return tuple(self.interval_index.max(axis=0).tolist())
-
-    @property
-    def orders(self) -> tuple[int, ...]:
-        """The orders of all variables, η first."""
-        return self.interval_orders + self.random_orders
-
-    def index(self) -> np.ndarray:
-        """Return the order of each term in each variable, η first, (variables, M N)."""
-        M, N = self.coefficients.shape[:2]
-        interval, random = self.interval_index, self.random_index
-        return np.concatenate([np.repeat(interval, N, axis=0), np.tile(random, (M, 1))], axis=1).T
+        return self.orders[: self.interval_dimension]
 
     def highest(self) -> np.ndarray:
-        """Return which terms are of the highest order in a variable, (variables, M N)."""
-        orders = np.array(self.orders, dtype=int)[:, None]
-        return (self.index() == orders) & (orders > 0)
+        """Return which terms are of the highest order in a variable, (variables, terms)."""
+        return ((self.index == self.orders) & (self.index > 0)).T
 
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
-        return self.interval_index.shape[1]
+        return self.index.shape[1] - len(self.families)
 
     @staticmethod
     def design(
@@ -124,29 +143,13 @@ class HybridExpansion:
         for matrix in transforms:
             beta = matrix @ beta.reshape(before, len(matrix), -1)
             before *= len(matrix)
-        interval = tensor_index([len(x) - 1 for x in interval_nodes])
-        beta = beta.reshape(len(interval), before // len(interval), -1)
-        return HybridExpansion(tuple(families), tensor_index(random_orders), interval, beta)
-
-    @staticmethod
-    def of_terms(
-        index: np.ndarray, terms: np.ndarray, families: Sequence[Family]
-    ) -> HybridExpansion:
-        """Return the expansion with the given terms only, coefficients of shape (terms, series).
-
-        The index has the order of each term in each variable, η first, shape (terms, variables).
-        """
-        m = index.shape[1] - len(families)
-        interval, i = np.unique(_and_one(index[:, :m]), axis=0, return_inverse=True)
-        random, j = np.unique(_and_one(index[:, m:]), axis=0, return_inverse=True)
-        beta = np.zeros((len(interval), len(random), terms.shape[1]))
-        beta[i, j] = terms
-        return HybridExpansion(tuple(families), random[:, :-1], interval[:, :-1], beta)
+        index = tensor_index([*(len(x) - 1 for x in interval_nodes), *random_orders])
+        return HybridExpansion(tuple(families), index, beta.reshape(len(index), -1))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps, with the families by name."""
         names = np.array([family.name for family in self.families], dtype=str)
-        return {**vars(self), "families": names}
+        return {"families": names, "index": self.index, "coefficients": self.coefficients}
 
     @staticmethod
     def of_arrays(inputs: Sequence[Family], families: np.ndarray, **own) -> HybridExpansion:
@@ -159,18 +162,18 @@ class HybridExpansion:
 
     def __add__(self, other: HybridExpansion) -> HybridExpansion:
         """Return the sum of two expansions of the same variables and series."""
-        pairs = [(one.index().T, one.coefficients) for one in (self, other)]
-        index = np.concatenate([index for index, _ in pairs])
-        terms = np.concatenate([beta.reshape(-1, beta.shape[2]) for _, beta in pairs])
+        index = np.concatenate([self.index, other.index])
+        terms = np.concatenate([self.coefficients, other.coefficients])
         index, which = np.unique(index, axis=0, return_inverse=True)
         summed = np.zeros((len(index), terms.shape[1]))
         np.add.at(summed, which.ravel(), terms)
-        return HybridExpansion.of_terms(index, summed, self.families)
+        return HybridExpansion(self.families, index, summed)
 
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> HybridExpansion:
-        """Return the expansion of some rows and times of its series, taken as (rows, times)."""
-        numbers = np.arange(self.coefficients.shape[2]).reshape(rows, -1)[which][:, times]
-        return replace(self, coefficients=self.coefficients[:, :, numbers.ravel()])
+        """Return the expansion of some rows, increasing, and times of its series (rows, times)."""
+        own = self.coefficients.reshape(len(self.index), rows, -1)[..., times]
+        own = own if len(which) == rows else own[:, which]
+        return replace(self, coefficients=own.reshape(len(own), -1))
 
     @property
     def norms(self) -> np.ndarray:
@@ -180,7 +183,7 @@ class HybridExpansion:
     @property
     def weighted(self) -> np.ndarray:
         """The coefficients times √γ_j, with which σ² is a sum of squares."""
-        return self.coefficients * np.sqrt(self.norms)[:, None]
+        return self.coefficients * np.sqrt(self.norms)[self.j, None]
 
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i at η of shape (points, m), shape (points, M)."""
@@ -193,18 +196,22 @@ class HybridExpansion:
         values = [family.values(k, x) for family, k, x in own]
         return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
 
+    def terms(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return Φ_i Ψ_j at points of shape (points, n) and (points, m), shape (points, terms)."""
+        return self.chebyshev(eta)[:, self.i] * self.orthogonal(xi)[:, self.j]
+
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
-        i, j = np.nonzero(self.coefficients.any(axis=2))
-        return (self.chebyshev(eta)[:, i] * self.orthogonal(xi)[:, j]) @ self.coefficients[i, j]
+        return self.terms(xi, eta) @ self.coefficients
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ(η) and σ(η), each of shape (points, series), Eqs. (15) and (18)."""
-        phi = self.chebyshev(eta)
-        M, N, series = self.coefficients.shape
-        terms = (phi @ self.weighted.reshape(M, -1)).reshape(-1, N, series)
-        random = terms[:, 1:]
-        return terms[:, 0], np.sqrt(np.einsum("pjs,pjs->ps", random, random))
+        phi = self.chebyshev(eta)[:, self.i]
+        factors = np.empty((len(self.random_index), len(phi), self.coefficients.shape[1]))
+        for j, factor in enumerate(factors):
+            own = self.j == j
+            factor[:] = phi[:, own] @ self.coefficients[own]
+        return factors[0], np.sqrt(np.einsum("j,jps,jps->ps", self.norms[1:], *[factors[1:]] * 2))
 
     def truncation(self) -> np.ndarray:
         """Return the size of the terms of highest order in some variable, shape (series,).
@@ -213,7 +220,13 @@ class HybridExpansion:
         converges, it is of the order of the first omitted terms. Zero orders do not count.
         """
         highest = self.highest().any(axis=0)
-        return np.abs(self.weighted).reshape(highest.size, -1)[highest].sum(axis=0)
+        return np.abs(self.weighted[highest]).sum(axis=0)
+
+
+def _products(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different rows of an index, in order, and the number of each row."""
+    rows, which = np.unique(_and_one(index), axis=0, return_inverse=True)
+    return rows[:, :-1], which.ravel()
 
 
 def _and_one(index: np.ndarray) -> np.ndarray:

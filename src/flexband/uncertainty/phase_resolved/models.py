@@ -44,7 +44,7 @@ class PartModels:
 
         If these are all terms, as with one variable, those below the largest order.
         """
-        total, most = self.full.index().sum(axis=0), max(self.full.orders, default=0)
+        total, most = self.full.index.sum(axis=1), max(self.full.orders, default=0)
         keep = total <= most
         return keep if not keep.all() else total < max(most, 1)
 
@@ -59,7 +59,7 @@ class PartModels:
         """Return the lower model: the least-squares fit of fewer terms."""
         coefficients = np.zeros((self._lower_terms.size, self.values.shape[1]))
         coefficients[self._lower_terms] = np.linalg.lstsq(self._lower_design, self.values)[0]
-        return replace(self.full, coefficients=coefficients.reshape(self.full.coefficients.shape))
+        return replace(self.full, coefficients=coefficients)
 
     def left_out(self) -> np.ndarray:
         """Return every run as the lower model of all other runs predicts it, (runs, series).
@@ -79,7 +79,7 @@ class PartModels:
         """
         miss = checked - self.full.evaluate(xi, eta)
         B, highest = self._next_values(xi, eta), self.full.highest()
-        square = self.full.coefficients.reshape(highest.shape[1], -1) ** 2
+        square = self.full.coefficients**2
         energy = highest[np.array(self.full.orders) > 0].astype(float) @ square
         added = np.zeros((B.shape[1], miss.shape[1]))
         for series in map(np.ravel, self.columns.parts(miss.shape[1])):
@@ -90,7 +90,7 @@ class PartModels:
         corrected = self.full
         for v, orders, own in self._next_terms(added):
             index = orders[:, None] * (np.arange(len(self.full.orders)) == v)
-            corrected = corrected + HybridExpansion.of_terms(index, own, self.families)
+            corrected = corrected + HybridExpansion(tuple(self.families), index, own)
         return corrected
 
     def _next_values(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:

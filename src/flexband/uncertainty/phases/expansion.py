@@ -110,12 +110,12 @@ def _search(terms: Terms, targets: np.ndarray, values: np.ndarray) -> np.ndarray
     highest = np.where(orders[:m] > 0, 2 * orders[:m] if saturated else highest, 0)
     index = smooth_index(terms.expansion.interval_index, highest.tolist())
     eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
-    polynomials = HybridExpansion((), np.zeros((1, 0), int), index, np.zeros((len(index), 1, 0)))
-    smooth = np.linalg.inv(polynomials.chebyshev(eta)) @ terms.table(eta)
+    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
+    smooth = np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i]) @ terms.table(eta)
     size = np.abs(smooth).max(axis=0)
     matter = np.any(np.abs(smooth) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not saturated))
-    basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, matter])
+    basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
     smooth, index = np.ascontiguousarray(smooth[:, matter]), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)
     places = np.empty((*values.shape, m))

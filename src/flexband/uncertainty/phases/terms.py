@@ -25,39 +25,35 @@ SAMPLES = 512
 
 @dataclass(frozen=True)
 class Terms:
-    """The terms of the parts that are not zero.
+    """The terms of the parts, time by time.
 
     Attributes
     ----------
     expansion : that of the parts.
     columns : those of the parts.
     coefficients : shape (times, terms, parts).
-    index : orders, η first, shape (terms, variables).
-    i, j : the numbers of Φ_i and Ψ_j of each term.
     """
 
     expansion: HybridExpansion
     columns: PartColumns
     coefficients: np.ndarray
-    index: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
 
     @staticmethod
     def of(expansion: HybridExpansion, columns: PartColumns) -> Terms:
         """Return the terms of an expansion of parts."""
-        M, N, series = expansion.coefficients.shape
-        flat = expansion.coefficients.reshape(M * N, series)
-        keep = np.flatnonzero(flat.any(axis=1))
-        parts = flat[keep].reshape(len(keep), columns.width, -1)
+        parts = expansion.coefficients.reshape(len(expansion.index), columns.width, -1)
         coefficients = np.ascontiguousarray(np.moveaxis(parts, 2, 0))
-        index = expansion.index().T[keep]
-        return Terms(expansion, columns, coefficients, index, keep // N, keep % N)
+        return Terms(expansion, columns, coefficients)
 
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
         return self.expansion.interval_dimension
+
+    @property
+    def index(self) -> np.ndarray:
+        """Orders of the terms, η first, shape (terms, variables)."""
+        return self.expansion.index
 
     @property
     def normal(self) -> np.ndarray:
@@ -140,7 +136,7 @@ class Terms:
         m, expansion = self.interval_dimension, self.expansion
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
-        own = self.coefficients, self.i, self.j, expansion.chebyshev(eta)
+        own = self.coefficients, expansion.i, expansion.j, expansion.chebyshev(eta)
         filled = self.columns, self.moments, self.turning, table
         if self.saturated():
             without_turning(*own, norms, *filled)

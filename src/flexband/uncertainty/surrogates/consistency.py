@@ -51,12 +51,10 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
     """Check the shapes and orders of an expansion, and its values at some points."""
     (parts,) = (v for v in vars(expansion).values() if isinstance(v, HybridExpansion))
     outputs, beta = expansion.outputs, parts.coefficients
-    random, interval = parts.random_index, parts.interval_index
     if outputs.ndim != 1 or outputs.dtype.kind not in "iu" or np.any(np.diff(outputs) <= 0):
         raise InputError("outputs of an expansion must be increasing numbers")
-    for index, dimension in ((random, n), (interval, m)):
-        _check_index(index, dimension)
-    if beta.dtype != np.float64 or beta.shape[:2] != (len(interval), len(random)):
+    _check_index(parts.index, n + m)
+    if beta.dtype != np.float64 or beta.ndim != 2 or len(beta) != len(parts.index):
         raise InputError("coefficients of an expansion must be one per product of polynomials")
     if np.any(np.abs(parts.weighted) > LARGEST):
         raise InputError("coefficients of an expansion are too large")

@@ -28,9 +28,9 @@ from flexband.uncertainty.surrogates.archive import read_archive, write_archive
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-FORMAT = 3
+FORMAT = 4
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
-variable has its family of polynomials."""
+variable has its family of polynomials, since 4 expansions have no terms that are zero."""
 
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",

@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING
 # The public names. Type checkers read these imports; at run time `__getattr__` imports a name's
 # module when the name is first used, so that `import flexband` itself loads nothing heavy.
 if TYPE_CHECKING:
-    from flexband.errors import AssemblyError, FlexbandWarning, InputError, SimulationError
+    from flexband.errors import (
+        AssemblyError,
+        FlexbandWarning,
+        InputError,
+        ResolutionWarning,
+        SimulationError,
+    )
     from flexband.mechanics.bodies.beam import Beam
     from flexband.mechanics.bodies.cable import Cable
     from flexband.mechanics.bodies.point_mass import PointMass

@@ -28,6 +28,10 @@ class FlexbandWarning(UserWarning):
     """A result or an input that is likely not what was meant; the message states why."""
 
 
+class ResolutionWarning(FlexbandWarning):
+    """Steps or elements are too large; the message states where, and by how much."""
+
+
 class RunError(RuntimeError):
     """Some runs failed; the message states the inputs, the time and the reason of each.
 
@@ -50,28 +54,30 @@ class SimulationError(RunError):
     """Some runs diverged during the integration."""
 
 
-_silent = ContextVar("silent", default=False)
+_silent: ContextVar[tuple[type[FlexbandWarning], ...]] = ContextVar("silent", default=())
 
 
 @contextmanager
-def without_warnings(*, when: bool = True) -> Iterator[None]:
-    """Issue no `FlexbandWarning` in this thread: what is computed again was warned of before."""
-    before = _silent.set(_silent.get() or when)
+def without_warnings(
+    kind: type[FlexbandWarning] = FlexbandWarning, *, when: bool = True
+) -> Iterator[None]:
+    """Issue no such warning in this thread: what is computed again was warned of before."""
+    before = _silent.set((*_silent.get(), kind) if when else _silent.get())
     try:
         yield
     finally:
         _silent.reset(before)
 
 
-def warn(message: str) -> None:
-    """Issue a `FlexbandWarning` that points to the line of the caller outside this package."""
-    if _silent.get():
+def warn(message: str, kind: type[FlexbandWarning] = FlexbandWarning) -> None:
+    """Issue a warning that points to the line of the caller outside this package."""
+    if issubclass(kind, _silent.get()):
         return
     package = str(Path(__file__).parent)
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
         frame, level = frame.f_back, level + 1
-    warnings.warn(message, FlexbandWarning, stacklevel=level)
+    warnings.warn(message, kind, stacklevel=level)
 
 
 def finite(

@@ -99,6 +99,39 @@ def test_a_refined_response_has_half_the_step_and_twice_the_elements():
     assert list(refined.__signature__.parameters) == ["modulus"]
 
 
+def test_outputs_may_be_farther_apart_than_steps():
+    modulus = np.array([2.1e11, 1.9e11])
+    every = fb.dynamic_response(lambda modulus: leaf(6, modulus), duration=4e-3, step=5e-5)
+    some = fb.dynamic_response(
+        lambda modulus: leaf(6, modulus), duration=4e-3, step=5e-5, output_step=2e-4
+    )
+    np.testing.assert_array_equal(some(modulus=modulus), every(modulus=modulus)[..., ::4])
+    with pytest.raises(
+        fb.InputError, match=r"output_step .s. must be a multiple of step; got 0\.0001 with"
+    ):
+        fb.dynamic_response(leaf, duration=4e-3, step=3e-5, output_step=1e-4)
+    with pytest.raises(fb.InputError, match=r"output_step .s. must be positive; got 0"):
+        fb.dynamic_response(leaf, duration=4e-3, output_step=0.0)
+
+
+def test_what_is_left_out_of_the_discretization_is_told():
+    open_ = fb.dynamic_response(lambda modulus: leaf(None, modulus), duration=5e-3)
+    values = {"modulus": np.array([2e11])}
+    assert open_.left_out(**values) == ["step", "elements"]
+    finer = open_.refinements(**values)["elements"].refinements(**values)["step"]
+    assert finer.discretization(**values) == {"step": 5e-6, "elements of leaf": 8}
+    with (
+        pytest.warns(fb.ResolutionWarning, match="step is left out: 1e-05 s is used"),
+        pytest.warns(fb.ResolutionWarning, match="elements of 'leaf' is left out: 4 are used"),
+    ):
+        coarse = open_(**values)
+    given = fb.dynamic_response(lambda modulus: leaf(4, modulus), duration=5e-3, step=1e-5)
+    assert given.left_out(**values) == []
+    np.testing.assert_array_equal(coarse, given(**values))
+    rigid = fb.dynamic_response(rigid_slider_crank, duration=0.3, step=1e-3)
+    assert list(rigid.refinements(crank_length=0.1, link_length=0.3)) == ["step"]
+
+
 def test_points_of_a_refined_mechanism_stay_where_they_are():
     model = leaf(6, 2e11)
     finer = model.refined(3)
@@ -133,7 +166,9 @@ def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
     assert abs(fine - exact).max() < 0.3 * abs(coarse - exact).max()
 
     locking = fb.dynamic_response(rigid_slider_crank, duration=0.3, step=1e-3)
-    with pytest.raises(fb.SimulationError, match="2 times finer steps and elements:\nsample 0: cr"):
+    with pytest.raises(
+        fb.SimulationError, match="2 times finer steps and 2 times finer elements:\nsample 0: cr"
+    ):
         locking.refined()(crank_length=np.array([0.2]), link_length=np.array([0.15]))
 
 

@@ -47,6 +47,8 @@ def told(expansion, discretization, refined):
         discretization_error=discretization,
         runs_checked=16,
         runs_refined=refined,
+        runs_coarser=0,
+        discretization="",
         tolerance=0.01,
     )
 
@@ -69,12 +71,24 @@ def test_a_coarse_discretization_is_mentioned(error, coarse):
     lines = remarks(told(0.004, error, 5))
     assert lines[0].startswith(f"Expected error, averaged over time: {percent(0.004 + error)} ")
     assert lines[1] == (
-        f"Of this, the expansion 0.4 %, step and elements {percent(error)} (5 runs with both "
-        "twice as fine)"
+        f"Of this, the expansion 0.4 %, step and elements {percent(error)} (5 runs on "
+        "finer discretizations)"
     )
     assert [line.startswith("The discretization is coarse") for line in lines[2:]] == [
         True
     ] * coarse
+
+
+def test_the_discretization_and_what_is_due_to_it_are_told():
+    own = told(0.004, 0.003, 10).assign_attrs(
+        step_error=0.002, elements_error=0.001, runs_coarser=70,
+        discretization="step 0.000125, elements of link 8",
+    )  # fmt: skip
+    lines = remarks(own)
+    assert "the expansion 0.4 %, step 0.2 %, elements 0.1 % (10 runs" in lines[1]
+    chosen = "Discretization: step 0.000125, elements of link 8 (as the tolerance requires)"
+    assert lines[2:] == [chosen]
+    assert remarks(own.assign_attrs(runs_coarser=0))[2] == chosen.partition(" (")[0]
 
 
 @pytest.mark.parametrize(

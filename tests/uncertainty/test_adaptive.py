@@ -397,6 +397,71 @@ def test_the_error_of_the_step_is_that_of_the_exact_bands(h):
     assert exact.attrs["discretization_error"] < 1e-9
 
 
+class Open:
+    """An oscillator with errors of its step h, order two, and of its mesh, order four in 1/n."""
+
+    def __init__(self, h=1.0, n=2, left_out=("step", "elements")):
+        self.h, self.n, self.given = h, n, left_out
+
+    def left_out(self, x, e):
+        return list(self.given)
+
+    def refinements(self, x, e):
+        return {"step": Open(self.h / 2, self.n), "elements": Open(self.h, 2 * self.n)}
+
+    def discretization(self, x, e):
+        return {"step": self.h, "elements": self.n}
+
+    def __call__(self, x, e):
+        if self.h > 0.9:
+            raise fb.SimulationError("no convergence", {0: (0.1, "the step is too long")})
+        lag = 1 - self.h**2 / 4 - 0.3 / self.n**4
+        frequency = (1 + 0.02 * x + 0.02 * e) * lag
+        wave = np.cos(2 * np.pi * frequency[:, None] * TIMES) + 0.1 * e[:, None]
+        return xr.DataArray(wave, dims=("sample", "time"), coords={"time": TIMES})
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.003])
+def test_a_discretization_that_is_left_out_is_chosen_by_the_tolerance(tolerance):
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    bands = fb.propagate(Open(), inputs, fb.AdaptivePCCI(tolerance))
+    exact = fb.propagate(Open(0.0, 10**6, ()), inputs, fb.AdaptivePCCI(1e-5))
+    width = float((exact["error_bar"][1] - exact["error_bar"][0]).mean())
+    true = max(float(abs(bands[n] - exact[n]).mean()) / width for n in ("mean", "error_bar"))
+    attrs = bands.attrs
+    assert true < attrs["expected_error"] < tolerance
+    assert attrs["expected_error"] > tolerance / 1000  # no finer than it takes
+    step, elements = (part.split()[1] for part in attrs["discretization"].split(", "))
+    assert 0.001 < float(step) < 0.9
+    assert int(elements) <= 32
+    parts = attrs["step_error"] + attrs["elements_error"]
+    assert attrs["discretization_error"] == pytest.approx(parts, rel=0.01)
+    kinds = ("fitted", "checked", "refined", "coarser")
+    assert attrs["runs"] == sum(attrs[f"runs_{kind}"] for kind in kinds)
+    assert attrs["runs_coarser"] > 0
+    with pytest.raises(fb.InputError, match="step and elements must be given for PCCI"):
+        fb.propagate(Open(), inputs, fb.PCCI())
+
+
+def test_what_is_left_out_is_halved_a_limited_number_of_times():
+    class Noisy(Open):
+        """Never converges."""
+
+        def refinements(self, x, e):
+            return {"step": Noisy(self.h / 2)}
+
+        def __call__(self, x, e):
+            phase = 1e4 / self.h
+            wave = np.cos(2 * np.pi * (1 + 0.02 * x + 0.02 * e)[:, None] * TIMES + phase)
+            return xr.DataArray(wave, dims=("sample", "time"), coords={"time": TIMES})
+
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    bands = fb.propagate(Noisy(left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["discretization"].startswith(f"step {2.0**-9:.6g}")
+    assert bands.attrs["discretization_error"] > 0.1
+    assert bands.attrs["expansion_error"] < 0.005
+
+
 def test_a_response_without_a_finer_one_says_so():
     case = formula(wave)
     bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))

@@ -122,6 +122,16 @@ class Mechanism:
             return self
         return replace(self, bodies=finer)
 
+    @property
+    def elements(self) -> dict[str, int]:
+        """The number of elements of each flexible member."""
+        return {name: body.elements for name, body in self.bodies.items() if body.elements}
+
+    @property
+    def without_elements(self) -> list[str]:
+        """The flexible members whose number of elements was left out."""
+        return [name for name, body in self.bodies.items() if body.elements_left_out]
+
     # --- points and the state ---------------------------------------------------------------
 
     @cached_property

@@ -12,11 +12,13 @@ import xarray as xr
 
 from flexband.errors import (
     InputError,
+    ResolutionWarning,
     RunError,
     function,
     instance,
     numbers,
     positive,
+    warn,
     whole,
     without_warnings,
 )
@@ -24,29 +26,61 @@ from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
 
+OUTPUTS = 500
+"""Times without a given step."""
+
 
 @dataclass(frozen=True)
 class DynamicResponse:
     """``response(**values)``: build the mechanism for all samples at once and simulate it.
 
-    Each step and each element is divided into `refinement` parts.
+    Each step between two outputs is divided into `step_parts`, each element into `element_parts`.
     """
 
     builder: Callable[..., Mechanism]
     duration: float
-    step: float
+    output_step: float
     integrator: GeneralizedAlpha = field(default_factory=GeneralizedAlpha)
     threads: int | None = None
-    refinement: int = 1
+    step_parts: int = 1
+    element_parts: int = 1
+    given_step: bool = True
+    given: DynamicResponse | None = None
+    """The response that this is a refinement of."""
+
+    @property
+    def step(self) -> float:
+        """Step of the integrator [s]."""
+        return self.output_step / self.step_parts
 
     def refined(self) -> DynamicResponse:
         """Return the response on half the step and twice the elements, at the same times.
 
         Only the discretization differs: the builder is called as before, and the points of flexible
         members, joints, loads and sensors stay where they are. What was warned of before is not
-        warned of again. Bodies in which a builder divides a member itself are not refined.
+        warned of again. A member that the builder itself divides into bodies is not refined.
         """
-        return replace(self, refinement=2 * self.refinement)
+        return self._finer(step_parts=2, element_parts=2)
+
+    def refinements(self, **values: Any) -> dict[str, DynamicResponse]:
+        """Return the response on half the step, and, with flexible members, on twice the elements.
+
+        The values are those of a call.
+        """
+        finer = {"step": self._finer(step_parts=2)}
+        if self._mechanism(values).elements:
+            finer["elements"] = self._finer(element_parts=2)
+        return finer
+
+    def left_out(self, **values: Any) -> list[str]:
+        """Return which of "step" and "elements" were not given, so that a study chooses them."""
+        mechanism = self._mechanism(values)
+        return ["step"] * (not self.given_step) + ["elements"] * bool(mechanism.without_elements)
+
+    def discretization(self, **values: Any) -> dict[str, float]:
+        """Return the step [s] and the number of elements of every flexible member."""
+        elements = self._mechanism(values).refined(self.element_parts).elements
+        return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
     @property
     def __wrapped__(self) -> Callable[..., Mechanism]:
@@ -73,22 +107,23 @@ class DynamicResponse:
         """
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = max((np.size(v) for v in arrays.values()), default=1)
-        with without_warnings(when=self.refinement > 1):
-            mechanism = self.builder(**values)
-            if not isinstance(mechanism, Mechanism):
-                raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
+        with without_warnings(when=self.given is not None):
+            if not self.given_step:
+                warn(f"the step is left out: {self.step:g} s is used", ResolutionWarning)
+            mechanism = self._mechanism(values)
+            if self.element_parts > 1:
+                mechanism = mechanism.refined(self.element_parts)
             try:
                 motion = simulate(
-                    mechanism.refined(self.refinement),
+                    mechanism,
                     duration=self.duration,
-                    step=self.step,
-                    substeps=self.refinement,
+                    step=self.output_step,
+                    substeps=self.step_parts,
                     integrator=self.integrator,
                     threads=self.threads,
                 )
             except RunError as error:
-                finer = f" with {self.refinement} times finer steps and elements"
-                about = f"inputs of the failed runs{finer if self.refinement > 1 else ''}:"
+                about = f"inputs of the failed runs{self._difference()}:"
                 lines = [
                     f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
                     for s in list(error.failures)[:5]
@@ -99,12 +134,36 @@ class DynamicResponse:
             motion = motion.expand_dims(sample=samples)
         return motion
 
+    def _mechanism(self, values: dict[str, Any]) -> Mechanism:
+        mechanism = self.builder(**values)
+        if not isinstance(mechanism, Mechanism):
+            raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
+        return mechanism
+
+    def _finer(self, step_parts: int = 1, element_parts: int = 1) -> DynamicResponse:
+        """Return the response with each step and each element divided further."""
+        return replace(
+            self,
+            step_parts=step_parts * self.step_parts,
+            element_parts=element_parts * self.element_parts,
+            given=self.given or self,
+        )
+
+    def _difference(self) -> str:
+        """Return in words what is finer than in the response that this is a refinement of."""
+        if self.given is None:
+            return ""
+        parts = self.step_parts // self.given.step_parts, self.element_parts
+        words = zip(("steps", "elements"), parts, strict=True)
+        return " with " + " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
+
 
 def dynamic_response(
     builder: Callable[..., Mechanism],
     *,
     duration: float,
-    step: float,
+    step: float | None = None,
+    output_step: float | None = None,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
 ) -> DynamicResponse:
@@ -114,7 +173,13 @@ def dynamic_response(
     ----------
     builder : function that returns a `Mechanism`. It is called once per batch of n runs, with one
         array of shape (n,) per input; a random field is passed as a function of position.
-    duration, step : simulated time and step [s].
+    duration : simulated time [s].
+    step : of the integrator [s]. If it is left out, `AdaptivePCCI` chooses it, and the number of
+        elements of members without one, so that its tolerance holds for the whole error of the
+        bands; other methods require a step. A call of the response itself then takes steps of
+        `output_step`, and warns of that.
+    output_step : time between two outputs [s], a multiple of `step`. By default each step is one,
+        or there are 500 if `step` is left out.
     integrator, threads : as in `simulate`.
 
     Raises
@@ -123,13 +188,24 @@ def dynamic_response(
         If the builder is no function or a number is out of its range.
     """
     function("builder", builder, " that returns a Mechanism")
-    for name, value in (("duration [s]", duration), ("step [s]", step)):
-        positive(name, numbers(name, value))
+    given = {"duration [s]": duration, "step [s]": step, "output_step [s]": output_step}
+    for name, value in given.items():
+        if value is not None or value is duration:
+            positive(name, numbers(name, value))  # pyright: ignore[reportArgumentType]
     if integrator is not None:
         instance("integrator", integrator, GeneralizedAlpha)
     if threads is not None:
         whole("threads", threads, 1)
-    return DynamicResponse(builder, duration, step, integrator or GeneralizedAlpha(), threads)
+    between = output_step or step or duration / OUTPUTS
+    parts = between / (step or between)
+    if abs(parts - round(parts)) > 1e-6 * parts:
+        raise InputError(
+            f"output_step [s] must be a multiple of step; got {between:g} with step {step:g}"
+        )
+    chosen = integrator or GeneralizedAlpha()
+    return DynamicResponse(
+        builder, duration, between, chosen, threads, round(parts), given_step=step is not None
+    )
 
 
 def _shown(name: str, value: Any, sample: int) -> str:

@@ -14,6 +14,9 @@ from flexband.uncertainty.inputs.fields import RandomField
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
 
+PARTS = ("step", "elements")
+"""Of a discretization."""
+
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
 
@@ -70,23 +73,30 @@ def remarks(bands: xr.Dataset) -> list[str]:
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
         own = bands.attrs
-        error, finer = own["expansion_error"], own["discretization_error"]
+        error, finer, tolerance = (
+            own[k] for k in ("expansion_error", "discretization_error", "tolerance")
+        )
         lines.append(
             f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
         if own["runs_refined"]:
+            parts = {k: own[f"{k}_error"] for k in PARTS if f"{k}_error" in own}
+            parts = parts or {"step and elements": finer}
+            told = ", ".join(f"{k} {percent(part)}" for k, part in parts.items())
             lines.append(
-                f"Of this, the expansion {percent(error)}, step and elements {percent(finer)} "
-                f"({own['runs_refined']} runs with both twice as fine)"
+                f"Of this, the expansion {percent(error)}, {told} ({own['runs_refined']} runs on "
+                "finer discretizations)"
             )
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
-        tolerance = own["tolerance"]
+        if own["discretization"]:
+            chosen = " (as the tolerance requires)" if own["runs_coarser"] else ""
+            lines.append(f"Discretization: {own['discretization']}{chosen}")
         if own["runs_refined"] and finer > max(tolerance, error):
             lines.append(
                 "The discretization is coarse: a finer step or more elements would move the bands "
-                "by more than the tolerance"
+                "by more than the tolerance; leave them out to have them chosen"
             )
         if error > tolerance and own.get("sigmas", 1) != 1 and "tolerance is met" in own["stopped"]:
             lines.append(

@@ -18,9 +18,12 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
-"""The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...). It may have a
-method `refined` that returns the same on a discretization twice as fine, or None."""
+"""The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...).
 
+It may have a method `refinements` that returns the same on discretizations twice as fine, by the
+name of what is finer; a method `discretization` that returns its numbers by name; and a list
+`left_out` of what the user left to the method.
+"""
 
 MAX_ORDER = 100
 """Norms of Hermite polynomials overflow not far above it."""

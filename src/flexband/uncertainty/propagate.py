@@ -5,11 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from copy import copy
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, function, warn, whole
+from flexband.errors import (
+    InputError,
+    ResolutionWarning,
+    function,
+    warn,
+    whole,
+    without_warnings,
+)
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
@@ -110,7 +119,8 @@ class _Runs:
         if progress is not None:
             function("progress", progress)
         check_names(response, inputs)
-        located, self.explored = locate_fields(response, inputs)
+        with without_warnings(ResolutionWarning):
+            located, self.explored = locate_fields(response, inputs)
         self.space = space = Space(located)
         self.done, self.total, self.labels = 0, method.runs(space), None
         if self.total > most_runs:
@@ -120,34 +130,58 @@ class _Runs:
                 f"variables; most_runs is {most_runs}"
             )
         self.response, self.method, self.batch = response, method, batch
-        self.calls: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self.progress = progress or (lambda done, total: None)
+        self.calls: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self.root, self.levels = self, [self]
+        self.left_out: list[str] = self._of_nominal("left_out", [])
+        if self.left_out and not getattr(method, "finds_discretization", False):
+            raise InputError(
+                f"{' and '.join(self.left_out)} must be given for {method!r}; "
+                "only AdaptivePCCI chooses them"
+            )
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        root = self.root
+        root.total = max(root.total, root.done + len(xi))
         points = xi, eta, self.batch, self._advance
-        values = evaluate(self.response, self.space, *points, self.labels)
-        self.labels = values[:0]
+        with without_warnings(ResolutionWarning, when=bool(self.left_out)):
+            values = evaluate(self.response, self.space, *points, root.labels)
+        root.labels = values[:0]
         self.calls.append((xi, eta, values.values))
         return values
 
-    def refined(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
-        """Return the response on a discretization twice as fine.
+    def refinements(self) -> dict[str, _Runs]:
+        """Return the response on finer discretizations, by the name of what is finer."""
+        refined = getattr(self.response, "refined", None)
+        whole = {"discretization": refined()} if callable(refined) else {}
+        finer = self._of_nominal("refinements", whole)
+        return {name: self._at(response) for name, response in finer.items()}
 
-        None if it has no method `refined`, or if a run fails, of which is warned.
-        """
-        finer: Callable[[], Response] | None = getattr(self.response, "refined", None)
-        if not callable(finer):
-            return None
-        self.total = max(self.total, self.done + len(xi))
-        try:
-            return evaluate(finer(), self.space, xi, eta, self.batch, self._advance, self.labels)
-        except RunError as error:
-            warn(f"the discretization error is not estimated: {error}")
-            return None
+    def discretization(self) -> dict[str, float]:
+        """Return the numbers of the discretization, such as the step, by name."""
+        return self._of_nominal("discretization", {})
+
+    def _at(self, response: Response) -> _Runs:
+        """Return another response of the same inputs, whose evaluations are counted here."""
+        level = copy(self)
+        level.response, level.calls = response, []
+        self.levels.append(level)
+        return level
+
+    def _of_nominal(self, name: str, default: Any) -> Any:
+        """Return what a method of the response tells for inputs at their means and midpoints."""
+        method = getattr(self.response, name, None)
+        if not callable(method):
+            return default
+        xi, eta = (
+            np.zeros((1, self.space.random_dimension)),
+            np.zeros((1, self.space.interval_dimension)),
+        )
+        return method(**self.space.values(xi, eta))
 
     def _advance(self, runs: int) -> None:
-        self.done += runs
-        self.progress(self.done, self.total)
+        self.root.done += runs
+        self.progress(self.root.done, self.root.total)
 
     def attributes(self) -> dict[str, object]:
         """Return the number of runs and the method, and report that all runs are done.
@@ -162,14 +196,15 @@ class _Runs:
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response, self.space.inputs)
-        idle, likely = self._without_effect()
+        level = max(self.levels, key=lambda level: sum(len(xi) for xi, _, _ in level.calls))
+        idle, likely = level.without_effect()
         likely = [name for name in likely if name not in unread]
         further = probes(self.space, likely)
         if likely and self.done + len(further[0]) <= self.total:
-            self.calls = []
+            level.calls = []
             with suppress(Exception):  # a run that fails here proves nothing
-                self(*further)
-                still = self._without_effect()[1]
+                level(*further)
+                still = level.without_effect()[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
         for name in self.space.inputs:
             if name in unread:
@@ -178,7 +213,8 @@ class _Runs:
                 where = " at the two values of it that were run" if idle[name] == 2 else ""
                 warn(f"input {name!r} changes no output{where}")
 
-    def _without_effect(self) -> tuple[dict[str, int], list[str]]:
+    def without_effect(self) -> tuple[dict[str, int], list[str]]:
+        """Return the inputs without effect in the runs on this discretization."""
         parts = zip(*self.calls, strict=True)
         xi, eta, values = (p[0] if len(p) == 1 else np.concatenate(p) for p in parts)
         return without_effect(self.space, (xi, eta), values)

@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, returned
+from flexband.errors import InputError, ResolutionWarning, returned, warn
 from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
@@ -103,6 +103,11 @@ def assemble(mechanism: Mechanism) -> System:
         If numbers of samples do not fit each other or a function of position returns values that
         are not allowed.
     """
+    for name in mechanism.without_elements:
+        warn(
+            f"the number of elements of {name!r} is left out: {mechanism.elements[name]} are used",
+            ResolutionWarning,
+        )
     state, start, mass = mechanism.state, mechanism.guess, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     beams, continua, cables = ElementTable(), ContinuumTable(), ElementTable()

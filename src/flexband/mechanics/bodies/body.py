@@ -30,6 +30,12 @@ class Body(ABC):
     per_node: ClassVar[int]
     """Number of coordinates of a node."""
 
+    elements: int = 0
+    """Number of elements; 0 for a body without a mesh."""
+
+    elements_left_out: bool = False
+    """Whether that number was not given."""
+
     @property
     def size(self) -> int:
         """Number of coordinates; by default those of one node."""

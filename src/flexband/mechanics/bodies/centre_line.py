@@ -32,17 +32,21 @@ from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, herm
 
 MOST_ELEMENTS = 100_000
 
+FEW = 4
+"""Elements of a member whose number of elements is left out."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class CentreLine(Body):
     """A flexible line of elements; see `Beam` and `Cable` for the parameters.
 
     `elements_per_node` is the number of elements between two named nodes. It is more than one if
-    the mesh was `refined`, so that "node 2" stays where it was.
+    the mesh was `refined`, so that "node 2" stays where it was. `elements_left_out` tells whether
+    no number of elements was given.
     """
 
     length: ArrayLike
-    elements: int
+    elements: int = None  # pyright: ignore[reportAssignmentType]: None is replaced at once
     start: Point = (0.0, 0.0)
     angle: ArrayLike = 0.0
     velocity: Point = (0.0, 0.0)
@@ -50,10 +54,14 @@ class CentreLine(Body):
     curvature: Property = 0.0
     retardation: ArrayLike = 0.0
     elements_per_node: int = 1
+    elements_left_out: bool = False
 
     def __post_init__(self) -> None:
         name = type(self).__name__
         positive(f"{name} length [m]", self.length)
+        if self.elements is None:
+            object.__setattr__(self, "elements", FEW)
+            object.__setattr__(self, "elements_left_out", True)
         elements = whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
         object.__setattr__(self, "elements", elements)
         whole(f"{name} elements_per_node", self.elements_per_node, 1, elements)
@@ -154,7 +162,7 @@ class CentreLine(Body):
 
     def refined(self, parts: int) -> Self:
         elements, each = parts * self.elements, parts * self.elements_per_node
-        return replace(self, elements=elements, elements_per_node=each)
+        return replace(self, elements=elements, elements_per_node=each, elements_left_out=False)
 
     def located(self, name: str) -> float:
         """Return the position of a named point, in elements from the start.

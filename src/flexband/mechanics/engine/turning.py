@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import warn
+from flexband.errors import ResolutionWarning, warn
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 
@@ -37,5 +37,6 @@ def warn_of_large_steps(
             f"{system.turning[part]} turns by about {angle:.2g} rad per step: numerical "
             f"damping takes about {loss:.2%} of its speed and its angle lags by about {lag:.2%}, "
             "unless a drive holds it; take a shorter step"
-            + (" or a spectral_radius nearer to 1" if loss > LARGEST_ERROR else "")
+            + (" or a spectral_radius nearer to 1" if loss > LARGEST_ERROR else ""),
+            ResolutionWarning,
         )

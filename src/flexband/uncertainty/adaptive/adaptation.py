@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.errors import RunError, warn
 from flexband.uncertainty.adaptive.discretization import discretization_error
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, Choice, Design, Fit, Runs
@@ -33,6 +34,11 @@ MANY = 3
 """With so many variables one batch at least follows the first, which has few products."""
 
 
+def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
+    """Return a response on finer discretizations, by the name of what is finer."""
+    return getattr(evaluate, "refinements", dict)()
+
+
 def fewest_fitted(variables: int) -> int:
     """Return how many runs the smallest design has."""
     return min(1 + variables, LEAST_RUNS)
@@ -47,7 +53,7 @@ class Adaptation:
     fitted, held : these runs, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
-    refined : number of runs on a finer discretization.
+    finer : first runs of the design on finer discretizations, by the name of what is finer.
     """
 
     def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
@@ -67,7 +73,7 @@ class Adaptation:
         self.held = Runs(*(v[count:] for v in runs))
         self.places = np.zeros((0, m))
         self.fits: list[Fit] = []
-        self.refined = 0
+        self.finer: dict[str, np.ndarray] | None = None
         self._judge()
 
     def run(self, tolerance: float) -> str:
@@ -90,6 +96,16 @@ class Adaptation:
     def left(self) -> int:
         """Runs that the budget still allows."""
         return self.most - len(self.fitted.values) - len(self.held.values)
+
+    @property
+    def refined(self) -> int:
+        """Number of runs on finer discretizations."""
+        return sum(map(len, (self.finer or {}).values()))
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.fitted.values) + len(self.held.values) + self.refined
 
     def _judge(self) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
@@ -143,17 +159,29 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray) -> Runs:
         return Runs(xi, eta, series(self.evaluate(xi, eta)))
 
-    def _discretization(self) -> np.ndarray | None:
-        """Return the error of step and mesh, (2, outputs, times); None if it cannot be known."""
-        refined, few = getattr(self.evaluate, "refined", None), self.design.few
-        fine = refined(*(v[:few] for v in self.design.points)) if refined else None
-        if fine is None:
-            return None
-        self.refined = len(fine)
-        F = np.concatenate([self.fitted.values, self.held.values, series(fine)])
-        coarse = len(F) - len(fine)
-        error = discretization_error(self.design, self.choice, self._split(F), coarse)
-        return running(error, self.error.window)
+    def discretization(self) -> dict[str, np.ndarray]:
+        """Return the error that is due to each part of the discretization.
+
+        Each has the shape (2, outputs, times). None are returned if a finer run fails.
+        """
+        few = tuple(v[: self.design.few] for v in self.design.points)
+        if self.finer is None:
+            self.finer = {}
+            try:
+                for name, response in refinements(self.evaluate).items():
+                    self.finer[name] = series(response(*few))
+            except RunError as error:
+                warn(f"the discretization error is not estimated: {error}")
+                self.finer = {}
+        coarse, few = len(self.fitted.values) + len(self.held.values), len(few[0])
+        runs = [self.fitted.values, self.held.values, *self.finer.values()]
+        stages = self._split(np.concatenate(runs)) if self.finer else []
+        errors = {}
+        for k, name in enumerate(self.finer):
+            fine = slice(coarse + k * few, coarse + (k + 1) * few)
+            error = discretization_error(self.design, self.choice, stages, fine)
+            errors[name] = running(error, self.error.window)
+        return errors
 
     def surrogate(self) -> Surrogate:
         """Return the surrogate with what is known of its errors."""
@@ -163,11 +191,11 @@ class Adaptation:
             for name, one in self.space.of_kind(random=random).items()
             for k in range(one.dimension)
         ]
-        choice, discretization = self.choice, self._discretization()
+        choice, finer = self.choice, self.discretization()
         of_mean = growth(0) if self.space.families else 1.0  # without σ, the mean is the error bar
         parts = {"expansion": np.stack([of_mean * self.error.values, self.error.values])}
-        if discretization is not None:
-            parts["discretization"] = discretization
+        if finer:
+            parts["discretization"] = np.sum(list(finer.values()), axis=0)
         total = np.sum(list(parts.values()), axis=0)
         told = diagnostics(
             self.labels, total, choice.carriers, self.error.trusted, choice.frequencies
@@ -179,13 +207,17 @@ class Adaptation:
                     self.labels.dims[1:],
                     own.reshape(self.labels.shape[1:]),
                 )
-        relative = {f"{name}_error": self.error.relative(own) for name, own in parts.items()}
+        numbers = getattr(self.evaluate, "discretization", dict)()
+        relative = {
+            f"{name}_error": self.error.relative(own) for name, own in (finer | parts).items()
+        }
         told = told.assign_attrs(
             {"discretization_error": "not estimated"} | relative,
             expected_error=self.error.relative(total),
             runs_fitted=len(self.fitted.values),
             runs_checked=len(self.held.values),
             runs_refined=self.refined,
+            discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
         )
         return Surrogate(self.space, self.labels, tuple(choice.expansions()), told)
 

@@ -22,23 +22,22 @@ MOST_TIMES = 600
 
 
 def discretization_error(
-    design: Design, choice: Choice, stages: list[Stage], coarse: int
+    design: Design, choice: Choice, stages: list[Stage], fine: slice
 ) -> np.ndarray:
     """Return how far interval mean and error bar are off, shape (2, outputs, times).
 
     Parameters
     ----------
     choice : fits of coarse runs, for the number of carriers of each output.
-    stages : coarse runs and then the first runs of the design on the finer discretization.
-    coarse : number of coarse runs.
+    stages : coarse runs of the design, and among others some on a finer discretization.
+    fine : the first runs of the design on the finer discretization.
     """
     carriers = np.minimum(choice.carriers, len(stages) - 1)
     used, which = np.unique(carriers, return_inverse=True)
     fits, finer = [], []
     for k in used:
         fit = Fit.of(design, stages[k])
-        few = len(stages[k].base) - coarse
-        before, after = stages[k].runs(slice(few)), stages[k].runs(slice(coarse, None))
+        before, after = stages[k].runs(slice(fine.stop - fine.start)), stages[k].runs(fine)
         moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
         fits.append(fit)
         finer.append(fit._replace(parts=fit.parts + moved))

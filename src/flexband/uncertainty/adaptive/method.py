@@ -8,6 +8,7 @@ import xarray as xr
 
 from flexband.errors import InputError, flag, numbers, positive, warn, whole
 from flexband.uncertainty.adaptive.adaptation import FEWEST_HELD, Adaptation, fewest_fitted
+from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -33,9 +34,12 @@ class AdaptivePCCI:
 
     Parameters
     ----------
-    tolerance : error of the bands to stop at, in parts of the mean width of the error bar; that of
-        step and elements is estimated, but not lowered.
-    max_runs : budget; it stops there, or where it has all terms up to order 20 of intervals and 8
+    tolerance : error of the bands to stop at, in parts of the mean width of the error bar. Of a
+        response whose step or elements are left out, it is the whole error, half of it that of the
+        discretization, and both are halved until that is met. Where they are given, their error is
+        estimated, but not lowered.
+    max_runs : budget of runs that are fitted or held out, not of those on finer or coarser
+        discretizations; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
     phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
 
@@ -52,6 +56,7 @@ class AdaptivePCCI:
     phase_resolved: bool = True
 
     name = "adaptive PCCI"
+    finds_discretization = True
 
     def __post_init__(self) -> None:
         positive("tolerance", numbers("tolerance", self.tolerance))
@@ -89,16 +94,24 @@ class AdaptivePCCI:
 
         `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
         and `trusted` those before the last, `orders` the dim "variable".
-        ``attrs["expected_error"]`` is relative and the sum of ``attrs["expansion_error"]``, which
-        ``attrs["tolerance"]`` is for, and of ``attrs["discretization_error"]``, unless that is "not
-        estimated": the response must have `refined()`. Both are variables too, for each band.
-        ``attrs["stopped"]`` says why there were no more runs than ``attrs["runs_fitted"]`` and
-        ``attrs["runs_checked"]``. ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
+        ``attrs["expected_error"]`` is relative and the sum of ``attrs["expansion_error"]`` and
+        ``attrs["discretization_error"]``, unless that is "not estimated": the response must have
+        `refinements()` or `refined()`. Both are variables too, for each band. The tolerance is for
+        the sum if the response left out its discretization, and for the expansion otherwise.
+        ``attrs["discretization"]`` tells the step and the elements, ``attrs["step_error"]`` and
+        ``attrs["elements_error"]`` what is due to each. ``attrs["runs"]`` is the sum of
+        ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``, ``attrs["runs_refined"]`` on finer, and
+        ``attrs["runs_coarser"]`` on coarser discretizations than that of the bands.
+        ``attrs["stopped"]`` says why there were no more runs. ``attrs["carrier_frequencies"]`` are
+        in cycles a unit of time.
         """
         budget = self.runs(space)
-        course = Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
-        told = {"tolerance": self.tolerance, "stopped": course.run(self.tolerance)}
-        return course.surrogate().telling(**told)
+
+        def begin(evaluate: Evaluate) -> Adaptation:
+            return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
+
+        course, told = solved(begin, evaluate, self.tolerance)
+        return course.surrogate().telling(tolerance=self.tolerance, **told)
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from copy import copy
 from typing import Any
 
 import numpy as np
@@ -71,7 +70,7 @@ def propagate(
     """
     sigmas = checked_sigmas(sigmas)
     runs = _Runs(response, inputs, method, batch, most_runs, progress)
-    return method.solve(runs.space, runs, sigmas).assign_attrs(runs.attributes())
+    return method.solve(runs.space, runs.start, sigmas).assign_attrs(runs.attributes())
 
 
 def expand(
@@ -92,7 +91,7 @@ def expand(
     runs = _Runs(response, inputs, method, batch, most_runs, progress)
     if not callable(getattr(method, "expand", None)):
         raise InputError(f"method must be one that expands the response; got {method!r}")
-    surrogate = method.expand(runs.space, runs)
+    surrogate = method.expand(runs.space, runs.start)
     return surrogate.telling(**runs.attributes())
 
 
@@ -107,8 +106,12 @@ def check_method(method: object) -> None:
         raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
 
 
+Calls = list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+"""ξ, η and values of evaluations."""
+
+
 class _Runs:
-    """The response as a function of ξ and η that counts its evaluations."""
+    """Evaluations of the response and of its refinements, counted."""
 
     def __init__(self, response, inputs, method, batch, most_runs, progress):
         """Check the arguments of `propagate`, and find the domains of fields."""
@@ -131,57 +134,29 @@ class _Runs:
             )
         self.response, self.method, self.batch = response, method, batch
         self.progress = progress or (lambda done, total: None)
-        self.calls: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self.root, self.levels = self, [self]
-        self.left_out: list[str] = self._of_nominal("left_out", [])
-        if self.left_out and not getattr(method, "finds_discretization", False):
+        self.calls: list[tuple[Response, Calls]] = []
+        left_out = self.start.left_out
+        if left_out and not getattr(method, "finds_discretization", False):
             raise InputError(
-                f"{' and '.join(self.left_out)} must be given for {method!r}; "
+                f"{' and '.join(left_out)} must be given for {method!r}; "
                 "only AdaptivePCCI chooses them"
             )
 
-    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        root = self.root
-        root.total = max(root.total, root.done + len(xi))
-        points = xi, eta, self.batch, self._advance
-        with without_warnings(ResolutionWarning, when=bool(self.left_out)):
-            values = evaluate(self.response, self.space, *points, root.labels)
-        root.labels = values[:0]
-        self.calls.append((xi, eta, values.values))
+    @property
+    def start(self) -> _Level:
+        """The response as it is given."""
+        return _Level(self, self.response)
+
+    def __call__(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        """Evaluate the response, or one that differs from it by the discretization."""
+        self.total = max(self.total, self.done + len(xi))
+        values = evaluate(response, self.space, xi, eta, self.batch, self._advance, self.labels)
+        self.labels = values[:0]
         return values
 
-    def refinements(self) -> dict[str, _Runs]:
-        """Return the response on finer discretizations, by the name of what is finer."""
-        refined = getattr(self.response, "refined", None)
-        whole = {"discretization": refined()} if callable(refined) else {}
-        finer = self._of_nominal("refinements", whole)
-        return {name: self._at(response) for name, response in finer.items()}
-
-    def discretization(self) -> dict[str, float]:
-        """Return the numbers of the discretization, such as the step, by name."""
-        return self._of_nominal("discretization", {})
-
-    def _at(self, response: Response) -> _Runs:
-        """Return another response of the same inputs, whose evaluations are counted here."""
-        level = copy(self)
-        level.response, level.calls = response, []
-        self.levels.append(level)
-        return level
-
-    def _of_nominal(self, name: str, default: Any) -> Any:
-        """Return what a method of the response tells for inputs at their means and midpoints."""
-        method = getattr(self.response, name, None)
-        if not callable(method):
-            return default
-        xi, eta = (
-            np.zeros((1, self.space.random_dimension)),
-            np.zeros((1, self.space.interval_dimension)),
-        )
-        return method(**self.space.values(xi, eta))
-
     def _advance(self, runs: int) -> None:
-        self.root.done += runs
-        self.progress(self.root.done, self.root.total)
+        self.done += runs
+        self.progress(self.done, self.total)
 
     def attributes(self) -> dict[str, object]:
         """Return the number of runs and the method, and report that all runs are done.
@@ -196,15 +171,14 @@ class _Runs:
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response, self.space.inputs)
-        level = max(self.levels, key=lambda level: sum(len(xi) for xi, _, _ in level.calls))
-        idle, likely = level.without_effect()
+        response, calls = max(self.calls, key=lambda own: sum(len(call[0]) for call in own[1]))
+        idle, likely = self._without_effect(calls)
         likely = [name for name in likely if name not in unread]
         further = probes(self.space, likely)
         if likely and self.done + len(further[0]) <= self.total:
-            level.calls = []
             with suppress(Exception):  # a run that fails here proves nothing
-                level(*further)
-                still = level.without_effect()[1]
+                values = self(response, *further).values
+                still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
         for name in self.space.inputs:
             if name in unread:
@@ -213,8 +187,44 @@ class _Runs:
                 where = " at the two values of it that were run" if idle[name] == 2 else ""
                 warn(f"input {name!r} changes no output{where}")
 
-    def without_effect(self) -> tuple[dict[str, int], list[str]]:
-        """Return the inputs without effect in the runs on this discretization."""
-        parts = zip(*self.calls, strict=True)
+    def _without_effect(self, calls: Calls) -> tuple[dict[str, int], list[str]]:
+        parts = zip(*calls, strict=True)
         xi, eta, values = (p[0] if len(p) == 1 else np.concatenate(p) for p in parts)
         return without_effect(self.space, (xi, eta), values)
+
+
+class _Level:
+    """The response on one discretization, as a function of ξ and η."""
+
+    def __init__(self, runs: _Runs, response: Response):
+        self.runs, self.response = runs, response
+        self.left_out: list[str] = self._of_nominal("left_out", [])
+
+    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        with without_warnings(ResolutionWarning, when=bool(self.left_out)):
+            values = self.runs(self.response, xi, eta)
+        own = [calls for response, calls in self.runs.calls if response is self.response]
+        if not own:
+            own = [[]]
+            self.runs.calls.append((self.response, own[0]))
+        own[0].append((xi, eta, values.values))
+        return values
+
+    def refinements(self) -> dict[str, _Level]:
+        """Return the response on finer discretizations, by the name of what is finer."""
+        refined = getattr(self.response, "refined", None)
+        whole = {"discretization": refined()} if callable(refined) else {}
+        finer = self._of_nominal("refinements", whole)
+        return {name: _Level(self.runs, response) for name, response in finer.items()}
+
+    def discretization(self) -> dict[str, float]:
+        """Return the numbers of the discretization, such as the step, by name."""
+        return self._of_nominal("discretization", {})
+
+    def _of_nominal(self, name: str, default: Any) -> Any:
+        """Return what a method of the response tells for inputs at their means and midpoints."""
+        method, space = getattr(self.response, name, None), self.runs.space
+        if not callable(method):
+            return default
+        nominal = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
+        return method(**space.values(*nominal))

@@ -15,13 +15,14 @@ from typing import Annotated, Any
 
 import rich.progress as rp
 import typer
+import xarray as xr
 from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 from typer.core import TyperGroup
 
 import flexband as fb
-from flexband.errors import known, whole
+from flexband.errors import RunError, known, whole
 from flexband.report import tables
 from flexband.report.results import (
     data_file,
@@ -32,8 +33,9 @@ from flexband.report.results import (
 from flexband.report.terminal import print_anywhere
 from flexband.study.comparison import compare
 from flexband.study.options import method_classes, method_options, with_options
-from flexband.study.study import load_study
+from flexband.study.study import Study, load_study
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.verification import RUNS
 
 
 class _Commands(TyperGroup):
@@ -103,6 +105,15 @@ def save(write: Callable[[], object]) -> bool:
         print_remark(str(error))
         return False
     return True
+
+
+def verified(surrogate: fb.Surrogate, study: Study, runs: int) -> xr.Dataset | None:
+    """Return how new runs judge a surrogate; print a remark and return None if they fail."""
+    try:
+        return fb.verify(surrogate, study.response, runs=runs, sigmas=study.sigmas)
+    except (fb.InputError, RunError) as error:
+        print_remark(f"the result is not verified: {error}")
+        return None
 
 
 def with_method_options(command: Any) -> Callable:
@@ -178,8 +189,9 @@ def run(
         typer.Option(help="k of the error bar μ ± kσ, instead of the study's (1)."),
     ] = None,
     verify: Annotated[
-        int, typer.Option(help="New runs at each extreme of the surrogate's error bar, 2 or more.")
-    ] = 0,
+        int | None,
+        typer.Option(help=f"New runs that verify the result; 0 for none.  [default: {RUNS}]"),
+    ] = None,
     **values: Any,
 ) -> None:
     """Run the study in FILE; write its bands, surrogate, figures and a report.
@@ -200,6 +212,7 @@ def run(
         whole("--verify", verify, 2)
         if not study.expands:
             raise fb.InputError(f"--verify requires a method with a surrogate; got {label}")
+    new = RUNS if verify is None else verify
     check_folder(output)
     data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
     with progress_bars() as bars:
@@ -211,19 +224,17 @@ def run(
         else:
             surrogate, files, bands = None, [], study.run(progress=progress)
     files += [data] * save(lambda: write_netcdf(bands, data))
+    checked = verified(surrogate, study, new) if surrogate and new else None
+    if checked is not None:
+        files += [checks] * save(lambda: write_netcdf(checked, checks))
     title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
-    print_table(title, tables.summary_table(bands))
-    page = write_bands_report(output, title, label, bands)
+    print_table(title, tables.summary_table(bands, checked))
+    page = write_bands_report(output, title, label, bands, checked)
     older = [own for own in (model, checks) if own.exists() and own not in files]
-    kinds = {model: "Model: ", data: "Data:  "}
+    kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
     written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
-    written += [f"Older:  {own}, of an earlier run" for own in older if own != checks or not verify]
-    print_text("\n".join([*tables.remarks(bands), *written]))
-    if surrogate and verify:
-        checked = fb.verify(surrogate, study.response, samples=verify)
-        write_netcdf(checked, checks)
-        title = f"New runs at the extremes of the error bar: {checked.attrs['runs']}"
-        print_table(title, tables.verification_table(checked))
+    written += [f"Older:  {own}, of an earlier run" for own in older]
+    print_text("\n".join([*tables.remarks(bands, checked), *written]))
 
 
 @app.command("compare")

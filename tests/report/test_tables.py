@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexband.report.tables import percent, remarks, summary_table, verification_table
+from flexband.report.tables import percent, remarks, summary_table
 
 
 def bands(**variables):
@@ -115,12 +115,13 @@ def test_outputs_may_have_numbers_or_no_names():
         assert remarks(named)[-1].endswith(f"of {last} in held-out runs is missed")
 
 
-def test_a_verification_has_one_row_per_bound_and_output():
-    numbers = ("bound", "output"), np.array([[1.0, 2.0], [3.0, 4.0]])
-    names = ("surrogate", "simulated", "difference", "rms_difference")
-    checked = xr.Dataset(coords={"bound": ["lower", "upper"], "output": ["u", "v"]}).assign(
-        dict.fromkeys(names, numbers)
+def test_a_verification_is_a_column_and_a_remark():
+    checked = xr.Dataset(
+        {"confirmed": ("output", [True, False])},
+        {"output": ["u", "v"]},
+        {"verdict": "NOT confirmed: v is missed"},
     )
-    assert [row[:3] for row in verification_table(checked)[1]] == [
-        ["u", "lower", "1"], ["u", "upper", "3"], ["v", "lower", "2"], ["v", "upper", "4"],
-    ]  # fmt: skip
+    header, rows = summary_table(bands(), checked)
+    assert header[-1] == "confirmed"
+    assert [row[-1] for row in rows] == ["yes", "NO"]
+    assert remarks(bands(), checked) == ["NOT confirmed: v is missed"]

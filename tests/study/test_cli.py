@@ -107,11 +107,16 @@ def test_a_tolerance_that_is_met_is_not_mentioned(study_file, tmp_path):
 
 def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     out = tmp_path / "out"
-    output = call_adaptive(study_file, out, 0.001, "--verify", 4)
-    assert "New runs at the extremes of the error bar: 16" in output
+    output = call_adaptive(study_file, out, 0.001)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for text in (output, page):
+        assert "Confirmed: 16 new runs, 12 of them where the bounds rest" in text
     assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
     with xr.open_dataset(out / "verification.nc", engine="scipy") as checked:
-        assert float(abs(checked["difference"]).max()) < 0.01
+        assert checked["confirmed"].values.all()
+        assert checked.attrs["runs"] == 16
+    assert "onfirmed" not in call_adaptive(study_file, tmp_path / "none", 0.1, "--verify", 0)
+    assert not (tmp_path / "none" / "verification.nc").exists()
     none = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--verify", 4)
     assert none.exit_code == 1
     assert "--verify requires a method with a surrogate; got LHS–Scanning" in none.output
@@ -247,7 +252,8 @@ def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeyp
     assert result.exit_code == 0, result.output
     text = " ".join(result.output.split())
     assert "remark: The figure 'Interval mean and interval error bar of u' could not be" in text
-    assert {p.name for p in out.iterdir()} == {"bands.nc", "surrogate.npz", "report.html"}
+    written = {"bands.nc", "surrogate.npz", "verification.nc", "report.html"}
+    assert {p.name for p in out.iterdir()} == written
     assert "no picture of v" in (out / "report.html").read_text(encoding="utf-8")
 
 

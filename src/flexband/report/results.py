@@ -21,12 +21,15 @@ from flexband.uncertainty.methods import PCCI, ImprovedPCCI
 BANDS = "Interval mean and interval error bar"
 
 
-def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) -> Path:
+def write_bands_report(
+    folder: Path, title: str, label: str, bands: xr.Dataset, checked: xr.Dataset | None = None
+) -> Path:
     """Write a figure for every output, and report.html; return its path.
 
     Parameters
     ----------
     title, label : of the report, and of the method in legends.
+    checked : result of `verify`.
     """
     drawn = [
         Drawing(
@@ -36,8 +39,8 @@ def write_bands_report(folder: Path, title: str, label: str, bands: xr.Dataset) 
         )
         for name in figures.drawable_outputs(bands["mean"])
     ]
-    text = [*tables.remarks(bands), figures.definitions(bands)]
-    return write_report(folder, title, tables.summary_table(bands), drawn, text)
+    text = [*tables.remarks(bands, checked), figures.definitions(bands)]
+    return write_report(folder, title, tables.summary_table(bands, checked), drawn, text)
 
 
 def write_comparison_report(

@@ -36,10 +36,15 @@ def deviations(bands: xr.Dataset) -> str:
     return "σ" if sigmas == 1 else f"{sigmas:g}σ"
 
 
-def summary_table(bands: xr.Dataset) -> Table:
+def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
-    The last column, for PCCI methods, is the largest expected error as a share of that width.
+    The next column, for PCCI methods, is the largest expected error as a share of that width, and
+    the last whether new runs confirm it.
+
+    Parameters
+    ----------
+    checked : result of `verify`.
     """
     bar = f"error bar μ ± {deviations(bands)}"
     header = ["output", "interval mean", bar, "max width", "at", "expected error"]
@@ -57,6 +62,11 @@ def summary_table(bands: xr.Dataset) -> Table:
                 error = percent(float(one[indicator].max()) / widest)
         spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
         rows.append([f"{name or 'response'}{unit}", *spans, f"{widest:.4g}", at, error])
+        if checked is not None and "confirmed" in checked:
+            own = select(checked["confirmed"], name).values.all()
+            rows[-1].append("yes" if own else "NO")
+    if checked is not None and "confirmed" in checked:
+        header.append("confirmed")
     return header, rows
 
 
@@ -65,9 +75,9 @@ def percent(part: float) -> str:
     return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"
 
 
-def remarks(bands: xr.Dataset) -> list[str]:
-    """Return what the diagnostics of adaptive and phase-resolved methods mean, as sentences."""
-    lines = []
+def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
+    """Return what diagnostics and the result of `verify` mean, as sentences."""
+    lines = [checked.attrs["verdict"]] if checked is not None else []
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
@@ -116,19 +126,6 @@ def remarks(bands: xr.Dataset) -> list[str]:
                 f"Not reliable: most of the variation of {names} in held-out runs is missed"
             )
     return lines
-
-
-def verification_table(checked: xr.Dataset) -> Table:
-    """Return one row per output and bound: values of the surrogate and of new runs."""
-    header = ["output", "bound", "surrogate", "simulated", "difference", "rms over time"]
-    rows = []
-    for name in outputs_of(checked):
-        for bound in checked["bound"].values:
-            one = select(checked, name).sel(bound=bound)
-            columns = ("surrogate", "simulated", "difference", "rms_difference")
-            values = [float(np.max(one[column])) for column in columns]
-            rows.append([name or "response", str(bound), *(f"{v:.4g}" for v in values)])
-    return header, rows
 
 
 def error_table(results: Sequence[Comparison]) -> Table:

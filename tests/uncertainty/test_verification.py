@@ -1,0 +1,117 @@
+"""Verification: new runs confirm expected errors that are right, and find those that are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import flexband as fb
+
+TIMES = np.linspace(0.0, 2.0, 41)
+INPUTS = {"e": fb.Interval(-1.0, 1.0), "f": fb.Interval(1.0, 2.0), "x": fb.Normal(5.0, 0.5)}
+
+
+def response(e, f, x):
+    """Twenty outputs of different frequencies; none is a polynomial."""
+    e, f, x = (v[:, None, None] for v in (e, f, x))
+    k = np.arange(1, 21)[:, None] / 20
+    values = np.sin(k * f * TIMES + e) * np.exp(0.3 * x) + np.tanh(e + x - 5)
+    return xr.DataArray(
+        values,
+        dims=("sample", "output", "time"),
+        coords={"output": [f"u{j}" for j in range(20)], "time": ("time", TIMES, {"units": "s"})},
+    )
+
+
+def later(e, f, x):
+    """The same, but for an output that differs near an end of an interval from 1 s on."""
+    F = response(e, f, x)
+    F.values[:, 7, TIMES >= 1] += 5.0 * (e > 0.9)[:, None]
+    return F
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    return fb.expand(response, INPUTS, fb.AdaptivePCCI(0.01, phase_resolved=False))
+
+
+def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
+    calls = []
+
+    def counted(e, f, x):
+        calls.append(len(e))
+        return response(e, f, x)
+
+    verdicts = [fb.verify(surrogate, counted, seed=seed).attrs for seed in range(25)]
+    assert sum(own["confirmed"] != "yes" for own in verdicts) <= 1
+    assert calls == [16] * 25
+    assert verdicts[0]["verdict"].startswith("Confirmed: 16 new runs, 12 of them where the bounds")
+    few = fb.verify(surrogate, response, runs=5, sigmas=3)
+    assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
+
+
+def test_expected_errors_that_are_too_small_are_found(surrogate):
+    told = surrogate.diagnostics
+    true = np.abs(surrogate.bands()["error_bar"] - bounds()).mean(("bound", "time"))
+    claimed = told["error_bar_expansion_error"].mean("time")
+    share = float((true / claimed).max()) / 10
+    assert share < 1
+    small = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
+    wrong = replace(surrogate, diagnostics=small)
+    found = [fb.verify(wrong, response, seed=seed).attrs["confirmed"] for seed in range(10)]
+    assert found.count("no") >= 9
+
+
+def bounds():
+    """Return the error bar of the response on a grid of the intervals."""
+    x, w = np.polynomial.hermite_e.hermegauss(24)
+    e, f = (v.ravel() for v in np.meshgrid(np.linspace(-1, 1, 25), np.linspace(1, 2, 25)))
+    F = np.stack(
+        [response(e, f, 5 + 0.5 * v).values for v in np.repeat(x[:, None], len(e), axis=1)]
+    )
+    mean = np.tensordot(w / w.sum(), F, 1)
+    std = np.sqrt(np.tensordot(w / w.sum(), F**2, 1) - mean**2)
+    return np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)])
+
+
+def test_the_verdict_says_where_and_by_how_much(surrogate):
+    checked = fb.verify(surrogate, later)
+    assert checked["output"].values[~checked["confirmed"].values].tolist() == ["u7"]
+    verdict = checked.attrs["verdict"]
+    assert verdict.startswith("NOT confirmed: 16 new runs")
+    assert "most in u7 at time" in verdict
+    assert " s with e = " in verdict
+    one = checked.sel(output="u7")
+    run = int(one["missed_most_in"])
+    e = float(checked["run_values"].sel(input="e")[run])
+    assert e > 0.9
+    assert TIMES[int(one["missed_most_at"])] >= 1
+    hit = checked["run_values"].sel(input="e").values > 0.9
+    rms = np.sqrt(25.0 * np.mean(TIMES >= 1) * hit.mean())
+    assert float(one["missed"]) == pytest.approx(rms, rel=0.05)
+    assert float(one["implied_error"]) == pytest.approx(rms / 2, rel=0.05)
+
+
+def test_without_random_inputs_no_place_is_run_twice():
+    """The bounds of (1 + x)² on the expansion of order one are off by its second order, 1/8."""
+    inputs = {"x": fb.Interval(0.0, 1.0)}
+    surrogate = fb.expand(lambda x: (1 + x) ** 2, inputs, fb.PCCI(0, 1))
+    checked = fb.verify(surrogate, lambda x: (1 + x) ** 2)
+    x = checked["run_values"].values[0]
+    assert len(np.unique(x)) == 16
+    assert sorted(x[checked["run_place"] != "anywhere"]) == [0.0, 1.0]
+    np.testing.assert_allclose(checked["missed_in_run"], np.abs((1 + x) ** 2 - 0.875 - 3 * x))
+    assert checked.attrs["confirmed"] == "no error was expected"
+    assert "the method expects none" in checked.attrs["verdict"]
+
+
+def test_constants_and_exact_polynomials_are_confirmed():
+    def exact(x, e):
+        return np.stack([x * e + e**2, 0 * x + 0.1, 0 * x], axis=1)[:, :, None]
+
+    inputs = {"x": fb.Normal(1.0, 1.0), "e": fb.Interval(0.0, 3.0)}
+    surrogate = fb.expand(exact, inputs, fb.AdaptivePCCI())
+    checked = fb.verify(surrogate, exact)
+    assert checked.attrs["confirmed"] == "yes"
+    assert float((checked["implied_error"] / checked["bar_width"]).max()) < 1e-3

@@ -1,0 +1,174 @@
+"""Warnings of vibrations that have too few steps per period.
+
+A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of its angle, with
+δ = (1 − ρ∞)/(1 + ρ∞), see docs/theory.md. What vibrates is read off the outputs.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import returned, warn
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+
+LARGEST_ERROR = 0.04
+"""Of an output's variation, without a warning."""
+
+WANTED = 0.01
+"""Error for which a step is recommended."""
+
+HALF_WIDTH = 0.15
+"""Of the band about a vibration's frequency, relative to it."""
+
+CONTRAST = 2.0
+"""Energy of a vibration's band over that of the bands on either side."""
+
+FEWEST_PERIODS, FEWEST_TIMES = 6, 24
+"""In the record."""
+
+HARMONICS = 12
+"""Multiples of the frequency of a function of time whose vibrations count as forced."""
+
+MIDDLE = 0.2
+"""Where the window is above this, the size of a vibration is known."""
+
+DRIVEN = 1e-2
+"""Share of the energy of a function of time that makes a frequency one of its own."""
+
+SMALLEST_SCALE = 1e-6
+"""Of the variation of an output, relative to the largest output of the same unit."""
+
+CANDIDATES = 4
+"""Outputs whose vibrations are followed in time."""
+
+
+class Vibration(NamedTuple):
+    """A vibration that is seen in an output.
+
+    Attributes
+    ----------
+    lag : phase [rad] at the end.
+    error : root mean square error of the output, in parts of its standard deviation.
+    wanted : steps per period with which the error would be `WANTED`.
+    """
+
+    output: int
+    frequency: float
+    lag: float
+    error: float
+    wanted: float
+
+
+def warn_of_few_steps(
+    outputs: np.ndarray, system: System, times: np.ndarray, every: int, integrator: GeneralizedAlpha
+) -> None:
+    """Warn of the vibration that makes an output wrong by most, if it is by more than 4 %.
+
+    A vibration of a frequency that a function of time has, or a multiple of it, counts as forced.
+
+    Parameters
+    ----------
+    outputs : of one sample, shape (outputs, times), at every so many `times`.
+    """
+    count, h = outputs.shape[-1], times[1] - times[0]
+    if count < FEWEST_TIMES or not len(outputs):
+        return
+    rho, dt = float(integrator.spectral_radius), h * every
+    units = np.array(system.units)
+    size = np.where(units[:, None] == units, np.abs(outputs).max(axis=-1), 0.0).max(axis=-1)
+    varies = outputs.std(axis=-1) > SMALLEST_SCALE * np.maximum(size, 1e-300)
+    free = np.ones(count // 2 + 1, dtype=bool)
+    worst = worst_vibration(outputs, varies, free, dt, h, rho)
+    if worst is not None and worst.error > LARGEST_ERROR:
+        values = [[float(np.ravel(returned(f, t))[0]) for t in times[::every]]
+                  for f in system.functions]  # fmt: skip
+        free = not_driven(np.array(values).reshape(-1, count))
+        worst = worst_vibration(outputs, varies, free, dt, h, rho)
+    if worst is not None and worst.error > LARGEST_ERROR:
+        warn(
+            f"output {system.outputs[worst.output]!r} vibrates at about {worst.frequency:.3g} Hz, "
+            f"with {1 / (worst.frequency * h):.2g} steps per period: its phase lags by about "
+            f"{worst.lag:.2g} rad at the end, which is an error of about {worst.error:.0%} of the "
+            f"output's variation; {worst.wanted:.2g} steps per period would make it about 1 %"
+        )
+
+
+def worst_vibration(
+    outputs: np.ndarray, varies: np.ndarray, free: np.ndarray, dt: float, h: float, rho: float
+) -> Vibration | None:
+    """Return the free vibration with the largest error, integrated at steps of h and ρ∞.
+
+    Parameters
+    ----------
+    outputs : at times dt apart, and whether each of them varies.
+    free : whether each frequency of the record may be that of a free vibration.
+    """
+    count, factor = outputs.shape[-1], (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
+    tau = np.arange(count) - 0.5 * (count - 1)
+    moved = outputs - outputs.mean(axis=-1, keepdims=True)
+    moved = moved - (moved @ tau / (tau @ tau))[:, None] * tau
+    window = np.hanning(count)
+    energy = np.abs(np.fft.rfft(moved * window)) ** 2
+    k, band, beside = bands(energy)
+    omega = 2 * np.pi * k / (count * dt)
+    lag = omega * count * dt * factor * (omega * h) ** 2
+    tonal = (band > CONTRAST * beside) & free[k] & varies[:, None]
+    weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
+    total = (window @ window) * count / 2 * np.maximum(outputs.var(axis=-1), 1e-300)
+    found = []
+    for o in np.argsort(-weight.max(axis=-1) / total)[:CANDIDATES]:
+        if not weight[o].any():
+            break
+        at = k[np.argmax(weight[o])]
+        here = slice(*_edges(np.array([at]), energy.shape[-1], 1).ravel())
+        frequency = np.average(np.arange(energy.shape[-1])[here], weights=energy[o, here])
+        omega = 2 * np.pi * frequency / (count * dt)
+        spectrum = np.zeros(count, dtype=complex)
+        spectrum[here] = 2 * np.fft.fft(moved[o] * window)[here]
+        middle = np.flatnonzero(window > MIDDLE)
+        inside = np.clip(np.arange(count), middle[0], middle[-1])
+        amplitude = (np.abs(np.fft.ifft(spectrum)) / np.maximum(window, MIDDLE))[inside]
+        lag = omega * dt * np.arange(count) * factor * (omega * h) ** 2
+        share = amplitude / 2**0.5 / outputs[o].std()
+        error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
+        steps = 2 * np.pi / (omega * h) * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / WANTED)
+        found.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))
+    return max(found, key=lambda one: one.error, default=None)
+
+
+def bands(energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return numbers of periods, the energy of a band about each, and the larger one beside it."""
+    k = np.arange(FEWEST_PERIODS, energy.shape[-1] - 1)
+    total = np.concatenate([np.zeros_like(energy[..., :1]), energy.cumsum(axis=-1)], axis=-1)
+    (low, high), (lower, higher) = (_edges(k, energy.shape[-1], power) for power in (1, 3))
+    band = total[..., high] - total[..., low]
+    below, above = total[..., low] - total[..., lower], total[..., higher] - total[..., high]
+    return k, band, np.maximum(below, above)
+
+
+def not_driven(functions: np.ndarray) -> np.ndarray:
+    """Return for which frequencies no function, or angle, of shape (functions, times), has 1/m."""
+    count = functions.shape[-1]
+    window = np.hanning(count)
+    series = [functions - functions.mean(axis=-1, keepdims=True), np.exp(1j * functions)]
+    free = np.ones(count // 2 + 1, dtype=bool)
+    for one in series:
+        spectrum = np.abs(np.fft.fft(one * window)) ** 2
+        energy = spectrum[:, : len(free)].copy()
+        energy[:, 1:] += spectrum[:, -1 : -len(free) : -1]
+        own = energy > DRIVEN * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
+        for line in np.flatnonzero(own.any(axis=0)):
+            for m in range(1, HARMONICS + 1):
+                low, high = _edges(np.array([max(1, line * m)]), len(free), 1).ravel()
+                free[low:high] &= line == 0
+    return free
+
+
+def _edges(k: np.ndarray, count: int, power: int) -> np.ndarray:
+    """Return the first number of a band about each of k, and the first after it."""
+    low = np.maximum(np.floor(k * (1 - HALF_WIDTH) ** power), 1)
+    high = np.minimum(np.ceil(k * (1 + HALF_WIDTH) ** power) + 1, count)
+    return np.stack([low, np.maximum(low, high)]).astype(int)

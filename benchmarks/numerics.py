@@ -9,6 +9,7 @@ vibration by a mass on a spring.
 
 from __future__ import annotations
 
+import time
 import warnings
 from pathlib import Path
 
@@ -115,6 +116,7 @@ def main() -> None:
         for problem in PROBLEMS:
             own, measured[problem.name] = errors(problem, notes)
             rows += own
+            print(f"{problem.name}: {time.process_time():.0f} s", flush=True)
     report(folder, "numerics", HEADER, rows, measured, notes)
     table, numbers = laws()
     report(folder, "numerics_laws", LAWS, table, {"laws": numbers})

@@ -11,6 +11,7 @@ import flexband as fb
 LENGTH, DIAMETER = 1.2, 0.012  # m
 AREA, SECOND_MOMENT = np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64  # m², m⁴
 MODULUS, DENSITY = 4e6, 1100.0  # Pa, kg/m³
+ELEMENTS = 24
 
 
 def cable_pendulum():
@@ -19,14 +20,14 @@ def cable_pendulum():
         mass_per_length=DENSITY * AREA,
         axial_stiffness=MODULUS * AREA,
         bending_stiffness=MODULUS * SECOND_MOMENT,
-        elements=12,
+        elements=ELEMENTS,
     )
     return fb.Mechanism(
         bodies={"cable": cable},
         joints={"hinge": fb.Revolute("cable.start", (0.0, 0.0))},
         loads={"gravity": fb.Gravity()},
         sensors={
-            **{f"node {k}": fb.Position(f"cable.node {k}") for k in range(13)},
+            **{f"node {k}": fb.Position(f"cable.node {k}") for k in range(ELEMENTS + 1)},
             "kinetic": fb.KineticEnergy(),
             "potential": fb.PotentialEnergy(),
             "elastic": fb.ElasticEnergy(),
@@ -35,14 +36,14 @@ def cable_pendulum():
 
 
 def motion():
-    return fb.simulate(cable_pendulum(), duration=1.2, step=1e-3)
+    return fb.simulate(cable_pendulum(), duration=1.2, step=5e-4)
 
 
 def picture(drawing, plot):
     fb.draw(cable_pendulum(), axes=drawing, dimensions=False, names=False)
     result = motion()
     for time in np.arange(0.1, 1.0, 0.1):
-        places = result.sel(time=time, method="nearest").values[:26]
+        places = result.sel(time=time, method="nearest").values[:-3]
         drawing.plot(places[::2], places[1::2], color="#1f78b4", alpha=0.3 + 0.7 * time)
         drawing.annotate(f"{time:.1f} s", places[-2:], fontsize=7)
     for name in ("kinetic", "potential", "elastic"):

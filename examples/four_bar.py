@@ -24,7 +24,7 @@ def four_bar(coupler_length, youngs_modulus):
             "crank": fb.RigidBody.bar(length=CRANK, angle=angle(0.0), **STEEL),
             "coupler": fb.Beam(
                 length=coupler_length, height=0.006, width=0.01, density=1140.0,  # polyamide
-                youngs_modulus=youngs_modulus, poissons_ratio=0.39, retardation=1e-4,
+                youngs_modulus=youngs_modulus, poissons_ratio=0.39, retardation=5e-4,
                 elements=6, start=(0.04, 0.07), angle=0.4,
             ),
             "rocker": fb.RigidBody.bar(length=ROCKER, start=(GROUND, 0.0), angle=1.6, **STEEL),
@@ -44,7 +44,7 @@ inputs = {
     "coupler_length": fb.Interval(COUPLER - 0.001, COUPLER + 0.001),  # m
     "youngs_modulus": fb.Normal(2.8e9, 0.2e9),  # Pa
 }
-response = fb.dynamic_response(four_bar, duration=0.35, step=1e-3)
+response = fb.dynamic_response(four_bar, duration=0.35, step=2.5e-4)
 study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 

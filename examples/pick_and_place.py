@@ -47,7 +47,7 @@ def arm(load, youngs_modulus):
 
 inputs = {"load": fb.Interval(0.45, 0.55),  # kg
           "youngs_modulus": fb.RandomField(70e9, 2e9, correlation_length=0.5)}  # fmt: skip
-response = fb.dynamic_response(arm, duration=0.6, step=1e-3)
+response = fb.dynamic_response(arm, duration=0.6, step=5e-4)
 study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 

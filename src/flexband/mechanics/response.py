@@ -24,7 +24,7 @@ from flexband.errors import (
 )
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.simulate import simulate
+from flexband.mechanics.simulate import simulated
 
 OUTPUTS = 500
 """Times without a given step."""
@@ -114,7 +114,7 @@ class DynamicResponse:
             if self.element_parts > 1:
                 mechanism = mechanism.refined(self.element_parts)
             try:
-                motion = simulate(
+                motion = simulated(
                     mechanism,
                     duration=self.duration,
                     step=self.output_step,

@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, affordable, function, instance, numbers, positive, whole
+from flexband.errors import (
+    InputError,
+    ResolutionWarning,
+    affordable,
+    function,
+    instance,
+    numbers,
+    positive,
+    warn,
+    whole,
+)
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
@@ -13,6 +23,7 @@ from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing
+from flexband.mechanics.engine.ringing import remark_on_few_steps
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.engine.turning import warn_of_large_steps
 from flexband.mechanics.kernels.lane_type import WIDTH
@@ -51,6 +62,8 @@ def simulate(
     samples that diverged and were completed with half the step. ``attrs["assembly"]`` says what
     assembly changed in the given start, with the ``largest_turn`` [rad] and ``largest_move`` [m];
     large turns, changes of given velocities and loops that closed in another branch are warned of.
+    If an output vibrates with so few steps per period that more than 4 % of its variation is wrong,
+    ``attrs["few_steps"]`` and a warning say so.
 
     Raises
     ------
@@ -62,6 +75,31 @@ def simulate(
         If a sample diverges or a force law fails, also with half the step; there are no results
         then.
     """
+    motion = simulated(
+        mechanism,
+        duration=duration,
+        step=step,
+        substeps=substeps,
+        integrator=integrator,
+        threads=threads,
+        progress=progress,
+    )
+    if "few_steps" in motion.attrs:
+        warn(motion.attrs["few_steps"], ResolutionWarning)
+    return motion
+
+
+def simulated(
+    mechanism: Mechanism,
+    *,
+    duration: float,
+    step: float,
+    substeps: int = 1,
+    integrator: GeneralizedAlpha | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> xr.DataArray:
+    """Return the motion as `simulate` does, without a warning of few steps per period."""
     instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     instance("integrator", integrator, GeneralizedAlpha)
@@ -104,6 +142,9 @@ def simulate(
     )
     if len(again):
         result.attrs["halved_step"] = again.tolist()
+    few = remark_on_few_steps(batch.outputs[0], system, times, substeps, integrator)
+    if few and 0 not in again:
+        result.attrs["few_steps"] = few
     if batch.starts:
         sample = min(batch.starts)
         result.attrs["not_unique"] = sharing(system, batch.starts[sample], sample)

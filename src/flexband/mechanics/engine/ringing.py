@@ -1,4 +1,4 @@
-"""Warnings of vibrations that have too few steps per period.
+"""Remarks on vibrations that have too few steps per period.
 
 A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of its angle, with
 δ = (1 − ρ∞)/(1 + ρ∞), see docs/theory.md. What vibrates is read off the outputs.
@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import returned, warn
+from flexband.errors import returned
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 
 LARGEST_ERROR = 0.04
-"""Of an output's variation, without a warning."""
+"""Of an output's variation, without a remark."""
 
 WANTED = 0.01
 """Error for which a step is recommended."""
@@ -28,6 +28,9 @@ CONTRAST = 2.0
 
 FEWEST_PERIODS, FEWEST_TIMES = 6, 24
 """In the record."""
+
+FEWEST_TURNS = 3
+"""Periods of a function of time in the record, of those that force vibrations."""
 
 HARMONICS = 12
 """Multiples of the frequency of a function of time whose vibrations count as forced."""
@@ -62,10 +65,10 @@ class Vibration(NamedTuple):
     wanted: float
 
 
-def warn_of_few_steps(
+def remark_on_few_steps(
     outputs: np.ndarray, system: System, times: np.ndarray, every: int, integrator: GeneralizedAlpha
-) -> None:
-    """Warn of the vibration that makes an output wrong by most, if it is by more than 4 %.
+) -> str:
+    """Return which vibration makes an output wrong by most, if it is by more than 4 %.
 
     A vibration of a frequency that a function of time has, or a multiple of it, counts as forced.
 
@@ -75,10 +78,11 @@ def warn_of_few_steps(
     """
     count, h = outputs.shape[-1], times[1] - times[0]
     if count < FEWEST_TIMES or not len(outputs):
-        return
+        return ""
     rho, dt = float(integrator.spectral_radius), h * every
     units = np.array(system.units)
     size = np.where(units[:, None] == units, np.abs(outputs).max(axis=-1), 0.0).max(axis=-1)
+    size = np.where(units == "rad", np.maximum(size, 1.0), size)
     varies = outputs.std(axis=-1) > SMALLEST_SCALE * np.maximum(size, 1e-300)
     free = np.ones(count // 2 + 1, dtype=bool)
     worst = worst_vibration(outputs, varies, free, dt, h, rho)
@@ -87,13 +91,14 @@ def warn_of_few_steps(
                   for f in system.functions]  # fmt: skip
         free = not_driven(np.array(values).reshape(-1, count))
         worst = worst_vibration(outputs, varies, free, dt, h, rho)
-    if worst is not None and worst.error > LARGEST_ERROR:
-        warn(
-            f"output {system.outputs[worst.output]!r} vibrates at about {worst.frequency:.3g} Hz, "
-            f"with {1 / (worst.frequency * h):.2g} steps per period: its phase lags by about "
-            f"{worst.lag:.2g} rad at the end, which is an error of about {worst.error:.0%} of the "
-            f"output's variation; {worst.wanted:.2g} steps per period would make it about 1 %"
-        )
+    if worst is None or worst.error <= LARGEST_ERROR:
+        return ""
+    return (
+        f"output {system.outputs[worst.output]!r} vibrates at about {worst.frequency:.3g} Hz, "
+        f"with {1 / (worst.frequency * h):.3g} steps per period: its phase lags by about "
+        f"{worst.lag:.3g} rad at the end, which is an error of about {worst.error:.0%} of the "
+        f"output's variation; {worst.wanted:.0f} steps per period would make it about 1 %"
+    )
 
 
 def worst_vibration(
@@ -161,9 +166,11 @@ def not_driven(functions: np.ndarray) -> np.ndarray:
         energy[:, 1:] += spectrum[:, -1 : -len(free) : -1]
         own = energy > DRIVEN * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
         for line in np.flatnonzero(own.any(axis=0)):
+            if line < FEWEST_TURNS:
+                continue
             for m in range(1, HARMONICS + 1):
-                low, high = _edges(np.array([max(1, line * m)]), len(free), 1).ravel()
-                free[low:high] &= line == 0
+                low, high = _edges(np.array([line * m]), len(free), 1).ravel()
+                free[low:high] = False
     return free
 
 

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty gallery
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics gallery
 
 install: .venv/installed
 
@@ -33,6 +33,10 @@ accuracy: install
 # With the seeds of the documentation, which no method may be tuned to.
 honesty: install
 	$(BIN)/python benchmarks/honesty.py --seed 1000000 --jobs $(JOBS) $(OPTIONS)
+
+numerics: install
+	$(BIN)/python benchmarks/numerics.py
+	$(BIN)/python benchmarks/discretization.py --seed 1000000
 
 gallery: install
 	$(BIN)/python examples/gallery.py

@@ -45,8 +45,12 @@ PAPER_STEPS = (600, 1200, 2400, 4800)
 # --- one motion ---------------------------------------------------------------------------------
 
 
-def ratios(run: Run) -> tuple[list[float], np.ndarray]:
-    """Return estimate over true error of the whole motion, per output, and at single times."""
+def ratios(run: Run) -> tuple[list[float], np.ndarray, tuple[float, float | None]]:
+    """Return estimate over true error of the whole motion, per output, and at single times.
+
+    The last entry is the largest error of the step, in parts of the output's variation, and that
+    of the output of which `simulate` says that it has few steps per period.
+    """
     given = {"duration": run.duration, "step": run.step}
     found = fb.discretization_error(run.mechanism, **given)
     coarse = fb.simulate(run.mechanism, **given)
@@ -64,7 +68,12 @@ def ratios(run: Run) -> tuple[list[float], np.ndarray]:
     near = np.sqrt(square / count)
     seen = near > VISIBLE * np.ptp(fine.values, axis=-1, keepdims=True)
     seen[~judged] = False
-    return list((said / true).values[judged]), found["error"].values[seen] / near[seen]
+    steps = np.sqrt((found["step_error"] ** 2).mean("time")) / fine.std("time").clip(1e-3 * size)
+    warned = None
+    if "few_steps" in coarse.attrs:
+        warned = float(steps.sel(output=coarse.attrs["few_steps"].split("'")[1]))
+    both = float(steps.max()), warned
+    return list((said / true).values[judged]), found["error"].values[seen] / near[seen], both
 
 
 def share(name: str, values: Sequence[float], factor: float) -> str:
@@ -77,12 +86,12 @@ def share(name: str, values: Sequence[float], factor: float) -> str:
 
 def motions(folder: Path, seed: int, each: int) -> None:
     """Judge `discretization_error`."""
-    rows, notes, outputs, times = [], [], [], []
+    rows, notes, outputs, times, warned = [], [], [], [], []
     for name, draw in DRAWN.items():
         own: list[float] = []
         for k in range(each):
             try:
-                whole, single = ratios(
+                whole, single, few = ratios(
                     draw(np.random.default_rng([seed + k, zlib.crc32(name.encode())]))
                 )
             except fb.SimulationError as error:
@@ -90,17 +99,24 @@ def motions(folder: Path, seed: int, each: int) -> None:
                 continue
             own += whole
             times += list(single)
+            warned.append(few)
         outputs += own
         within = [sum(1 / f <= v <= f for v in own) for f in (2, 5)]
         ends = [f"{v:.2g}" for v in np.quantile(own, [0, 0.5, 1])] if own else ["", "", ""]
         rows.append([name, str(each), str(len(own)), *map(str, within), *ends])
     single = np.array(times)
+    named = [v for _, v in warned if v is not None]
+    wrong = [v for most, v in warned if most > 0.05]
     notes += [
         share("outputs within a factor of 2", outputs, 2),
         share("outputs within a factor of 5", outputs, 5),
         f"times with an error above {100 * VISIBLE:g} % of the range: within a factor of 2 "
         f"{np.mean((single >= 0.5) & (single <= 2)):.1%}, of 5 "
         f"{np.mean((single >= 0.2) & (single <= 5)):.1%} of {len(single)}",
+        f"warned of few steps per period: {len(named)} of {len(warned)} motions, with an error of "
+        f"the step above 1 % in {sum(v > 0.01 for v in named)}",
+        f"motions with an error of the step above 5 %: {len(wrong)}, not warned of: "
+        f"{sum(v is None for v in wrong)}",
         f"seeds from {seed} on; references have {FINER} times finer steps and elements",
     ]
     header = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
+from functools import partial
 
 import honesty_formulas as formulas
 import honesty_inputs as by_inputs
@@ -11,6 +12,7 @@ import honesty_kinks as kinked
 import honesty_ringing as ringing
 import numpy as np
 from honesty_problems import Case, Problem, case
+from honesty_steps import stepped
 from honesty_studies import KINDS, Kind, study
 
 Family = Callable[[str, int, np.random.Generator], Case]
@@ -43,6 +45,12 @@ CHOSEN = {
 }
 """Families that choose the number of inputs, or the units, themselves."""
 
+STEPPED = {
+    "stepped ringing": (ringing.ring, ringing.modes, ringing.beats, ringing.resonance),
+    "stepped smooth": (formulas.smooth, formulas.pulses, formulas.saturating, formulas.rational),
+}
+"""Families with a step and a mesh, of these problems."""
+
 MORE_INPUTS = 0.25
 """Share of the cases with more inputs than variables."""
 
@@ -72,6 +80,7 @@ def _mechanism(kind: Kind) -> Family:
 FAMILIES: dict[str, Family] = {
     **{name: _plain(make) for name, make in PROBLEMS.items()},
     **{name: _chosen(make) for name, make in CHOSEN.items()},
+    **{name: partial(stepped, makers) for name, makers in STEPPED.items()},
     **{name: _mechanism(kind) for name, kind in KINDS.items()},
 }
 

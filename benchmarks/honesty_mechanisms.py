@@ -120,14 +120,14 @@ def pendulum(upper, lower, weight, friction, angle):
     )
 
 
-def elastic_crank(crank, link, modulus, stiffness, load, speed):
-    """Return the slider–crank with an elastic link of two elements."""
+def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2):
+    """Return the slider–crank with an elastic link."""
     return fb.Mechanism(
         bodies={
             "crank": fb.RigidBody.bar(length=crank, **STEEL),
             "link": fb.Beam(
                 length=link, height=0.008, width=0.01, density=2700.0, start=(crank, 0.0),
-                youngs_modulus=modulus, poissons_ratio=0.3, elements=2,
+                youngs_modulus=modulus, poissons_ratio=0.3, elements=elements,
             ),
             "slider": fb.RigidBody(mass=load, inertia=0.01, position=(crank + link, 0.0)),
         },
@@ -143,7 +143,7 @@ def elastic_crank(crank, link, modulus, stiffness, load, speed):
     )  # fmt: skip
 
 
-def elastic_four_bar(crank, coupler, modulus, damping, speed):
+def elastic_four_bar(crank, coupler, modulus, damping, speed, elements=2):
     """Return the four-bar linkage of a wiper with a coupler of polyamide."""
     start = np.pi / 3
     return fb.Mechanism(
@@ -152,7 +152,7 @@ def elastic_four_bar(crank, coupler, modulus, damping, speed):
             "coupler": fb.Beam(
                 length=coupler, height=0.008, width=0.01, density=1140.0,
                 youngs_modulus=modulus, poissons_ratio=0.39, retardation=damping,
-                elements=2, start=(0.04, 0.07), angle=0.4,
+                elements=elements, start=(0.04, 0.07), angle=0.4,
             ),
             "rocker": fb.RigidBody.bar(length=0.2, start=(0.32, 0.0), angle=1.6, **STEEL),
         },

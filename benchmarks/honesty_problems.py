@@ -20,6 +20,7 @@ class Case:
     """A response, its inputs, and a function that computes its true bands.
 
     The function takes an integer: 2 for twice as many points of every kind, to check convergence.
+    `whole` says whether the true bands are those of a response without an error of step and mesh.
     """
 
     family: str
@@ -27,6 +28,7 @@ class Case:
     response: Callable[..., xr.DataArray]
     inputs: Mapping[str, fb.Input]
     reference: Callable[[int], Bands]
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -38,11 +40,14 @@ class Problem:
     kinds : "normal", "uniform" (from −1 to 1) or "interval" of every variable.
     outputs : the terms of each output; no variable is in two terms of one output.
     times : number of times.
+    time_error, amplitude_error : relative errors of the values, which the true bands do not have.
     """
 
     kinds: Sequence[str]
     outputs: Sequence[Sequence[Term]]
     times: int
+    time_error: float = 0.0
+    amplitude_error: float = 0.0
 
     @property
     def tau(self) -> np.ndarray:
@@ -52,10 +57,11 @@ class Problem:
     def values(self, y: np.ndarray) -> np.ndarray:
         """Return the outputs at variables (runs, variables), shape (runs, outputs, times)."""
         found = np.zeros((len(y), len(self.outputs), self.times))
+        tau = self.tau * (1 - self.time_error)
         for o, terms in enumerate(self.outputs):
             for term in terms:
-                found[:, o] += term.formula(*(y[:, [k]] for k in term.on), self.tau)
-        return found
+                found[:, o] += term.formula(*(y[:, [k]] for k in term.on), tau)
+        return found * (1 + self.amplitude_error)
 
     def reference(self, refine: int = 1) -> Bands:
         """Return the true bands."""

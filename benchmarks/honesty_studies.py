@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from inspect import signature
 
 import honesty_mechanisms as mechanisms
 import numpy as np
@@ -41,6 +42,7 @@ class Kind:
     most : most uncertain parameters.
     finer : factor of the numbers of points of the reference.
     integrator : with a tolerance that does not change the narrowest bands from run to run.
+    fine : steps and elements of the reference in place of each; the method chooses its own then.
     """
 
     builder: Callable[..., fb.Mechanism]
@@ -50,6 +52,7 @@ class Kind:
     most: int = 3
     finer: float = 1.0
     integrator: fb.GeneralizedAlpha = field(default_factory=fb.GeneralizedAlpha)
+    fine: tuple[int, int] = (1, 1)
 
 
 KINDS = {
@@ -105,7 +108,12 @@ KINDS = {
         integrator=fb.GeneralizedAlpha(tolerance=1e-12),
     ),
 }  # fmt: skip
-"""All kinds, by the name of their family."""
+KINDS |= {
+    "chosen pendulum": replace(KINDS["pendulum"], fine=(64, 1)),
+    "chosen crank": replace(KINDS["elastic crank"], fine=(64, 8), finer=1.0),
+    "chosen four-bar": replace(KINDS["elastic four-bar"], fine=(64, 8), finer=1.0),
+}
+"""All kinds, by the name of their family; the last ones leave out step and elements."""
 
 
 def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
@@ -130,17 +138,19 @@ def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
             inputs[name] = fb.Normal(value, value * radius / 2)
     sensors = _some_sensors(kind, rng)
 
-    def builder(**values) -> fb.Mechanism:
-        return replace(
-            mechanism := kind.builder(**nominal, **values),
-            sensors={name: mechanism.sensors[name] for name in sensors},
-        )
+    def builder(elements: int | None, **values) -> fb.Mechanism:
+        mesh = {"elements": elements} if "elements" in signature(kind.builder).parameters else {}
+        mechanism = kind.builder(**nominal, **mesh, **values)
+        return replace(mechanism, sensors={name: mechanism.sensors[name] for name in sensors})
 
-    steps = round(rng.uniform(*kind.duration) / kind.step)
-    response = fb.dynamic_response(
-        builder, duration=steps * kind.step, step=kind.step, integrator=kind.integrator, threads=1
-    )
-    return Case(family, seed, response, inputs, partial(reference, response, inputs, kind.finer))
+    times = {"duration": round(rng.uniform(*kind.duration) / kind.step) * kind.step}
+    times |= {"output_step": kind.step, "integrator": kind.integrator, "threads": 1}
+    steps, parts = kind.fine
+    fine = fb.dynamic_response(partial(builder, 2 * parts), step=kind.step / steps, **times)
+    chosen = steps > 1
+    response = fb.dynamic_response(partial(builder, None), **times) if chosen else fine
+    truth = partial(reference, fine, inputs, kind.finer)
+    return Case(family, seed, response, inputs, truth, whole=chosen)
 
 
 def _some_sensors(kind: Kind, rng: np.random.Generator) -> list[str]:

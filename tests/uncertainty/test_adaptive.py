@@ -483,3 +483,12 @@ def test_a_finer_run_that_fails_loses_nothing():
     with pytest.warns(fb.FlexbandWarning, match="discretization error is not estimated"):
         bands = fb.propagate(Failing(0.1), inputs, fb.AdaptivePCCI(0.01))
     assert bands.attrs["discretization_error"] == "not estimated"
+
+
+@pytest.mark.parametrize(
+    "one", [fb.Uniform(-1.0, 1.0), fb.Interval(-1.0, 1.0), fb.Normal(0.0, 1.0)], ids=repr
+)
+def test_a_jump_uses_up_all_orders_of_one_input(one):
+    bands = fb.propagate(lambda x: np.sign(x - 0.123), {"x": one}, fb.AdaptivePCCI(0.001))
+    assert bands.attrs["stopped"] == "all orders are in use"
+    assert bands.attrs["expected_error"] > 0.02

@@ -87,7 +87,7 @@ class HybridExpansion:
     @property
     def orders(self) -> tuple[int, ...]:
         """The highest order in each variable, η first."""
-        return tuple(self.index.max(axis=0).tolist())
+        return tuple(self.index.max(axis=0, initial=0).tolist())
 
     @property
     def random_orders(self) -> tuple[int, ...]:

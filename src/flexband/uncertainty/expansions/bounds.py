@@ -37,7 +37,7 @@ def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extrem
     i, j, series = expansion.i[order], expansion.j[order], expansion.coefficients.shape[1]
     terms = SparseTerms.of(expansion.interval_index[i], j)
     points, neighbours = scan(orders)
-    grid = np.ascontiguousarray(expansion.chebyshev(points)[:, i]), points, neighbours
+    grid = np.ascontiguousarray(expansion.chebyshev(points)[:, i].T), points, neighbours
     weight, tried, beta = np.sqrt(expansion.norms)[j, None], lines(orders), expansion.coefficients
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ); without random terms σ = 0
     searched = sigmas if j.any() else [0.0]
@@ -46,7 +46,7 @@ def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extrem
     places = np.empty((len(targets), series, len(orders)))
 
     def solve(first: int) -> None:
-        own = np.ascontiguousarray(beta[order, first : first + SERIES] * weight)
+        own = np.ascontiguousarray((beta[order, first : first + SERIES] * weight).T)
         search(terms, grid, tried, own, first, targets, values, places)
 
     in_threads(solve, range(0, series, SERIES))

@@ -14,14 +14,12 @@ import numpy as np
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.polish import chebyshev_powers, polish, totals
 
-BLOCK = 16
-"""Series that are scanned together: a few SIMD registers."""
-
 STARTS = 64
 """Most points of the scan to descend from."""
 
-PATIENCE = 12
-"""The search ends when so many descents have reached the lowest minimum."""
+PATIENCE, ALONE = 12, 8
+"""The search ends when so many descents have reached the lowest minimum, `ALONE` if it is the only
+one that is known."""
 
 SAME_PLACE = 1e-4
 """Distance in η below which two minima count as one."""
@@ -82,57 +80,46 @@ def search(terms, scan, lines, coefficients, begin, targets, values, places):
 
     Parameters
     ----------
-    scan : the terms' values, (points, terms), η, (points, m), neighbours, (points, count).
+    scan : the terms' values, (terms, points), η, (points, m), neighbours, (points, count).
     lines : values of η to try in each variable, (m, count), their Chebyshev polynomials,
         (m, count, orders), and how many there are, (m,).
-    coefficients : (terms, series), weighted so that σ² is a sum of squares, of the series from
+    coefficients : (series, terms), weighted so that σ² is a sum of squares, of the series from
         number `begin` on.
     targets : rows (c, sign): sign (μ + c σ) is minimized.
     """
     basis, points, neighbours = scan
-    (count, size), series = basis.shape, coefficients.shape[1]
-    mean, std = np.empty((count, BLOCK)), np.empty((count, BLOCK))
-    block, own, aim = np.zeros((size, BLOCK)), np.empty(size), np.empty(count)
+    count = basis.shape[1]
+    mean, std, last, aim = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     best, which = np.empty(STARTS), np.empty(STARTS, np.int64)
-    for s in range(0, series, BLOCK):
-        width = min(BLOCK, series - s)
-        for i in range(size):
-            for b in range(width):
-                block[i, b] = coefficients[i, s + b]
-        _moments(terms, basis, block, mean, std)
-        for b in range(width):
-            for i in range(size):
-                own[i] = block[i, b]
-            for k in range(len(targets)):
-                c, sign = targets[k]
-                for p in range(count):
-                    aim[p] = sign * (mean[p, b] + c * std[p, b])
-                lowest(aim, neighbours, best, which)
-                place = places[k, begin + s + b]
-                least = _descents(terms, own, c, sign, lines, points, which, best, place)
-                values[k, begin + s + b] = sign * least
+    for s in range(len(coefficients)):
+        own = coefficients[s]
+        _moments(terms, basis, own, mean, std, last)
+        for k in range(len(targets)):
+            c, sign = targets[k]
+            for p in range(count):
+                aim[p] = sign * (mean[p] + c * std[p])
+            lowest(aim, neighbours, best, which)
+            place = places[k, begin + s]
+            least = _descents(terms, own, c, sign, lines, points, which, best, place)
+            values[k, begin + s] = sign * least
 
 
 @cached_on_disk
-def _moments(terms, basis, block, mean, std):
-    """Fill μ and σ at the points of the scan, (points, series), for a block of series."""
-    size, last = len(terms.group), np.empty(BLOCK)
-    for p in range(len(basis)):
-        mean[p], std[p], last[:] = 0.0, 0.0, 0.0
-        for i in range(size):
-            factor, j = basis[p, i], terms.group[i]
-            if j == 0:
-                for b in range(BLOCK):
-                    mean[p, b] += factor * block[i, b]
-                continue
-            for b in range(BLOCK):
-                last[b] += factor * block[i, b]
-            if i + 1 == size or terms.group[i + 1] != j:
-                for b in range(BLOCK):
-                    std[p, b] += last[b] * last[b]
-                    last[b] = 0.0
-        for b in range(BLOCK):
-            std[p, b] = np.sqrt(std[p, b])
+def _moments(terms, basis, own, mean, std, last):
+    """Fill μ and σ of a series at the points of the scan."""
+    size, count = basis.shape
+    mean[:], std[:], last[:] = 0.0, 0.0, 0.0
+    for i in range(size):
+        j, factor = terms.group[i], own[i]
+        total = last if j else mean
+        for p in range(count):
+            total[p] += factor * basis[i, p]
+        if j and (i + 1 == size or terms.group[i + 1] != j):
+            for p in range(count):
+                std[p] += last[p] * last[p]
+                last[p] = 0.0
+    for p in range(count):
+        std[p] = np.sqrt(std[p])
 
 
 @cached_on_disk
@@ -142,7 +129,7 @@ def _descents(terms, own, c, sign, lines, points, which, scanned, place):
     kept, eta = np.empty((starts, m)), np.empty(m)
     least, best, done, hits = np.inf, -1, 0, 0
     for start in range(starts):
-        if scanned[start] == np.inf or hits >= PATIENCE:
+        if scanned[start] == np.inf or hits >= (PATIENCE if done > 1 else ALONE):
             break
         for a in range(m):
             eta[a] = points[which[start], a]

@@ -14,7 +14,7 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import rms
+from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
@@ -27,6 +27,9 @@ FAR = np.arange(3.0, 5.5, 0.5)
 
 SWEEPS = 3
 """Times that these values are visited, at different η."""
+
+MOST_TIMES = 128
+"""Times at which this is seen."""
 
 MARGIN, GROWTH = 1.5, 2
 """There it may leave the range of the runs by this factor, times this power of how much farther
@@ -89,8 +92,11 @@ class Fit(NamedTuple):
         Moments of a polynomial depend on values there, and high orders may oscillate between the
         outermost runs. Root mean square over each ξ alone, shape (outputs, times).
         """
-        orders = np.array(self.parts.random_orders, dtype=int)
-        low, high = runs.values.min(axis=0), runs.values.max(axis=0)
+        orders, times = np.array(self.parts.random_orders, dtype=int), runs.values.shape[-1]
+        thin = slice(None, None, -(-times // MOST_TIMES))
+        parts = self.parts.of_rows(self.columns.width, np.arange(self.columns.width), thin)
+        values = runs.values[..., thin]
+        low, high = values.min(axis=0), values.max(axis=0)
         x = np.tile(np.concatenate([-FAR, FAR]), SWEEPS)
         weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
         eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
@@ -99,10 +105,11 @@ class Fit(NamedTuple):
         for v in np.flatnonzero((orders > 1) & normal):
             farther = np.abs(x) / max(1.0, np.abs(runs.xi[:, v]).max())
             allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH
-            off = self.evaluate(x[:, None] * (np.arange(len(orders)) == v), eta)
+            xi = x[:, None] * (np.arange(len(orders)) == v)
+            off = self.columns.join(parts.evaluate(xi, eta))
             off = np.abs(off - (low + high) / 2) - allowed[:, None, None] * (high - low) / 2
             square += np.einsum("p,pot->ot", weight, np.maximum(off, 0.0) ** 2)
-        return np.sqrt(square)
+        return at_all_times(np.sqrt(square), thin, times)
 
 
 class Runs(NamedTuple):

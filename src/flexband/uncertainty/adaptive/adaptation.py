@@ -78,10 +78,15 @@ class Adaptation:
 
     def run(self, tolerance: float) -> str:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
-        reason, confirmed = "", False
+        reason, confirmed, width = "", False, np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < MANY
         while True:
-            if tested and self.error.relative(self.error.values) <= tolerance:
+            width = 2 * width  # bands are searched only if they may be wide enough
+            met = tested and self.error.relative(self.error.values, width) <= tolerance
+            if met:
+                width = self.error.width
+                met = self.error.relative(self.error.values) <= tolerance
+            if met:
                 reason = "the tolerance is met"
             else:
                 reason = self._extend()

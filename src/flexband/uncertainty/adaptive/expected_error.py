@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,27 +29,40 @@ MOST_TIMES = 48
 """Times at which the width of the bands is found."""
 
 
-class ExpectedError(NamedTuple):
+@dataclass(frozen=True)
+class ExpectedError:
     """What is known of the bands of a choice of fits.
 
     Attributes
     ----------
+    choice : the fits.
     values : error expected of the error bar, shape (outputs, times).
-    width : mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary.
+    size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
     window : half of the number of times over which errors are averaged.
     trusted : whether most of the variation in held-out runs is predicted, shape (outputs,).
-    extremes : bounds of μ, μ − σ and μ + σ at some of the times.
     """
 
+    choice: Choice
     values: np.ndarray
-    width: np.ndarray
+    size: np.ndarray
     window: int
     trusted: np.ndarray
-    extremes: list[Extremes]
 
-    def relative(self, error: np.ndarray) -> float:
+    @cached_property
+    def extremes(self) -> list[Extremes]:
+        """Bounds of μ, μ − σ and μ + σ at some of the times."""
+        return extremes_of(self.choice.expansions(), _scattered(self.values.shape[-1]))
+
+    @cached_property
+    def width(self) -> np.ndarray:
+        """Mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary."""
+        _, lower, upper = self.extremes
+        width = (upper.values[1] - lower.values[0]).mean(axis=-1)
+        return np.maximum(width, ROUND_OFF * self.size + 1e-300)
+
+    def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:
         """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
-        return float((error.mean(axis=-1) / self.width).max())
+        return float((error.mean(axis=-1) / (self.width if width is None else width)).max())
 
     @staticmethod
     def of(choice: Choice, generic: int, F: np.ndarray, dt: float, m: int) -> ExpectedError:
@@ -69,12 +83,10 @@ class ExpectedError(NamedTuple):
         window = min(max(1, round(period)), times)
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
-        extremes = extremes_of(choice.expansions(), _scattered(times))
-        width = (extremes[2].values[1] - extremes[1].values[0]).mean(axis=-1)
         varies = varied > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
-        width = np.where(varies, np.maximum(width, ROUND_OFF * size + 1e-300), np.inf)
         trusted = ~varies | (rms(choice.missed) < DOUBT * varied)
-        return ExpectedError(values, width, window, trusted, extremes)
+        size = np.where(varies, size, np.inf)
+        return ExpectedError(choice, values, size, window, trusted)
 
 
 def _scattered(times: int) -> np.ndarray:

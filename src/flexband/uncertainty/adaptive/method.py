@@ -99,10 +99,10 @@ class AdaptivePCCI:
         `refinements()` or `refined()`. Both are variables too, for each band. The tolerance is for
         the sum if the response left out its discretization, and for the expansion otherwise.
         ``attrs["discretization"]`` tells the step and the elements, ``attrs["step_error"]`` and
-        ``attrs["elements_error"]`` what is due to each. ``attrs["runs"]`` is the sum of
-        ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``, ``attrs["runs_refined"]`` on finer, and
-        ``attrs["runs_coarser"]`` on coarser discretizations than that of the bands.
-        ``attrs["stopped"]`` says why there were no more runs. ``attrs["carrier_frequencies"]`` are
+        ``attrs["elements_error"]`` what is due to each, and ``attrs["halved"]`` what was halved.
+        ``attrs["runs"]`` is the sum of ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
+        ``attrs["runs_refined"]`` on finer, and ``attrs["runs_coarser"]`` on coarser discretizations
+        than that of the bands. ``attrs["stopped"]`` says why there were no more runs. ``attrs["carrier_frequencies"]`` are
         in cycles a unit of time.
         """
         budget = self.runs(space)

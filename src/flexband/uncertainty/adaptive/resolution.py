@@ -41,7 +41,7 @@ def solved(
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
-    halved, coarser = 0, 0
+    halved, coarser, names = 0, 0, []
     while True:
         course, last = None, halved >= MOST_HALVINGS
         try:
@@ -51,7 +51,8 @@ def solved(
                 stopped = course.run(SHARE * tolerance)
                 wanted = _halvings(course, left_out, tolerance)
                 if last or not wanted:
-                    return course, {"stopped": stopped, "runs_coarser": coarser}
+                    told = {"stopped": stopped, "runs_coarser": coarser, "halved": names}
+                    return course, told
         except RunError:  # the step may be too long
             if last:
                 raise
@@ -60,6 +61,7 @@ def solved(
         for name, times in wanted.items():
             for _ in range(times):
                 evaluate = refinements(evaluate)[name]
+            names += [name] * times
         halved += max(wanted.values())
 
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import function, instance, whole
+from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates, evaluate
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
@@ -99,7 +99,9 @@ def verify(
     check_names(response, space.inputs)
     times = labels.shape[-1] if labels.ndim > 1 else 1
     xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
-    F = evaluate(response, space, xi, eta, runs, lambda done: None, labels).values
+    with without_warnings(ResolutionWarning):
+        response = _as_expanded(surrogate, response)
+        F = evaluate(response, space, xi, eta, runs, lambda done: None, labels).values
     missed = np.abs(F - surrogate.standard(xi, eta)).reshape(runs, -1, times)
     round_off = ROUND_OFF * np.abs(F).reshape(missed.shape).max(axis=(0, 2)) + TINY
     width = np.maximum(width, round_off)
@@ -132,6 +134,17 @@ def verify(
         checked = checked.assign_coords(input=list(values))
     told = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
     return checked.assign_attrs(told | _verdict(checked, labels))
+
+
+def _as_expanded(surrogate: Surrogate, response: Response) -> Response:
+    """Return the response on the discretization that the method chose, if it left it out."""
+    space, left_out = surrogate.space, getattr(response, "left_out", None)
+    nominal = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
+    values = space.values(*nominal)
+    if callable(left_out) and left_out(**values):
+        for name in surrogate.diagnostics.attrs.get("halved", []):
+            response = response.refinements(**values)[name]  # pyright: ignore
+    return response
 
 
 def _points(

@@ -222,6 +222,11 @@ def test_thirty_intervals_squared():
     assert bands.attrs["expected_error"] > 0.01
 
 
+def test_all_terms_may_be_in_use():
+    bands = fb.propagate(lambda e: abs(e - 0.3), {"e": fb.Interval(-1, 1)}, fb.AdaptivePCCI(1e-9))
+    assert bands.attrs["stopped"] == "all orders are in use"
+
+
 def test_an_output_that_is_small_counts_like_any_other():
     """In other units, of which one is 1e-9 of the other, the same is found."""
 

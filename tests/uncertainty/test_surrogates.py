@@ -192,3 +192,23 @@ def test_a_surrogate_is_evaluated_at_numbers(value):
     for values in ({"a": value, "b": 0.0}, {"a": 1.0, "b": value}):
         with pytest.raises(fb.InputError, match=r"[ab]: values must be finite"):
             surrogate.evaluate(**values)
+
+
+def test_a_surrogate_says_when_it_extrapolates(tmp_path):
+    """Beyond five standard deviations, unless runs reach farther; intervals are refused."""
+    field = fb.RandomField(2.0, 0.1, correlation_length=1.0, domain=(0.0, 1.0), terms=2)
+    inputs = {"x": fb.Normal(10.0, 1.0), "f": field, "e": fb.Interval(0.0, 1.0)}
+    surrogate = fb.expand(
+        lambda x, f, e: x * e + f(np.zeros(1))[:, 0], inputs, fb.AdaptivePCCI(phase_resolved=False)
+    )
+    fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    low, high = (surrogate.diagnostics.attrs[f"{end}_xi"] for end in ("lowest", "highest"))
+    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        own.evaluate(x=[5.1, 14.9], f=[[-4.9, 4.9]], e=[0.0, 1.0])
+        reach = rf"within \({10 + low[2]:.6g}, ξ = {low[2]:.3g}\) and \({10 + high[2]:.6g}, ξ = "
+        with pytest.warns(fb.FlexbandWarning, match=rf"x \(-10, ξ = -20\) is far .* {reach}"):
+            own.evaluate(x=[9.0, -10.0], f=[[0.0, 7.0]], e=0.5)
+        with pytest.warns(fb.FlexbandWarning, match=r"f\[1\] \(ξ = 7\) is far .*ξ = -"):
+            own.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
+    with pytest.raises(fb.InputError, match=r"e: values must be between 0 and 1; got 1\.1"):
+        surrogate.evaluate(x=10.0, f=[[0.0, 0.0]], e=1.1)

@@ -23,6 +23,7 @@ from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
+from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -166,7 +167,8 @@ class _Runs:
         self._check_inputs()
         if self.done < self.total:
             self.progress(self.done, self.done)
-        return {"runs": self.done + self.explored, "method": repr(self.method)}
+        xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
+        return {"runs": self.done + self.explored, "method": repr(self.method), **reached(xi)}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""

@@ -102,8 +102,8 @@ class AdaptivePCCI:
         ``attrs["elements_error"]`` what is due to each, and ``attrs["halved"]`` what was halved.
         ``attrs["runs"]`` is the sum of ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
         ``attrs["runs_refined"]`` on finer, and ``attrs["runs_coarser"]`` on coarser discretizations
-        than that of the bands. ``attrs["stopped"]`` says why there were no more runs. ``attrs["carrier_frequencies"]`` are
-        in cycles a unit of time.
+        than that of the bands. ``attrs["stopped"]`` says why there were no more runs.
+        ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)
 

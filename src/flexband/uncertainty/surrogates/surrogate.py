@@ -14,6 +14,7 @@ from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extre
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import bands
+from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, diagnostics_of
 
 
@@ -56,6 +57,8 @@ class Surrogate:
     def evaluate(self, **values: np.ndarray) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
 
+        Warns of a random input that is far beyond all runs, at more than five standard deviations.
+
         Parameters
         ----------
         values : every input by name, shape (samples,) or a number; a random field by its standard
@@ -66,7 +69,9 @@ class Surrogate:
         InputError
             If names are not those of the inputs, or a value lies outside its interval.
         """
-        return self._labelled(self.standard(*self.space.standardized(values)))
+        xi, eta = self.space.standardized(values)
+        warn_of_extrapolation(self.space, xi, self.diagnostics.attrs)
+        return self._labelled(self.standard(xi, eta))
 
     def standard_moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ and σ at η of shape (points, m), each of shape (points, …)."""

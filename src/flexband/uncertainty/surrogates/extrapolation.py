@@ -1,0 +1,58 @@
+"""Where a surrogate extrapolates: random inputs far beyond all runs of the response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import warn
+from flexband.uncertainty.inputs.space import Space
+
+USUAL = 5.0
+"""Values of |ξ| up to which an expansion may be evaluated, wherever the runs are."""
+
+
+NAMES = ("lowest_xi", "highest_xi")
+"""Attributes of the range of ξ in runs."""
+
+
+def reached(xi: np.ndarray) -> dict[str, list[float]]:
+    """Return the range of each ξ in runs, shape (runs, n), as attributes."""
+    if not xi.size:
+        return {}
+    return dict(zip(NAMES, (xi.min(axis=0).tolist(), xi.max(axis=0).tolist()), strict=True))
+
+
+def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]) -> None:
+    """Warn of the random input whose values are farthest beyond the runs, if that is far.
+
+    Parameters
+    ----------
+    xi : ξ at which a surrogate is evaluated, shape (points, n).
+    attrs : those of `reached`; without them, runs count as usual.
+    """
+    n = space.random_dimension
+    low, high = (
+        np.asarray(attrs.get(name, n * [end]))
+        for name, end in zip(NAMES, (-USUAL, USUAL), strict=True)
+    )
+    beyond = np.maximum(xi - np.maximum(high, USUAL), np.minimum(low, -USUAL) - xi)
+    if not beyond.size or beyond.max() <= 0:
+        return
+    point, variable = (int(k) for k in np.unravel_index(beyond.argmax(), beyond.shape))
+    random = space.of_kind(random=True).items()
+    owners = [(name, k) for name, one in random for k in range(one.dimension)]
+    name, term = owners[variable]
+    one, at = space.inputs[name], xi[point, variable]
+    standard, values = [at, *(end[variable] for end in (low, high))], [""] * 3
+    if one.dimension == 1:
+        found = np.ravel(one.value(np.reshape(standard, (-1, 1))))  # pyright: ignore
+        values = [f"{value:.6g}, " for value in found]
+    shown = [f"{v}ξ = {x:.3g}" for v, x in zip(values, standard, strict=True)]
+    label = name if one.dimension == 1 else f"{name}[{term}]"
+    warn(
+        f"the surrogate extrapolates: {label} ({shown[0]}) is far beyond its runs, which are "
+        f"within ({shown[1]}) and ({shown[2]})"
+    )

@@ -13,7 +13,8 @@ install: .venv/installed
 	touch $@
 
 demo: install
-	$(BIN)/flexband compare examples/slider_crank.py --output output/demo
+	$(BIN)/flexband run examples/slider_crank.py --output output/demo
+	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/demo/paper
 
 test: install
 	$(BIN)/pytest

@@ -37,7 +37,7 @@ def slider_crank(
     `displacement`.
     """
     sensors = {"middle": fb.Position("link.middle")} if displacement else {"F": fb.Reaction("A")}
-    example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
+    example = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
 
     def builder(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
         model = example["slider_crank"](

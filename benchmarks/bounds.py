@@ -29,7 +29,7 @@ from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.layout import PartColumns
 
 DURATION, STEP, ORDER = 0.6, 1e-3, 3
-EXAMPLE = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
+EXAMPLE = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
 SENSORS = {
     "F": fb.Reaction("A"),
     "B": fb.Reaction("B"),

@@ -23,7 +23,7 @@ from flexband.mechanics.engine.threads import available_cores
 DURATION, STEP = 0.6, 1e-3
 
 
-EXAMPLE = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
+EXAMPLE = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
 SENSORS = {
     "F": fb.Reaction("A"),
     "crank": fb.Position("crank"),

@@ -74,7 +74,7 @@ def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
 
 def main() -> None:
     chosen = options(__doc__, 10_000)
-    mechanism = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["slider_crank"]
+    mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     times = np.arange(round(DURATION / STEP) + 1) * STEP
     structure, values = system.structure, pack(system, times)(0)

@@ -126,7 +126,7 @@ def operations(action) -> int:
 
 def main() -> None:
     chosen = options(__doc__, 10_000)
-    mechanism = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["slider_crank"]
+    mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
     work = Work.of(structure)

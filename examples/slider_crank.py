@@ -12,12 +12,12 @@ import flexband as fb
 LINK = 0.45  # m
 
 
-def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
+def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio, **mesh):
     crank = fb.RigidBody.bar(length=crank_length, height=0.01, width=0.01, density=7800.0)
     link = fb.Beam(
         length=LINK, height=0.01, width=0.01, density=2700.0, start=(crank_length, 0.0),
         youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio,
-        elements=3, integration=fb.FullIntegration(),
+        **({"elements": 4} | mesh),
     )  # fmt: skip
     slider = fb.RigidBody.block(
         length=0.08, height=0.08, width=0.2, density=7800.0, position=(crank_length + LINK, 0.0)
@@ -42,9 +42,7 @@ inputs = {
     "youngs_modulus": fb.RandomField(69e9, 0.69e9, correlation_length=2.0, domain=(0.0, LINK)),
     "poissons_ratio": fb.RandomField(0.34, 0.0034, correlation_length=2.0, domain=(0.0, LINK)),
 }
-response = fb.dynamic_response(
-    slider_crank, duration=0.6, step=1e-3, integrator=fb.GeneralizedAlpha(spectral_radius=0.7)
-)
+response = fb.dynamic_response(slider_crank, duration=0.6, step=5e-5, output_step=5e-4)
 study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 
 

@@ -20,7 +20,7 @@ def test_slider_crank():
     It was written on another engine (dense tangents, 5 × 3 Gauss points) with other samples; the
     seed of the reference moves the numbers by some tenths.
     """
-    study = runpy.run_path(str(EXAMPLES / "slider_crank.py"))["study"]
+    study = runpy.run_path(str(EXAMPLES / "paper" / "slider_crank.py"))["study"]
     expected = {
         fb.ImprovedPCCI(1, 1): (5.0, 6.5, 6.5, 8.1),
         fb.ImprovedPCCI(2, 2): (2.1, 2.3, 5.5, 6.1),
@@ -78,6 +78,10 @@ def slider_crank(own):
     motors_work_is_energy(
         own.slider_crank(0.2, 1000.0, 69e9, 0.34), "motor", duration=0.2, step=2e-4
     )
+    study, paper = own.study, runpy.run_path(str(EXAMPLES / "paper" / "slider_crank.py"))["study"]
+    assert study.inputs.keys() == paper.inputs.keys()
+    coarse, fine = paper.nominal(), study.nominal()
+    assert np.mean(np.abs(coarse - fine.sel(time=coarse.time, method="nearest"))) > 100.0  # N
 
 
 def pick_and_place(own):

@@ -71,7 +71,8 @@ def laws() -> tuple[list[list[str]], list[tuple[float, ...]]]:
 
 def percent(values: np.ndarray) -> str:
     """Return parts in per cent, those of several outputs with slashes between them."""
-    return " / ".join(f"{100 * v:.2g}" if abs(v) >= 5e-5 else "0.00" for v in values)
+    numbers = [f"{100 * v:.0f}" if abs(v) > 0.1 else f"{100 * v:.2g}" for v in values]
+    return " / ".join(n if abs(v) >= 5e-5 else "0" for n, v in zip(numbers, values, strict=True))
 
 
 def errors(problem: Problem, notes: list[str]) -> tuple[list[list[str]], list[dict]]:
@@ -93,7 +94,7 @@ def errors(problem: Problem, notes: list[str]) -> tuple[list[list[str]], list[di
         per_period = f"{1 / problem.frequency / choice.step:.0f}" if problem.frequency else ""
         measured.append({"choice": vars(choice), "error": true.tolist(), "estimate": said.tolist()})
         rows.append([
-            f"{problem.name}: {' / '.join(problem.outputs)}", choice.element,
+            "" if rows else f"{problem.name}: {' / '.join(problem.outputs)}", choice.element,
             str(choice.elements or ""), f"{1e3 * choice.step:g}", per_period,
             f"{choice.radius:g}", f"{choice.damping:g}", percent(true), percent(peak),
             percent(said),
@@ -117,8 +118,8 @@ def main() -> None:
             own, measured[problem.name] = errors(problem, notes)
             rows += own
             print(f"{problem.name}: {time.process_time():.0f} s", flush=True)
+        table, numbers = laws()
     report(folder, "numerics", HEADER, rows, measured, notes)
-    table, numbers = laws()
     report(folder, "numerics_laws", LAWS, table, {"laws": numbers})
 
 

@@ -49,6 +49,7 @@ def told(expansion, discretization, refined):
         runs_refined=refined,
         runs_coarser=0,
         discretization="",
+        largest_miss="of u at e = 0.3",
         tolerance=0.01,
     )
 
@@ -61,9 +62,9 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
         "(16 held-out runs)"
     )
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
-    assert [line.startswith("The tolerance of 1 % is NOT met") for line in lines[2:]] == (
-        [] if met else [True]
-    )
+    unmet = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]
+    assert len(unmet) == (not met)
+    assert ("Most is missed of u at e = 0.3" in lines) == (not met)
 
 
 @pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (1.28, True), (0.002, False)])

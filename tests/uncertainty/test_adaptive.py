@@ -2,6 +2,7 @@
 
 import inspect
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -499,3 +500,20 @@ def test_a_jump_uses_up_all_orders_of_one_input(one):
     bands = fb.propagate(lambda x: np.sign(x - 0.123), {"x": one}, fb.AdaptivePCCI(0.001))
     assert bands.attrs["stopped"] == "all orders are in use"
     assert bands.attrs["expected_error"] > 0.02
+
+
+def test_the_place_where_a_response_is_not_smooth_is_named():
+    def response(gap, force):
+        pushed = np.maximum(0.0, gap - 0.3)[:, None] * np.sin(9 * TIMES)
+        smooth = 0.1 * force[:, None] * (1 + TIMES)
+        outputs = np.stack([smooth, pushed + smooth], axis=1)
+        labels = {"output": ["u", "F"], "time": TIMES}
+        return xr.DataArray(outputs, dims=("sample", "output", "time"), coords=labels)
+
+    inputs = {"gap": fb.Interval(-1.0, 1.0), "force": fb.Normal(0.0, 1.0)}
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.001, max_runs=60))
+    told = bands.attrs["largest_miss"]
+    assert told.startswith("of output F, time ")
+    assert told.endswith("in gap")
+    place = float(re.search(r"gap = (\S+):", told)[1])
+    assert abs(place - 0.3) < 0.1

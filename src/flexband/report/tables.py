@@ -118,6 +118,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"The tolerance of {100 * tolerance:g} % is NOT met: allow more runs (--max-runs) "
                 "or leave out the outputs that converge too slowly"
             )
+            lines.append(f"Most is missed {own['largest_miss']}")
     if "trusted" in bands:
         doubtful = [name for name in outputs_of(bands) if not select(bands["trusted"], name).all()]
         if doubtful:

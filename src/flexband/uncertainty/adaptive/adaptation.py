@@ -18,9 +18,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, running, series, step
-from flexband.uncertainty.surrogates.sigmas import growth
-from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.diagnostics import running, series, step
 
 GROWTH = 0.25
 """Size of a batch, as a part of the fitted runs there are."""
@@ -187,44 +185,6 @@ class Adaptation:
             error = discretization_error(self.design, self.choice, stages, fine)
             errors[name] = running(error, self.error.window)
         return errors
-
-    def surrogate(self) -> Surrogate:
-        """Return the surrogate with what is known of its errors."""
-        variables = [
-            name if one.dimension == 1 else f"{name}[{k}]"
-            for random in (False, True)
-            for name, one in self.space.of_kind(random=random).items()
-            for k in range(one.dimension)
-        ]
-        choice, finer = self.choice, self.discretization()
-        of_mean = growth(0) if self.space.families else 1.0  # without σ, the mean is the error bar
-        parts = {"expansion": np.stack([of_mean * self.error.values, self.error.values])}
-        if finer:
-            parts["discretization"] = np.sum(list(finer.values()), axis=0)
-        total = np.sum(list(parts.values()), axis=0)
-        told = diagnostics(
-            self.labels, total, choice.carriers, self.error.trusted, choice.frequencies
-        )
-        told = told.assign(orders=("variable", choice.orders)).assign_coords(variable=variables)
-        for name, errors in parts.items():
-            for band, own in zip(("mean", "error_bar"), errors, strict=True):
-                told[f"{band}_{name}_error"] = (
-                    self.labels.dims[1:],
-                    own.reshape(self.labels.shape[1:]),
-                )
-        numbers = getattr(self.evaluate, "discretization", dict)()
-        relative = {
-            f"{name}_error": self.error.relative(own) for name, own in (finer | parts).items()
-        }
-        told = told.assign_attrs(
-            {"discretization_error": "not estimated"} | relative,
-            expected_error=self.error.relative(total),
-            runs_fitted=len(self.fitted.values),
-            runs_checked=len(self.held.values),
-            runs_refined=self.refined,
-            discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
-        )
-        return Surrogate(self.space, self.labels, tuple(choice.expansions()), told)
 
 
 def _first_design(m: int, families: Sequence[Family], most: int) -> Design:

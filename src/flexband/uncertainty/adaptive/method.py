@@ -9,6 +9,7 @@ import xarray as xr
 from flexband.errors import InputError, flag, numbers, positive, warn, whole
 from flexband.uncertainty.adaptive.adaptation import FEWEST_HELD, Adaptation, fewest_fitted
 from flexband.uncertainty.adaptive.resolution import solved
+from flexband.uncertainty.adaptive.results import surrogate_of
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -102,7 +103,8 @@ class AdaptivePCCI:
         ``attrs["elements_error"]`` what is due to each, and ``attrs["halved"]`` what was halved.
         ``attrs["runs"]`` is the sum of ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
         ``attrs["runs_refined"]`` on finer, and ``attrs["runs_coarser"]`` on coarser discretizations
-        than that of the bands. ``attrs["stopped"]`` says why there were no more runs.
+        than that of the bands. ``attrs["largest_miss"]`` names the held-out run that the expansion
+        misses by the most. ``attrs["stopped"]`` says why there were no more runs.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)
@@ -111,7 +113,7 @@ class AdaptivePCCI:
             return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
 
         course, told = solved(begin, evaluate, self.tolerance)
-        return course.surrogate().telling(tolerance=self.tolerance, **told)
+        return surrogate_of(course).telling(tolerance=self.tolerance, **told)
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""

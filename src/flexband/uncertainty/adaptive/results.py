@@ -1,0 +1,79 @@
+"""The surrogate that the adaptive method returns, with what its runs tell of its errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexband.uncertainty.adaptive.adaptation import Adaptation
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.diagnostics import diagnostics
+from flexband.uncertainty.surrogates.sigmas import growth
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+def surrogate_of(course: Adaptation) -> Surrogate:
+    """Return the best surrogate of the runs; `AdaptivePCCI.expand` lists what it tells."""
+    choice, error, labels = course.choice, course.error, course.labels
+    finer = course.discretization()
+    of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
+    parts = {"expansion": np.stack([of_mean * error.values, error.values])}
+    if finer:
+        parts["discretization"] = np.sum(list(finer.values()), axis=0)
+    total = np.sum(list(parts.values()), axis=0)
+    told = diagnostics(labels, total, choice.carriers, error.trusted, choice.frequencies)
+    told = told.assign(orders=("variable", choice.orders))
+    told = told.assign_coords(variable=_variables(course.space))
+    for name, errors in parts.items():
+        for band, own in zip(("mean", "error_bar"), errors, strict=True):
+            told[f"{band}_{name}_error"] = labels.dims[1:], own.reshape(labels.shape[1:])
+    numbers = getattr(course.evaluate, "discretization", dict)()
+    told = told.assign_attrs(
+        {"discretization_error": "not estimated"}
+        | {f"{name}_error": error.relative(own) for name, own in (finer | parts).items()},
+        expected_error=error.relative(total),
+        largest_miss=_largest_miss(course),
+        runs_fitted=len(course.fitted.values),
+        runs_checked=len(course.held.values),
+        runs_refined=course.refined,
+        discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
+    )
+    return Surrogate(course.space, labels, tuple(choice.expansions()), told)
+
+
+def _variables(space: Space) -> list[str]:
+    """Return the names of all variables, η first."""
+    return [
+        name if one.dimension == 1 else f"{name}[{k}]"
+        for random in (False, True)
+        for name, one in space.of_kind(random=random).items()
+        for k in range(one.dimension)
+    ]
+
+
+def _largest_miss(course: Adaptation) -> str:
+    """Return in words which held-out run is missed by the most, and which input is the hardest."""
+    part = np.abs(course.choice.missed) / course.error.width[:, None]
+    run, output, time = np.unravel_index(np.argmax(part), part.shape)
+    point = course.held.xi[run : run + 1], course.held.eta[run : run + 1]
+    values = course.space.values(*point).items()
+    inputs = ", ".join(f"{k} = {float(v[0]):.4g}" for k, v in values if not callable(v))
+    place = _place(course.labels, int(output) * part.shape[2] + int(time))
+    orders = course.choice.orders
+    hardest = _variables(course.space)[int(np.argmax(orders))]
+    return (
+        f"{place}{' at ' * bool(inputs)}{inputs}: {100 * part[run, output, time]:.2g} % of the "
+        f"error bar's width; the highest order is {orders.max()}, in {hardest}"
+    )
+
+
+def _place(labels: xr.DataArray, number: int) -> str:
+    """Return "of output F, time 0.1" for the number of a value of a response."""
+    where = zip(labels.dims[1:], np.unravel_index(number, labels.shape[1:]), strict=True)
+    known = coordinates(labels)
+    words = []
+    for dim, k in where:
+        value = known[str(dim)].values[k] if dim in known else k
+        words.append(f"{dim} {value:.4g}" if isinstance(value, float) else f"{dim} {value}")
+    return f"of {', '.join(words)}" if words else "of the response"

@@ -141,7 +141,8 @@ def both(response, inputs, steps: Sequence[int], parts: tuple[int, int]) -> list
 
     def fine(**values) -> xr.DataArray:
         mechanism = response.builder(**values).refined(parts[1])
-        return fb.simulate(mechanism, step=step, substeps=parts[0], **given)
+        motion = fb.simulate(mechanism, step=step, substeps=parts[0], **given)
+        return motion if "sample" in motion.dims else motion.expand_dims(sample=1)
 
     truth = fb.propagate(fine, inputs, fb.AdaptivePCCI(TOLERANCE / 10, 400))
     exact = [truth[name].transpose("bound", "output", "time").values for name in BANDS]

@@ -84,11 +84,13 @@ def test_the_discretization_and_what_is_due_to_it_are_told():
     own = told(0.004, 0.003, 10).assign_attrs(
         step_error=0.002, elements_error=0.001, runs_coarser=70,
         discretization="step 0.000125, elements of link 8",
+        carrier_frequencies=[184.4],
+        steps_per_period=[43.38],
     )  # fmt: skip
     lines = remarks(own)
     assert "the expansion 0.4 %, step 0.2 %, elements 0.1 % (10 runs" in lines[1]
     chosen = "Discretization: step 0.000125, elements of link 8 (as the tolerance requires)"
-    assert lines[2:] == [chosen]
+    assert lines[2:] == [chosen, "A vibration of 184.4 Hz has 43.4 steps per period"]
     assert remarks(own.assign_attrs(runs_coarser=0))[2] == chosen.partition(" (")[0]
 
 

@@ -84,8 +84,10 @@ def simulate(
         threads=threads,
         progress=progress,
     )
-    if "few_steps" in motion.attrs:
-        warn(motion.attrs["few_steps"], ResolutionWarning)
+    few = remark_on_few_steps(motion, mechanism, step / substeps, integrator or GeneralizedAlpha())
+    if few:
+        motion.attrs["few_steps"] = few
+        warn(few, ResolutionWarning)
     return motion
 
 
@@ -99,7 +101,7 @@ def simulated(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> xr.DataArray:
-    """Return the motion as `simulate` does, without a warning of few steps per period."""
+    """Return the motion as `simulate` does, without a look for few steps per period."""
     instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     instance("integrator", integrator, GeneralizedAlpha)
@@ -142,9 +144,6 @@ def simulated(
     )
     if len(again):
         result.attrs["halved_step"] = again.tolist()
-    few = remark_on_few_steps(batch.outputs[0], system, times, substeps, integrator)
-    if few and 0 not in again:
-        result.attrs["few_steps"] = few
     if batch.starts:
         sample = min(batch.starts)
         result.attrs["not_unique"] = sharing(system, batch.starts[sample], sample)

@@ -103,6 +103,11 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         if own["discretization"]:
             chosen = " (as the tolerance requires)" if own["runs_coarser"] else ""
             lines.append(f"Discretization: {own['discretization']}{chosen}")
+        carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
+        lines += [
+            f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
+            for frequency, steps in zip(*carriers, strict=False)
+        ]
         if own["runs_refined"] and finer > max(tolerance, error):
             lines.append(
                 "The discretization is coarse: a finer step or more elements would move the bands "

@@ -9,10 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from flexband.errors import returned
-from flexband.mechanics.assembly.system import System
+from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.mechanism import Mechanism
 
 LARGEST_ERROR = 0.04
 """Of an output's variation, without a remark."""
@@ -66,7 +68,7 @@ class Vibration(NamedTuple):
 
 
 def remark_on_few_steps(
-    outputs: np.ndarray, system: System, times: np.ndarray, every: int, integrator: GeneralizedAlpha
+    motion: xr.DataArray, mechanism: Mechanism, h: float, integrator: GeneralizedAlpha
 ) -> str:
     """Return which vibration makes an output wrong by most, if it is by more than 4 %.
 
@@ -74,27 +76,29 @@ def remark_on_few_steps(
 
     Parameters
     ----------
-    outputs : of one sample, shape (outputs, times), at every so many `times`.
+    motion : of which the first sample is judged, computed with steps of h.
     """
-    count, h = outputs.shape[-1], times[1] - times[0]
-    if count < FEWEST_TIMES or not len(outputs):
+    first = motion.isel(sample=0) if "sample" in motion.dims else motion
+    outputs, units, times = first.values, first["unit"].values, first["time"].values
+    count = len(times)
+    if count < FEWEST_TIMES or not len(outputs) or 0 in motion.attrs.get("halved_step", ()):
         return ""
-    rho, dt = float(integrator.spectral_radius), h * every
-    units = np.array(system.units)
+    rho, dt = float(integrator.spectral_radius), times[1] - times[0]
     size = np.where(units[:, None] == units, np.abs(outputs).max(axis=-1), 0.0).max(axis=-1)
     size = np.where(units == "rad", np.maximum(size, 1.0), size)
     varies = outputs.std(axis=-1) > SMALLEST_SCALE * np.maximum(size, 1e-300)
     free = np.ones(count // 2 + 1, dtype=bool)
     worst = worst_vibration(outputs, varies, free, dt, h, rho)
     if worst is not None and worst.error > LARGEST_ERROR:
-        values = [[float(np.ravel(returned(f, t))[0]) for t in times[::every]]
-                  for f in system.functions]  # fmt: skip
+        functions = assemble(mechanism).functions
+        values = [[float(np.ravel(returned(f, t))[0]) for t in times] for f in functions]
         free = not_driven(np.array(values).reshape(-1, count))
         worst = worst_vibration(outputs, varies, free, dt, h, rho)
     if worst is None or worst.error <= LARGEST_ERROR:
         return ""
+    name = str(first["output"].values[worst.output])
     return (
-        f"output {system.outputs[worst.output]!r} vibrates at about {worst.frequency:.3g} Hz, "
+        f"output {name!r} vibrates at about {worst.frequency:.3g} Hz, "
         f"with {1 / (worst.frequency * h):.3g} steps per period: its phase lags by about "
         f"{worst.lag:.3g} rad at the end, which is an error of about {worst.error:.0%} of the "
         f"output's variation; {worst.wanted:.0f} steps per period would make it about 1 %"
@@ -124,8 +128,9 @@ def worst_vibration(
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
     total = (window @ window) * count / 2 * np.maximum(outputs.var(axis=-1), 1e-300)
     found = []
-    for o in np.argsort(-weight.max(axis=-1) / total)[:CANDIDATES]:
-        if not weight[o].any():
+    rough = np.sqrt(weight.max(axis=-1) / total)
+    for o in np.argsort(-rough)[:CANDIDATES]:
+        if rough[o] < LARGEST_ERROR / 2:
             break
         at = k[np.argmax(weight[o])]
         here = slice(*_edges(np.array([at]), energy.shape[-1], 1).ravel())

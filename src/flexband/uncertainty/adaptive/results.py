@@ -38,6 +38,11 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         runs_checked=len(course.held.values),
         runs_refined=course.refined,
         discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
+        steps_per_period=[
+            1 / (frequency * numbers["step"])
+            for frequency in choice.frequencies
+            if frequency * numbers.get("step", 0.0) > 0
+        ],
     )
     return Surrogate(course.space, labels, tuple(choice.expansions()), told)
 

@@ -51,7 +51,8 @@ class Adaptation:
     fitted, held : these runs, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
-    finer : first runs of the design on finer discretizations, by the name of what is finer.
+    finer, of_finer : first runs of the design on finer discretizations, by the name of what is
+        finer, and what they tell of its error; None until they are made, or told.
     """
 
     def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
@@ -72,6 +73,7 @@ class Adaptation:
         self.places = np.zeros((0, m))
         self.fits: list[Fit] = []
         self.finer: dict[str, np.ndarray] | None = None
+        self.of_finer: dict[str, np.ndarray] | None = None
         self._judge()
 
     def run(self, tolerance: float) -> str:
@@ -112,6 +114,7 @@ class Adaptation:
 
     def _judge(self) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
+        self.of_finer = None
         F = (self.fitted + self.held).values
         self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages] + self.fits
@@ -167,6 +170,8 @@ class Adaptation:
 
         Each has the shape (2, outputs, times). None are returned if a finer run fails.
         """
+        if self.of_finer is not None:
+            return self.of_finer
         few = tuple(v[: self.design.few] for v in self.design.points)
         if self.finer is None:
             self.finer = {}
@@ -179,12 +184,12 @@ class Adaptation:
         coarse, few = len(self.fitted.values) + len(self.held.values), len(few[0])
         runs = [self.fitted.values, self.held.values, *self.finer.values()]
         stages = self._split(np.concatenate(runs)) if self.finer else []
-        errors = {}
+        self.of_finer = {}
         for k, name in enumerate(self.finer):
             fine = slice(coarse + k * few, coarse + (k + 1) * few)
             error = discretization_error(self.design, self.choice, stages, fine)
-            errors[name] = running(error, self.error.window)
-        return errors
+            self.of_finer[name] = running(error, self.error.window)
+        return self.of_finer
 
 
 def _first_design(m: int, families: Sequence[Family], most: int) -> Design:

@@ -65,13 +65,15 @@ def decompose(F: np.ndarray, dt: float) -> list[Stage]:
     F : shape (runs, outputs, times), at steps of dt.
     """
     stages = [Stage([], F)]
-    scale = np.sqrt(np.mean((F - F.mean(-1, keepdims=True)) ** 2, axis=(0, 2)))
-    scale = np.where(scale > 0, scale, 1.0)
-    least = MIN_ENERGY * spectrum(F - F.mean(0), scale).sum()
+    scale = np.sqrt([np.mean(own.var(axis=-1)) for own in np.moveaxis(F, 1, 0)])
+    scale, least = np.where(scale > 0, scale, 1.0), 0.0
     multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
     while F.shape[-1] >= MIN_TIMES and len(stages) <= MAX_CARRIERS:
         found, rest = stages[-1]
-        new, multiple = _next_carrier(rest, dt, found, scale, least)
+        own, varying = spectra(rest, scale)
+        least = least if found else MIN_ENERGY * varying.sum()
+        peaks = detect(own, varying, F.shape[-1], dt, least)[:MAX_PEAKS]
+        new, multiple = _next_carrier(rest, dt, found, scale, peaks)
         if new is None:
             break
         carriers, rest = [*found, new], rest - new.signal
@@ -88,11 +90,15 @@ def decompose(F: np.ndarray, dt: float) -> list[Stage]:
 
 
 def _next_carrier(
-    rest: np.ndarray, dt: float, found: list[Carrier], scale: np.ndarray, least: float
+    rest: np.ndarray,
+    dt: float,
+    found: list[Carrier],
+    scale: np.ndarray,
+    peaks: list[np.ndarray],
 ) -> tuple[Carrier | None, int]:
-    """Return the strongest carrier that can be tracked, and its multiple of the first, or 0."""
+    """Return the first carrier that can be tracked, and its multiple of the first found, or 0."""
     ramp = 2 * np.pi * dt * np.arange(rest.shape[-1])
-    for frequencies in detect(rest, dt, scale, least)[:MAX_PEAKS]:
+    for frequencies in peaks:
         middle = float(frequencies.mean())
         carrier = track(rest, dt, middle, frequencies[:, None] * ramp, scale, PASSES)
         if carrier is not None:
@@ -105,17 +111,20 @@ def _next_carrier(
     return None, 0
 
 
-def detect(F: np.ndarray, dt: float, scale: np.ndarray, least: float) -> list[np.ndarray]:
+def detect(
+    own: np.ndarray, varying: np.ndarray, times: int, dt: float, least: float
+) -> list[np.ndarray]:
     """Return the frequency in every run, shape (runs,), of each candidate, the strongest first.
 
     A candidate is a maximum of the energy E(f) of the variation between the runs in the band
     [f/b, b f], if it is twice the energy of the neighbouring bands. The frequency in a run is the
     centre of its energy in [f/1.25, 1.25 f].
+
+    Parameters
+    ----------
+    own, varying : `spectra` of the runs, at so many times.
     """
-    times = F.shape[-1]
     frequency = np.fft.rfftfreq(times, dt)
-    own = spectrum(F, scale)
-    varying = spectrum(F - F.mean(0), scale).sum(0)
     summed = np.concatenate([[0.0], np.cumsum(varying)])
 
     def band(f: np.ndarray) -> np.ndarray:
@@ -135,13 +144,18 @@ def detect(F: np.ndarray, dt: float, scale: np.ndarray, least: float) -> list[np
     return found
 
 
-def spectrum(F: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return the energy of all outputs by frequency, (runs, frequencies).
+def spectra(F: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the energy of all outputs by frequency, and that of their variation between the runs.
 
-    A linear trend is removed and a Hann window applied.
+    Shapes are (runs, frequencies) and (frequencies,). A linear trend is removed and a Hann window
+    applied.
     """
-    times = F.shape[-1]
-    x = np.linspace(-1, 1, times)
-    G = F - F.mean(-1, keepdims=True)
-    G = G - x * (G @ x)[..., None] / (x @ x)
-    return np.sum(np.abs(np.fft.rfft(G * np.hanning(times) / scale[:, None])) ** 2, axis=1)
+    runs, _, times = F.shape
+    x, window = np.linspace(-1, 1, times), np.hanning(times)
+    own, varying = np.zeros((runs, times // 2 + 1)), np.zeros(times // 2 + 1)
+    for G, size in zip(np.moveaxis(F, 1, 0), scale, strict=True):
+        straight = G.mean(axis=-1, keepdims=True) + (G @ x)[:, None] * x / (x @ x)
+        z = np.fft.rfft((G - straight) * window / size)
+        own += np.abs(z) ** 2
+        varying += np.sum(np.abs(z - z.mean(axis=0)) ** 2, axis=0)
+    return own, varying

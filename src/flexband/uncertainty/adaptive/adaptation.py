@@ -115,7 +115,11 @@ class Adaptation:
     def _judge(self) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
         self.of_finer = None
-        F = (self.fitted + self.held).values
+        runs, count = self.fitted + self.held, len(self.design)
+        self.fitted, self.held = (
+            Runs(*(v[own] for v in runs)) for own in (slice(count), slice(count, None))
+        )
+        F = runs.values
         self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages] + self.fits
         self.choice = Choice.of(fits, self.fitted, self.held)

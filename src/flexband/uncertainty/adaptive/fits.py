@@ -86,17 +86,19 @@ class Fit(NamedTuple):
         """Return the response at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
-    def overshoot(self, runs: Runs) -> np.ndarray:
+    def overshoot(self, runs: Runs, thin: slice) -> np.ndarray:
         """Return how far it leaves the range of all runs for normal variables far from their mean.
 
         Moments of a polynomial depend on values there, and high orders may oscillate between the
         outermost runs. Root mean square over each ξ alone, shape (outputs, times).
+
+        Parameters
+        ----------
+        runs, thin : the runs at some of the times, and which these are.
         """
-        orders, times = np.array(self.parts.random_orders, dtype=int), runs.values.shape[-1]
-        thin = slice(None, None, -(-times // MOST_TIMES))
-        parts = self.parts.of_rows(self.columns.width, np.arange(self.columns.width), thin)
-        values = runs.values[..., thin]
-        low, high = values.min(axis=0), values.max(axis=0)
+        orders, all_rows = np.array(self.parts.random_orders, dtype=int), self.columns.width
+        parts = self.parts.of_rows(all_rows, np.arange(all_rows), thin)
+        low, high = runs.values.min(axis=0), runs.values.max(axis=0)
         x = np.tile(np.concatenate([-FAR, FAR]), SWEEPS)
         weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
         eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
@@ -109,7 +111,7 @@ class Fit(NamedTuple):
             off = self.columns.join(parts.evaluate(xi, eta))
             off = np.abs(off - (low + high) / 2) - allowed[:, None, None] * (high - low) / 2
             square += np.einsum("p,pot->ot", weight, np.maximum(off, 0.0) ** 2)
-        return at_all_times(np.sqrt(square), thin, times)
+        return np.sqrt(square)
 
 
 class Runs(NamedTuple):
@@ -124,6 +126,10 @@ class Runs(NamedTuple):
     xi: np.ndarray
     eta: np.ndarray
     values: np.ndarray
+
+    def at(self, times: slice) -> Runs:
+        """Return the runs at some of the times."""
+        return self._replace(values=self.values[..., times])
 
     def __add__(self, other: Runs) -> Runs:  # pyright: ignore[reportIncompatibleMethodOverride]
         return Runs(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
@@ -148,7 +154,10 @@ class Choice(NamedTuple):
     def of(fits: Sequence[Fit], fitted: Runs, held: Runs) -> Choice:
         """Choose the fits that are best in held-out runs; every further carrier has to pay."""
         missed = [held.values - fit.evaluate(held.xi, held.eta) for fit in fits]
-        over = [fit.overshoot(held + fitted) for fit in fits]
+        times = held.values.shape[-1]
+        thin = slice(None, None, -(-times // MOST_TIMES))
+        seen = held.at(thin) + fitted.at(thin)
+        over = [at_all_times(fit.overshoot(seen, thin), thin, times) for fit in fits]
         errors = [
             np.hypot(rms(miss), rms(far[None])) / GAIN ** len(fit.frequencies)
             for fit, miss, far in zip(fits, missed, over, strict=True)

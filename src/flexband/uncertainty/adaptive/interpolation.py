@@ -31,6 +31,9 @@ from flexband.uncertainty.phases.layout import PartColumns
 
 HIGHEST_INTERVAL = 20
 
+SERIES = 4096
+"""Series that are expanded at a time."""
+
 EXPLAINED = 1e-3
 """Part of the energy of what is missed that need not be explained."""
 
@@ -102,7 +105,10 @@ class NestedDesign:
         return replace(self, index=self.index[: len(series)])._expanded(series)
 
     def _expanded(self, series: np.ndarray) -> HybridExpansion:
-        terms = np.linalg.solve(self.matrix, series)
+        terms = np.empty(series.shape)
+        for first in range(0, series.shape[1], SERIES):  # the solution needs copies
+            own = slice(first, first + SERIES)
+            terms[:, own] = np.linalg.solve(self.matrix, series[:, own])
         return HybridExpansion(tuple(self.families), self.index, terms)
 
     def extended(self, count: int, split: Split) -> NestedDesign:

@@ -65,7 +65,8 @@ class PartColumns(NamedTuple):
         parts = [stage.base]
         for c in stage.carriers:
             parts += [c.phase, np.real(c.envelope), np.imag(c.envelope)]
-        return np.concatenate([p.reshape(runs, -1) for p in parts], axis=1)
+        packed = [p.reshape(runs, -1) for p in parts]
+        return np.concatenate(packed, axis=1) if stage.carriers else packed[0]
 
     def unpack(self, series: np.ndarray) -> tuple[np.ndarray, Carriers]:
         """Return the base, shape (…, outputs, times), and the parts of each carrier."""

@@ -44,7 +44,7 @@ def step(values: xr.DataArray) -> float:
 
 def rms(v: np.ndarray) -> np.ndarray:
     """Return the root mean square over runs and times, (outputs,)."""
-    return np.sqrt(np.mean(v**2, axis=(0, 2)))
+    return np.sqrt(np.einsum("rot,rot->o", v, v) / (v.shape[0] * v.shape[2]))
 
 
 def running(v: np.ndarray, half: int) -> np.ndarray:

@@ -127,7 +127,10 @@ def test_few_runs_of_the_slider_crank_beat_ten_thousand():
 
     reference = fb.propagate(response, inputs, fb.ImprovedPCCI(*orders(39, 12, 3)))
     assert reference.attrs["runs"] == 2080
-    for method, runs in ((fb.PhaseResolvedPCCI(*orders(2, 1, 1)), 14), (fb.AdaptivePCCI(), 32 + 10)):
+    for method, runs in (
+        (fb.PhaseResolvedPCCI(*orders(2, 1, 1)), 14),
+        (fb.AdaptivePCCI(), 32 + 10),
+    ):
         bands = fb.propagate(response, inputs, method)
         assert bands.attrs["runs"] == runs
         for name, limits in (("mean", (0.006, 0.01)), ("error_bar", (0.008, 0.011))):

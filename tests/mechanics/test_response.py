@@ -185,3 +185,17 @@ def test_substeps_have_the_times_of_whole_steps(duration, step):
 def test_substeps_must_be_a_whole_number(substeps):
     with pytest.raises(fb.InputError, match="substeps must be"):
         fb.simulate(rigid_slider_crank(), **QUICK, substeps=substeps)
+
+
+def test_runs_that_needed_half_the_step_are_warned_of():
+    def builder(speed):
+        return fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
+            joints={"line": fb.Slot("m", (0.0, 0.0))},
+            loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
+            sensors={"m": fb.Position("m")},
+        )
+
+    response = fb.dynamic_response(builder, duration=0.2, step=0.02)
+    with pytest.warns(fb.FlexbandWarning, match="1 of 3 runs diverged with steps of 0.02 s"):
+        response(speed=np.array([0.1, 7.5, 0.2]))

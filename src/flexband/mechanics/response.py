@@ -130,12 +130,12 @@ class DynamicResponse:
                 ]
                 text = "\n".join([str(error), about, *lines])
                 raise type(error)(text, error.failures) from None
-            if "halved_step" in motion.attrs:
-                warn(
-                    f"{len(motion.attrs['halved_step'])} of {samples} runs diverged with steps of "
-                    f"{self.step:g} s and were completed with half of it; estimates of the step's "
-                    "error do not see their error: take a shorter step"
-                )
+        if "halved_step" in motion.attrs:
+            warn(
+                f"{len(motion.attrs['halved_step'])} of {samples} runs diverged with steps of "
+                f"{self.step:g} s and were completed with half of it; estimates of the step's "
+                "error do not see their error: take a shorter step"
+            )
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion

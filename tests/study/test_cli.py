@@ -55,12 +55,12 @@ def test_run_writes_data_and_figures(study_file, tmp_path):
     out = tmp_path / "out"
     result = call("run", study_file, "--output", out)
     assert result.exit_code == 0, result.output
-    assert "improved PCCI (1, 4), 20 runs" in result.output
+    assert "improved PCCI (1, 4), 21 runs" in result.output
     with xr.open_dataset(out / "bands.nc", engine="scipy") as bands:
         upper = bands["mean"].sel(output="v", bound="upper")
         np.testing.assert_allclose(upper, 3 * np.exp(-0.1 * bands["time"]), atol=1e-4)
         assert bands["mean"].sel(output="v")["unit"] == "N"
-        assert bands.attrs["runs"] == 20
+        assert bands.attrs["runs"] == 21
     for name in ("report.html", "bands_u.png", "bands_v.png"):
         assert (out / name).stat().st_size > 500
 
@@ -72,7 +72,7 @@ def test_run_by_another_method(study_file, tmp_path):
     assert result.exit_code == 0, result.output
     assert "μ ± 2.5σ" in (out / "report.html").read_text(encoding="utf-8")
     with xr.open_dataset(out / "bands.nc", engine="scipy") as bands:
-        assert (bands.attrs["runs"], bands.attrs["sigmas"]) == (21, 2.5)
+        assert (bands.attrs["runs"], bands.attrs["sigmas"]) == (22, 2.5)
         assert bands.attrs["method"].startswith("LHSScanning(samples=7, points=3")
 
 
@@ -130,7 +130,7 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
 def test_options_change_the_method_of_the_study(study_file, tmp_path):
     result = call("run", study_file, "--output", tmp_path / "out", "--interval-order", 2)
     assert result.exit_code == 0, result.output
-    assert "improved PCCI (1, 2), 12 runs" in result.output
+    assert "improved PCCI (1, 2), 13 runs" in result.output
     wrong = call("run", study_file, "--output", tmp_path / "out", "--samples", 500)
     assert wrong.exit_code == 1
     message = "options of improved PCCI are --random-order, --interval-order; got --samples"
@@ -168,7 +168,7 @@ def test_any_response_can_be_run(tmp_path):
     )
     result = call("run", file, "--output", tmp_path / "out")
     assert result.exit_code == 0, result.output
-    assert "box: improved PCCI (0, 1), 2 runs" in result.output
+    assert "box: improved PCCI (0, 1), 3 runs" in result.output
 
 
 def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, monkeypatch):

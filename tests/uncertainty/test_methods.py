@@ -29,7 +29,7 @@ def test_cosine(method, exact):
     bands = fb.propagate(cosine, {"x": fb.Interval(-1, 1)}, method)
     np.testing.assert_allclose(bands["mean"], exact, atol=5e-5)
     np.testing.assert_allclose(bands["error_bar"], bands["mean"])
-    assert bands.attrs["runs"] == 3
+    assert bands.attrs["runs"] == 3 + 1
 
 
 TIME = np.linspace(0, 10, 21)
@@ -57,7 +57,7 @@ def test_decay(method, tolerance, runs):
     np.testing.assert_allclose(bands["error_bar_lower"], [1.3 * fast, 1.3 * slow], atol=tolerance)
     np.testing.assert_allclose(bands["error_bar_upper"], [1.7 * fast, 1.7 * slow], atol=tolerance)
     np.testing.assert_allclose(bands["mean_at"].isel(input=0)[:, 1:].T, [[0.2, 0.1]] * 20)
-    assert bands.attrs["runs"] == runs
+    assert bands.attrs["runs"] == runs + 1  # one run is made again
 
 
 def ishigami(x1, x2, x3):
@@ -163,7 +163,7 @@ def test_random_inputs_alone_are_plain_polynomial_chaos():
     deviation = np.sqrt(2 * 16 + 4 * 4 + 1)
     np.testing.assert_allclose(bands["error_bar"], [5 - deviation, 5 + deviation])
     assert "mean_at" not in bands
-    assert bands.attrs["runs"] == 9
+    assert bands.attrs["runs"] == 9 + 1
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,8 @@ def test_samples_are_reproducible_and_stratified():
     seen = []
 
     def response(x):
-        seen.append(x)
+        if len(x) > 1:
+            seen.append(x)
         return x
 
     for seed in (5, 5, 6):
@@ -214,7 +215,7 @@ def test_bands_do_not_depend_on_the_batch():
         decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: reported.append(done)
     )
     np.testing.assert_array_equal(whole["mean"], parts["mean"])
-    assert reported == [(5, 16), (10, 16), (15, 16), (16, 16)]
+    assert reported == [(5, 17), (10, 17), (15, 17), (16, 17), (17, 17)]
 
 
 @pytest.mark.parametrize(
@@ -291,7 +292,7 @@ def test_orders_of_each_input_reproduce_a_polynomial_of_these_degrees(data):
         "y": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0),
     }  # fmt: skip
     bands = fb.propagate(response, inputs, fb.ImprovedPCCI(k, q))
-    assert bands.attrs["runs"] == np.prod(np.array(orders) + 1)
+    assert bands.attrs["runs"] == np.prod(np.array(orders) + 1) + 1
     nodes, weights = np.polynomial.hermite_e.hermegauss(12)
     weights = weights / weights.sum()
     mean = weights @ (1 + nodes) ** k["a"] * (weights @ (2 + nodes) ** k["b"])

@@ -37,8 +37,8 @@ class Comparison:
 
     @property
     def runs(self) -> int:
-        """Number of evaluations of the response."""
-        return self.bands.attrs["runs"]
+        """Number of evaluations of the response, without the one that is made again."""
+        return self.bands.attrs["runs"] - self.bands.attrs["runs_repeated"]
 
 
 def relative_error(found: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:

@@ -21,6 +21,7 @@ from flexband.errors import (
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.inputs import Input
+from flexband.uncertainty.inputs.repetition import check_repetition, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.surrogates.extrapolation import reached
@@ -61,13 +62,16 @@ def propagate(
     Dataset with variables `mean` and `error_bar`, first dim "bound" (lower, upper), Eqs. (3) and
     (5), and more: see `flexband.uncertainty.surrogates.bands.bands`. ``attrs["runs"]`` is the
     number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k.
+    One run is made again, alone, and counted in ``attrs["runs_repeated"]`` too: a sample must not
+    depend on others of its batch.
 
     Raises
     ------
     InputError
         If inputs and the response's arguments do not match, the method takes too many runs,
         `sigmas` is not a positive number, or the response returns NaN, no real numbers, the wrong
-        shape, or not the same dims and coordinates in every call (another order is put in order).
+        shape, or not the same dims and coordinates in every call (another order is put in order);
+        if samples of a batch change each other, or the same inputs give other values each time.
     """
     sigmas = checked_sigmas(sigmas)
     runs = _Runs(response, inputs, method, batch, most_runs, progress)
@@ -133,9 +137,11 @@ class _Runs:
                 f"{space.random_dimension} random and {space.interval_dimension} interval "
                 f"variables; most_runs is {most_runs}"
             )
+        self.total += 1  # one run is made again
         self.response, self.method, self.batch = response, method, batch
         self.progress = progress or (lambda done, total: None)
         self.calls: list[tuple[Response, Calls]] = []
+        self.repeated = 0
         left_out = self.start.left_out
         if left_out and not getattr(method, "finds_discretization", False):
             raise InputError(
@@ -155,6 +161,21 @@ class _Runs:
         self.labels = values[:0]
         return values
 
+    def repeat(
+        self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
+    ) -> None:
+        """Run one of the first runs again, alone, and refuse or remark what makes a difference."""
+        run = middle(values)
+
+        def again(copies: int) -> np.ndarray:
+            self.repeated += copies
+            points = (np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta))
+            with without_warnings():
+                return self(response, *points).values
+
+        samples = not callable(getattr(self.method, "expand", None))
+        check_repetition(values, again, run, noise_allowed=samples)
+
     def _advance(self, runs: int) -> None:
         self.done += runs
         self.progress(self.done, self.total)
@@ -168,7 +189,8 @@ class _Runs:
         if self.done < self.total:
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
-        return {"runs": self.done + self.explored, "method": repr(self.method), **reached(xi)}
+        counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
+        return {**counts, "method": repr(self.method), **reached(xi)}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
@@ -209,6 +231,8 @@ class _Level:
         if not own:
             own = [[]]
             self.runs.calls.append((self.response, own[0]))
+        if not self.runs.repeated:
+            self.runs.repeat(self.response, xi, eta, values.values)
         own[0].append((xi, eta, values.values))
         return values
 

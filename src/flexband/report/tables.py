@@ -90,6 +90,12 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
+        if "runs_generic" in own:
+            share = 1 - 0.05 ** (1 / own["runs_generic"])
+            lines.append(
+                f"What happens in less than {percent(share)} of the input space may be unseen "
+                f"({own['runs_generic']} of these runs are at generic points; 95 % confidence)"
+            )
         if own["runs_refined"]:
             parts = {k: own[f"{k}_error"] for k in PARTS if f"{k}_error" in own}
             parts = parts or {"step and elements": finer}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,9 @@ from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
+"""Those whose versions are told in results."""
 
 
 def propagate(
@@ -61,9 +65,9 @@ def propagate(
     -------
     Dataset with variables `mean` and `error_bar`, first dim "bound" (lower, upper), Eqs. (3) and
     (5), and more: see `flexband.uncertainty.surrogates.bands.bands`. ``attrs["runs"]`` is the
-    number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k.
-    One run is made again, alone, and counted in ``attrs["runs_repeated"]`` too: a sample must not
-    depend on others of its batch.
+    number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k;
+    ``attrs["inputs"]`` and ``attrs["versions"]`` are texts. One run is made again, alone, and
+    counted in ``attrs["runs_repeated"]`` too: a sample must not depend on others of its batch.
 
     Raises
     ------
@@ -190,7 +194,10 @@ class _Runs:
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        return {**counts, "method": repr(self.method), **reached(xi)}
+        inputs = "; ".join(f"{name} = {one!r}" for name, one in self.space.inputs.items())
+        versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+        told = {"method": repr(self.method), "inputs": inputs, "versions": versions}
+        return {**counts, **told, **reached(xi)}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""

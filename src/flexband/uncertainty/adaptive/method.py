@@ -104,7 +104,8 @@ class AdaptivePCCI:
         ``attrs["runs"]`` is the sum of ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
         ``attrs["runs_refined"]`` on finer, and ``attrs["runs_coarser"]`` on coarser discretizations
         than that of the bands. ``attrs["largest_miss"]`` names the held-out run that the expansion
-        misses by the most. ``attrs["stopped"]`` says why there were no more runs.
+        misses by the most. ``attrs["stopped"]`` says why there were no more runs,
+        ``attrs["runs_generic"]`` how many held-out runs are at generic points.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)

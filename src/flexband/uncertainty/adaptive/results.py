@@ -36,6 +36,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         largest_miss=_largest_miss(course),
         runs_fitted=len(course.fitted.values),
         runs_checked=len(course.held.values),
+        runs_generic=course.generic,
         runs_refined=course.refined,
         discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
         steps_per_period=[

@@ -120,7 +120,7 @@ def pendulum(upper, lower, weight, friction, angle):
     )
 
 
-def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2):
+def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2, retardation=0.0):
     """Return the slider–crank with an elastic link."""
     return fb.Mechanism(
         bodies={
@@ -128,6 +128,7 @@ def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2):
             "link": fb.Beam(
                 length=link, height=0.008, width=0.01, density=2700.0, start=(crank, 0.0),
                 youngs_modulus=modulus, poissons_ratio=0.3, elements=elements,
+                retardation=retardation,
             ),
             "slider": fb.RigidBody(mass=load, inertia=0.01, position=(crank + link, 0.0)),
         },

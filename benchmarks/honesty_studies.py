@@ -110,9 +110,12 @@ KINDS = {
 }  # fmt: skip
 KINDS |= {
     "chosen pendulum": replace(KINDS["pendulum"], fine=(64, 1)),
-    "chosen crank": replace(KINDS["elastic crank"], fine=(64, 8), finer=1.0),
-    "chosen four-bar": replace(KINDS["elastic four-bar"], fine=(64, 8), finer=1.0),
-}
+    "chosen crank": replace(
+        KINDS["elastic crank"], fine=(256, 4), most=1,
+        builder=partial(mechanisms.elastic_crank, retardation=2e-5),
+    ),
+    "chosen four-bar": replace(KINDS["elastic four-bar"], fine=(128, 4), most=1),
+}  # fmt: skip
 """All kinds, by the name of their family; the last ones leave out step and elements."""
 
 

@@ -132,6 +132,28 @@ def test_what_is_left_out_of_the_discretization_is_told():
     assert list(rigid.refinements(crank_length=0.1, link_length=0.3)) == ["step"]
 
 
+def test_runs_that_diverge_are_not_completed_where_the_step_is_left_out():
+    """Else a repetition with half the step, which is the same, would tell that nothing changes."""
+
+    def model(speed):
+        return fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
+            joints={"line": fb.Slot("m", (0.0, 0.0))},
+            loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
+            sensors={"m": fb.Position("m")},
+        )
+
+    speeds = {"speed": np.array([0.1, 7.5])}
+    open_ = fb.dynamic_response(model, duration=0.2, output_step=0.02)
+    with (
+        pytest.warns(fb.ResolutionWarning, match="step is left out"),
+        pytest.raises(fb.SimulationError, match="speed = 7.5"),
+    ):
+        open_(**speeds)
+    half = open_.refinements(**speeds)["step"]
+    assert half(**speeds).shape == (2, 2, 11)
+
+
 def test_points_of_a_refined_mechanism_stay_where_they_are():
     model = leaf(6, 2e11)
     finer = model.refined(3)

@@ -92,6 +92,10 @@ def test_the_discretization_and_what_is_due_to_it_are_told():
     chosen = "Discretization: step 0.000125, elements of link 8 (as the tolerance requires)"
     assert lines[2:] == [chosen, "A vibration of 184.4 Hz has 43.4 steps per period"]
     assert remarks(own.assign_attrs(runs_coarser=0))[2] == chosen.partition(" (")[0]
+    unmet = own.assign_attrs(expected_error=0.02, stopped="step may not be halved more often")
+    assert remarks(unmet)[-1] == (
+        "The tolerance of 1 % is NOT met by the discretization: step may not be halved more often"
+    )
 
 
 @pytest.mark.parametrize(

@@ -468,6 +468,7 @@ def test_what_is_left_out_is_halved_a_limited_number_of_times():
     assert bands.attrs["discretization"].startswith(f"step {2.0**-9:.6g}")
     assert bands.attrs["discretization_error"] > 0.1
     assert bands.attrs["expansion_error"] < 0.005
+    assert bands.attrs["stopped"] == "step may not be halved more often"
 
 
 def test_a_response_without_a_finer_one_says_so():

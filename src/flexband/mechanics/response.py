@@ -103,7 +103,8 @@ class DynamicResponse:
         InputError
             As `simulate` does, and if the builder does not return a mechanism.
         AssemblyError, SimulationError
-            As `simulate` does; the message gives the inputs of the failed runs.
+            As `simulate` does; the message gives the inputs of the failed runs. Without a given
+            step, runs that diverge are not completed with half of it: the step is too long.
         """
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = max((np.size(v) for v in arrays.values()), default=1)
@@ -121,6 +122,7 @@ class DynamicResponse:
                     substeps=self.step_parts,
                     integrator=self.integrator,
                     threads=self.threads,
+                    complete=self.given_step,
                 )
             except RunError as error:
                 about = f"inputs of the failed runs{self._difference()}:"

@@ -100,8 +100,12 @@ def simulated(
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
+    complete: bool = True,
 ) -> xr.DataArray:
-    """Return the motion as `simulate` does, without a look for few steps per period."""
+    """Return the motion as `simulate` does, without a look for few steps per period.
+
+    If it is not `complete`, samples that diverge are not completed with half the step, but fail.
+    """
     instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     instance("integrator", integrator, GeneralizedAlpha)
@@ -122,7 +126,7 @@ def simulated(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
     again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
-    if len(again):
+    if len(again) and complete:
         halves, every = _times(duration, step, 2 * substeps), 2 * substeps
         finer = run_samples(system, halves, integrator, samples=again, every=every, threads=threads)
         interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
@@ -142,7 +146,7 @@ def simulated(
         },
         attrs=changes,
     )
-    if len(again):
+    if len(again):  # all are completed
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:
         sample = min(batch.starts)

@@ -114,7 +114,12 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-        if own["runs_refined"] and finer > max(tolerance, error):
+        if own["runs_coarser"] and error <= tolerance < own["expected_error"]:
+            lines.append(
+                f"The tolerance of {100 * tolerance:g} % is NOT met by the discretization: "
+                f"{own['stopped']}"
+            )
+        elif own["runs_refined"] and finer > max(tolerance, error):
             lines.append(
                 "The discretization is coarse: a finer step or more elements would move the bands "
                 "by more than the tolerance; leave them out to have them chosen"

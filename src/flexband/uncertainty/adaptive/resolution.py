@@ -51,6 +51,8 @@ def solved(
                 stopped = course.run(SHARE * tolerance)
                 wanted = _halvings(course, left_out, tolerance)
                 if last or not wanted:
+                    if wanted:
+                        stopped = f"{' and '.join(wanted)} may not be halved more often"
                     told = {"stopped": stopped, "runs_coarser": coarser, "halved": names}
                     return course, told
         except RunError:  # the step may be too long

@@ -147,7 +147,7 @@ def test_runs_that_diverge_are_not_completed_where_the_step_is_left_out():
     open_ = fb.dynamic_response(model, duration=0.2, output_step=0.02)
     with (
         pytest.warns(fb.ResolutionWarning, match="step is left out"),
-        pytest.raises(fb.SimulationError, match="speed = 7.5"),
+        pytest.raises(fb.SimulationError, match=r"speed = 7\.5"),
     ):
         open_(**speeds)
     half = open_.refinements(**speeds)["step"]

@@ -212,3 +212,20 @@ def test_a_surrogate_says_when_it_extrapolates(tmp_path):
             own.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
     with pytest.raises(fb.InputError, match=r"e: values must be between 0 and 1; got 1\.1"):
         surrogate.evaluate(x=10.0, f=[[0.0, 0.0]], e=1.1)
+
+
+def test_results_have_long_names_and_units():
+    def response(x, e):
+        values = np.stack([x + e, 2 * x], axis=1)
+        unit = ("output", units)
+        return xr.DataArray(values, dims=("sample", "output"), coords={"unit": unit})
+
+    inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(0, 1)}
+    for method in (fb.PCCI(1, 1), fb.AdaptivePCCI(0.01), fb.LHSScanning(4, 2)):
+        for units in (["N", "N"], ["N", "m"]):
+            bands = fb.propagate(response, inputs, method, sigmas=2)
+            own = bands["error_bar"].attrs
+            assert own["long_name"] == "interval error bar: lowest μ − 2σ and highest μ + 2σ"
+            assert own.get("units") == ("N" if units == ["N", "N"] else None)
+            assert all("long_name" in bands[name].attrs for name in bands.data_vars)
+            assert "units" not in bands["mean_at"].attrs

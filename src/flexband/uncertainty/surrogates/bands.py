@@ -19,6 +19,28 @@ VARIABLES = frozenset(
 """Names in the dataset of bands."""
 
 
+LONG_NAMES = {
+    "mean": "interval mean: bounds of μ",
+    "error_bar": "interval error bar: lowest μ − {k}σ and highest μ + {k}σ",
+    "error_bar_lower": "bounds of μ − {k}σ",
+    "error_bar_upper": "bounds of μ + {k}σ",
+    "mean_at": "values of the interval inputs at the bounds of the interval mean",
+    "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
+    "mean_expected_error": "error expected of the interval mean",
+    "error_bar_expected_error": "error expected of the interval error bar",
+    "mean_expansion_error": "part of it that is due to the expansion",
+    "error_bar_expansion_error": "part of it that is due to the expansion",
+    "mean_discretization_error": "part of it that is due to step and elements",
+    "error_bar_discretization_error": "part of it that is due to step and elements",
+    "carriers": "number of carriers",
+    "trusted": "whether most of the variation in held-out runs is predicted",
+    "orders": "highest order of the expansion",
+    "truncation": "indicator of the truncation error",
+    "bound": "bound over all values of the interval inputs",
+}
+WITHOUT_UNITS = ("mean_at", "error_bar_at", "carriers", "trusted", "orders", "bound")
+
+
 def bands(
     space: Space, labels: xr.DataArray, found: Sequence[Extremes], sigmas: float
 ) -> xr.Dataset:
@@ -62,4 +84,21 @@ def bands(
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
         coords["input"] = xr.Variable("input", list(intervals.inputs))
-    return xr.Dataset(data, coords, {"sigmas": sigmas})
+    return described(xr.Dataset(data, coords, {"sigmas": sigmas}))
+
+
+def described(result: xr.Dataset) -> xr.Dataset:
+    """Give variables a `long_name`, and `units` where all outputs have the same.
+
+    Without dim "output", or with outputs of different units, the coordinate "unit" has them.
+    """
+    result = result.copy()
+    k = "" if result.attrs["sigmas"] == 1 else f"{result.attrs['sigmas']:g}"
+    units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
+    for name, words in LONG_NAMES.items():
+        if name in result.variables:
+            own = {"long_name": words.format(k=k)}
+            if len(units) == 1 and name not in WITHOUT_UNITS:
+                own["units"] = str(next(iter(units)))
+            result[name].attrs.update(own)
+    return result

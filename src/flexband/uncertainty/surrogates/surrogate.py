@@ -13,7 +13,7 @@ from flexband.errors import instance
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.bands import bands
+from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, diagnostics_of
 
@@ -107,7 +107,7 @@ class Surrogate:
         sigmas = checked_sigmas(sigmas)
         result = bands(self.space, self.labels, self.extremes(sigmas), sigmas)
         told = diagnostics_of(sigmas, self.diagnostics, result["error_bar"])
-        return result.merge(told).assign_attrs(told.attrs | result.attrs)
+        return described(result.merge(told).assign_attrs(told.attrs | result.attrs))
 
     def _joined(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """Return values (points, outputs, times) of all expansions, shape (points, …)."""

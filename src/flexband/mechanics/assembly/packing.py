@@ -100,12 +100,12 @@ def _prescribed_by(system: System, f: int) -> str:
 def _values(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
     """Return a function of time at the times, shape (times, n) or (times, 1)."""
     values = [returned(function, time, name) for time in times.tolist()]
-    counts = {np.size(v) for v in values} - {1, samples}
-    if counts:
+    counts = {np.size(v) for v in values if type(v) is not float} - {1}
+    if counts - {samples}:
         raise InputError(
             f"{named(function)} returned {max(counts)} values; the mechanism has {samples} samples"
         )
-    if any(np.size(v) > 1 for v in values):
+    if counts:
         values = [np.broadcast_to(v, samples) for v in values]
     table = np.array(values, dtype=float).reshape(len(times), -1)
     if not np.all(np.isfinite(table)):

@@ -42,6 +42,7 @@ ROOMS = [
     "uncertainty.scanning",
     "uncertainty.adaptive",
     "uncertainty.phase_resolved",
+    "uncertainty.runs",
     "uncertainty.propagate",
     "study",
     "report",

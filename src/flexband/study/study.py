@@ -19,7 +19,8 @@ from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.propagate import check_method, expand, propagate
+from flexband.uncertainty.propagate import expand, propagate
+from flexband.uncertainty.runs import check_method
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

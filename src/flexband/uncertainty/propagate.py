@@ -2,35 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from contextlib import suppress
-from importlib.metadata import version
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
-    ResolutionWarning,
-    function,
-    warn,
-    whole,
-    without_warnings,
-)
-from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
-from flexband.uncertainty.inputs.evaluation import evaluate
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.inputs import Input
-from flexband.uncertainty.inputs.repetition import check_repetition, middle
-from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
+from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.surrogates.extrapolation import reached
+from flexband.uncertainty.runs import Runs
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
-"""Those whose versions are told in results."""
 
 
 def propagate(
@@ -78,7 +60,7 @@ def propagate(
         if samples of a batch change each other, or the same inputs give other values each time.
     """
     sigmas = checked_sigmas(sigmas)
-    runs = _Runs(response, inputs, method, batch, most_runs, progress)
+    runs = Runs(response, inputs, method, batch, most_runs, progress)
     return method.solve(runs.space, runs.start, sigmas).assign_attrs(runs.attributes())
 
 
@@ -97,167 +79,8 @@ def expand(
     `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands(sigmas)``
     equals the result of `propagate`.
     """
-    runs = _Runs(response, inputs, method, batch, most_runs, progress)
+    runs = Runs(response, inputs, method, batch, most_runs, progress)
     if not callable(getattr(method, "expand", None)):
         raise InputError(f"method must be one that expands the response; got {method!r}")
     surrogate = method.expand(runs.space, runs.start)
     return surrogate.telling(**runs.attributes())
-
-
-def _count(runs: int) -> str:
-    """Return a number of runs as text; a power of ten if it is astronomical."""
-    return str(runs) if runs < 10**12 else f"about 10^{math.log10(runs):.0f}"
-
-
-def check_method(method: object) -> None:
-    """Raise `InputError` if an object is no method."""
-    if isinstance(method, type) or not callable(getattr(method, "solve", None)):
-        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
-
-
-Calls = list[tuple[np.ndarray, np.ndarray, np.ndarray]]
-"""ξ, η and values of evaluations."""
-
-
-class _Runs:
-    """Evaluations of the response and of its refinements, counted."""
-
-    def __init__(self, response, inputs, method, batch, most_runs, progress):
-        """Check the arguments of `propagate`, and find the domains of fields."""
-        batch = whole("batch", batch, 1)
-        check_method(method)
-        whole("most_runs", most_runs, 1)
-        function("response", response)
-        if progress is not None:
-            function("progress", progress)
-        check_names(response, inputs)
-        with without_warnings(ResolutionWarning):
-            located, self.explored = locate_fields(response, inputs)
-        self.space = space = Space(located)
-        self.done, self.total, self.labels = 0, method.runs(space), None
-        if self.total > most_runs:
-            raise InputError(
-                f"{method!r} would take {_count(self.total)} runs, with "
-                f"{space.random_dimension} random and {space.interval_dimension} interval "
-                f"variables; most_runs is {most_runs}"
-            )
-        self.total += 1  # one run is made again
-        self.response, self.method, self.batch = response, method, batch
-        self.progress = progress or (lambda done, total: None)
-        self.calls: list[tuple[Response, Calls]] = []
-        self.repeated = 0
-        left_out = self.start.left_out
-        if left_out and not getattr(method, "finds_discretization", False):
-            raise InputError(
-                f"{' and '.join(left_out)} must be given for {method!r}; "
-                "only AdaptivePCCI chooses them"
-            )
-
-    @property
-    def start(self) -> _Level:
-        """The response as it is given."""
-        return _Level(self, self.response)
-
-    def __call__(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        """Evaluate the response, or one that differs from it by the discretization."""
-        self.total = max(self.total, self.done + len(xi))
-        values = evaluate(response, self.space, xi, eta, self.batch, self._advance, self.labels)
-        self.labels = values[:0]
-        return values
-
-    def repeat(
-        self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
-    ) -> None:
-        """Run one of the first runs again, alone, and refuse or remark what makes a difference."""
-        run = middle(values)
-
-        def again(copies: int) -> np.ndarray:
-            self.repeated += copies
-            points = (np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta))
-            with without_warnings():
-                return self(response, *points).values
-
-        samples = not callable(getattr(self.method, "expand", None))
-        check_repetition(values, again, run, noise_allowed=samples)
-
-    def _advance(self, runs: int) -> None:
-        self.done += runs
-        self.progress(self.done, self.total)
-
-    def attributes(self) -> dict[str, object]:
-        """Return the number of runs and the method, and report that all runs are done.
-
-        Inputs that change no output are warned of.
-        """
-        self._check_inputs()
-        if self.done < self.total:
-            self.progress(self.done, self.done)
-        xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
-        counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        inputs = "; ".join(f"{name} = {one!r}" for name, one in self.space.inputs.items())
-        versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
-        told = {"method": repr(self.method), "inputs": inputs, "versions": versions}
-        return {**counts, **told, **reached(xi)}
-
-    def _check_inputs(self) -> None:
-        """Warn of inputs that change no output; the budget may pay for runs that prove it."""
-        unread = never_read(self.response, self.space.inputs)
-        response, calls = max(self.calls, key=lambda own: sum(len(call[0]) for call in own[1]))
-        idle, likely = self._without_effect(calls)
-        likely = [name for name in likely if name not in unread]
-        further = probes(self.space, likely)
-        if likely and self.done + len(further[0]) <= self.total:
-            with suppress(Exception):  # a run that fails here proves nothing
-                values = self(response, *further).values
-                still = self._without_effect([(*further, values)])[1]
-                idle |= {name: len(further[0]) for name in likely if name in still}
-        for name in self.space.inputs:
-            if name in unread:
-                warn(f"input {name!r} changes no output: the response never reads it")
-            elif name in idle:
-                where = " at the two values of it that were run" if idle[name] == 2 else ""
-                warn(f"input {name!r} changes no output{where}")
-
-    def _without_effect(self, calls: Calls) -> tuple[dict[str, int], list[str]]:
-        parts = zip(*calls, strict=True)
-        xi, eta, values = (p[0] if len(p) == 1 else np.concatenate(p) for p in parts)
-        return without_effect(self.space, (xi, eta), values)
-
-
-class _Level:
-    """The response on one discretization, as a function of ξ and η."""
-
-    def __init__(self, runs: _Runs, response: Response):
-        self.runs, self.response = runs, response
-        self.left_out: list[str] = self._of_nominal("left_out", [])
-
-    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        with without_warnings(ResolutionWarning, when=bool(self.left_out)):
-            values = self.runs(self.response, xi, eta)
-        own = [calls for response, calls in self.runs.calls if response is self.response]
-        if not own:
-            own = [[]]
-            self.runs.calls.append((self.response, own[0]))
-        if not self.runs.repeated:
-            self.runs.repeat(self.response, xi, eta, values.values)
-        own[0].append((xi, eta, values.values))
-        return values
-
-    def refinements(self) -> dict[str, _Level]:
-        """Return the response on finer discretizations, by the name of what is finer."""
-        refined = getattr(self.response, "refined", None)
-        whole = {"discretization": refined()} if callable(refined) else {}
-        finer = self._of_nominal("refinements", whole)
-        return {name: _Level(self.runs, response) for name, response in finer.items()}
-
-    def discretization(self) -> dict[str, float]:
-        """Return the numbers of the discretization, such as the step, by name."""
-        return self._of_nominal("discretization", {})
-
-    def _of_nominal(self, name: str, default: Any) -> Any:
-        """Return what a method of the response tells for inputs at their means and midpoints."""
-        method, space = getattr(self.response, name, None), self.runs.space
-        if not callable(method):
-            return default
-        nominal = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
-        return method(**space.values(*nominal))

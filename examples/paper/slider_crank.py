@@ -1,6 +1,6 @@
 """The slider–crank of the example above with the numerics of the paper's comparison.
 
-Three continuum elements and a step of 1 ms, six steps per period of the vibration at 184 Hz: errors
+Three continuum elements and a step of 1 ms, five steps per period of its vibration, 184 Hz: errors
 of methods are compared on these, as in the paper, but the bands themselves are not converged.
 """
 

@@ -50,6 +50,8 @@ def told(expansion, discretization, refined):
         runs_coarser=0,
         discretization="",
         largest_miss="of u at e = 0.3",
+        stopped="",
+        refined=["discretization"] if refined else [],
         tolerance=0.01,
     )
 
@@ -72,7 +74,7 @@ def test_a_coarse_discretization_is_mentioned(error, coarse):
     lines = remarks(told(0.004, error, 5))
     assert lines[0].startswith(f"Expected error, averaged over time: {percent(0.004 + error)} ")
     assert lines[1] == (
-        f"Of this, the expansion 0.4 %, step and elements {percent(error)} (5 runs on "
+        f"Of this, the expansion 0.4 %, discretization {percent(error)} (5 runs on "
         "finer discretizations)"
     )
     assert [line.startswith("The discretization is coarse") for line in lines[2:]] == [
@@ -82,20 +84,19 @@ def test_a_coarse_discretization_is_mentioned(error, coarse):
 
 def test_the_discretization_and_what_is_due_to_it_are_told():
     own = told(0.004, 0.003, 10).assign_attrs(
-        step_error=0.002, elements_error=0.001, runs_coarser=70,
+        step_error=0.002, elements_error=0.001, halved=["step"], refined=["step", "elements"],
         discretization="step 0.000125, elements of link 8",
         carrier_frequencies=[184.4],
         steps_per_period=[43.38],
     )  # fmt: skip
     lines = remarks(own)
     assert "the expansion 0.4 %, step 0.2 %, elements 0.1 % (10 runs" in lines[1]
-    chosen = "Discretization: step 0.000125, elements of link 8 (as the tolerance requires)"
+    chosen = "Discretization: step 0.000125, elements of link 8 (chosen by the method)"
     assert lines[2:] == [chosen, "A vibration of 184.4 Hz has 43.4 steps per period"]
-    assert remarks(own.assign_attrs(runs_coarser=0))[2] == chosen.partition(" (")[0]
-    unmet = own.assign_attrs(expected_error=0.02, stopped="step may not be halved more often")
-    assert remarks(unmet)[-1] == (
-        "The tolerance of 1 % is NOT met by the discretization: step may not be halved more often"
-    )
+    del own.attrs["halved"]
+    assert remarks(own)[2] == chosen.partition(" (")[0]
+    unmet = own.assign_attrs(expected_error=0.02, discretization_error=0.016, halved=["step"])
+    assert remarks(unmet)[-1].startswith("The tolerance of 1 % is NOT met by the discretization")
 
 
 @pytest.mark.parametrize(

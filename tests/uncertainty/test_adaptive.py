@@ -24,6 +24,7 @@ from hypothesis import strategies as st
 from scipy.special import ndtri
 
 import flexband as fb
+from flexband.report.tables import remarks
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
@@ -127,7 +128,7 @@ def test_six_fitted_runs_follow_twenty_periods(f):
     truth = case.reference()
     assert bands.attrs["runs_fitted"] == 6
     assert bands.attrs["runs"] - 1 == 6 + bands.attrs["runs_checked"] <= 22
-    assert bands.attrs["stopped"] == "the tolerance is met"
+    assert bands.attrs["stopped"] == "the expansion meets its tolerance"
     for name in ("mean", "error_bar"):
         assert float(relative_error(bands[name], truth[name])) < 0.002
     assert bool(bands["trusted"])
@@ -468,7 +469,32 @@ def test_what_is_left_out_is_halved_a_limited_number_of_times():
     assert bands.attrs["discretization"].startswith(f"step {2.0**-9:.6g}")
     assert bands.attrs["discretization_error"] > 0.1
     assert bands.attrs["expansion_error"] < 0.005
-    assert bands.attrs["stopped"] == "step may not be halved more often"
+    assert remarks(bands)[-1].startswith("The tolerance of 1 % is NOT met by the discretization")
+
+
+def test_finer_runs_that_fail_are_not_fine_enough_where_the_step_is_left_out():
+    class Failing(Open):
+        """Only the coarsest step works."""
+
+        def refinements(self, x, e):
+            return {"step": Failing(self.h / 2, 100)}
+
+        def __call__(self, x, e):
+            if self.h < 1:
+                raise fb.SimulationError("no convergence", {0: (0.1, "diverged")})
+            return Open(0.8, 100)(x, e)
+
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    with pytest.raises(fb.SimulationError):
+        fb.propagate(Failing(left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))
+
+
+def test_what_is_given_too_coarsely_is_told_where_the_rest_is_left_out():
+    inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    bands = fb.propagate(Open(n=1, left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["elements_error"] > 0.01
+    assert bands.attrs["step_error"] < 0.005
+    assert "what is given is too coarse" in remarks(bands)[-1]
 
 
 def test_a_response_without_a_finer_one_says_so():

@@ -205,8 +205,8 @@ def test_a_surrogate_says_when_it_extrapolates(tmp_path):
     low, high = (surrogate.diagnostics.attrs[f"{end}_xi"] for end in ("lowest", "highest"))
     for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
         own.evaluate(x=[5.1, 14.9], f=[[-4.9, 4.9]], e=[0.0, 1.0])
-        reach = rf"within \({10 + low[2]:.6g}, ξ = {low[2]:.3g}\) and \({10 + high[2]:.6g}, ξ = "
-        with pytest.warns(fb.FlexbandWarning, match=rf"x \(-10, ξ = -20\) is far .* {reach}"):
+        reach = rf"between \({10 + low[2]:.6g}, ξ = {low[2]:.3g}\) and \({10 + high[2]:.6g}, ξ = "
+        with pytest.warns(fb.FlexbandWarning, match=rf"x \(-10, ξ = -20\) is beyond .* {reach}"):
             own.evaluate(x=[9.0, -10.0], f=[[0.0, 7.0]], e=0.5)
         with pytest.warns(fb.FlexbandWarning, match=r"f\[1\] \(ξ = 7\) is far .*ξ = -"):
             own.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
@@ -229,3 +229,30 @@ def test_results_have_long_names_and_units():
             assert own.get("units") == ("N" if units == ["N", "N"] else None)
             assert all("long_name" in bands[name].attrs for name in bands.data_vars)
             assert "units" not in bands["mean_at"].attrs
+
+
+def test_parts_of_the_expected_error_add_up_for_every_k():
+    class Coarse:
+        """With an error of its step in σ alone, which moves μ ± kσ by k times as much."""
+
+        def __init__(self, h=0.1):
+            self.h = h
+
+        def refined(self):
+            return Coarse(self.h / 2)
+
+        def __call__(self, x, e):
+            return (1 + self.h**2) * x + 0.1 * e
+
+    inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
+    surrogate = fb.expand(Coarse(), inputs, fb.AdaptivePCCI(0.01))
+    for k in (0.5, 1.0, 3.0):
+        bands, exact = surrogate.bands(k), 0.1 + k
+        told = float(bands["error_bar_discretization_error"])
+        true = abs(float(bands["error_bar"][1]) - exact)
+        assert true == pytest.approx(0.01 * k, rel=1e-6)
+        assert told == pytest.approx(0.01 * max(k, np.sqrt((1 + k * k) / 2)), rel=0.02)
+        own = bands.attrs
+        assert own["expected_error"] == pytest.approx(
+            own["expansion_error"] + own["discretization_error"], rel=1e-6
+        )

@@ -9,13 +9,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.study.comparison import Comparison
+from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields import RandomField
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
-
-PARTS = ("step", "elements")
-"""Of a discretization."""
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
@@ -83,9 +81,6 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
         own = bands.attrs
-        error, finer, tolerance = (
-            own[k] for k in ("expansion_error", "discretization_error", "tolerance")
-        )
         lines.append(
             f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
@@ -96,51 +91,68 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"What happens in less than {percent(share)} of the input space may be unseen "
                 f"({own['runs_generic']} of these runs are at generic points; 95 % confidence)"
             )
-        if own["runs_refined"]:
-            parts = {k: own[f"{k}_error"] for k in PARTS if f"{k}_error" in own}
-            parts = parts or {"step and elements": finer}
-            told = ", ".join(f"{k} {percent(part)}" for k, part in parts.items())
+        if own["refined"]:
+            told = ", ".join(f"{k} {percent(own[f'{k}_error'])}" for k in own["refined"])
             lines.append(
-                f"Of this, the expansion {percent(error)}, {told} ({own['runs_refined']} runs on "
-                "finer discretizations)"
+                f"Of this, the expansion {percent(own['expansion_error'])}, {told} "
+                f"({own['runs_refined']} runs on finer discretizations)"
             )
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
         if own["discretization"]:
-            chosen = " (as the tolerance requires)" if own["runs_coarser"] else ""
+            chosen = " (chosen by the method)" if "halved" in own else ""
             lines.append(f"Discretization: {own['discretization']}{chosen}")
         carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
         lines += [
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-        if own["runs_coarser"] and error <= tolerance < own["expected_error"]:
-            lines.append(
-                f"The tolerance of {100 * tolerance:g} % is NOT met by the discretization: "
-                f"{own['stopped']}"
-            )
-        elif own["runs_refined"] and finer > max(tolerance, error):
-            lines.append(
-                "The discretization is coarse: a finer step or more elements would move the bands "
-                "by more than the tolerance; leave them out to have them chosen"
-            )
-        if error > tolerance and own.get("sigmas", 1) != 1 and "tolerance is met" in own["stopped"]:
-            lines.append(
-                f"The tolerance of {100 * tolerance:g} % is met for μ ± σ, but NOT for "
-                f"μ ± {deviations(bands)}: choose a smaller one (--tolerance)"
-            )
-        elif error > tolerance:
-            lines.append(
-                f"The tolerance of {100 * tolerance:g} % is NOT met: allow more runs (--max-runs) "
-                "or leave out the outputs that converge too slowly"
-            )
-            lines.append(f"Most is missed {own['largest_miss']}")
+        lines += _tolerance_remarks(bands)
     if "trusted" in bands:
         doubtful = [name for name in outputs_of(bands) if not select(bands["trusted"], name).all()]
         if doubtful:
             names = ", ".join(name or "response" for name in doubtful)
             lines.append(
                 f"Not reliable: most of the variation of {names} in held-out runs is missed"
+            )
+    return lines
+
+
+def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
+    """Return whether expansion and discretization keep below the tolerance, if they do not.
+
+    If the discretization was left to the method, each of them has one half of the tolerance.
+    """
+    own, lines = bands.attrs, []
+    error, finer, tolerance = (
+        own[k] for k in ("expansion_error", "discretization_error", "tolerance")
+    )
+    chosen, unmet = "halved" in own, f"The tolerance of {100 * own['tolerance']:g} % is"
+    share = tolerance / 2 if chosen else tolerance
+    exceeded = own["expected_error"] > tolerance if chosen else error > tolerance
+    if exceeded and own.get("sigmas", 1) != 1 and own["stopped"] == MET:
+        return [
+            f"{unmet} met for μ ± σ, but NOT for μ ± {deviations(bands)}: choose a smaller one "
+            "(--tolerance)"
+        ]
+    if exceeded and error > share:
+        lines.append(
+            f"{unmet} NOT met: allow more runs (--max-runs) or leave out the outputs that converge "
+            "too slowly"
+        )
+        lines.append(f"Most is missed {own['largest_miss']}")
+    if own["refined"] and finer > (share if chosen else max(tolerance, error)):
+        if chosen:
+            lines.append(
+                f"{unmet} NOT met by the discretization: what is given is too coarse, or what is "
+                "left out would have to be halved more often"
+            )
+        else:
+            lines.append(
+                "The discretization is coarse: a finer one would move the bands by more than the "
+                "tolerance"
+                + "; leave out step and elements to have them chosen"
+                * ("step" in own["refined"])
             )
     return lines
 

@@ -141,7 +141,7 @@ class Runs:
         likely = [name for name in likely if name not in unread]
         further = probes(self.space, likely)
         if likely and self.done + len(further[0]) <= self.total:
-            with suppress(Exception):  # a run that fails here proves nothing
+            with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
                 values = self(response, *further).values
                 still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}

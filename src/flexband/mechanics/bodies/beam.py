@@ -65,8 +65,8 @@ class Beam(CentreLine):
     density : ρ [kg/m³].
     youngs_modulus : E [Pa].
     poissons_ratio : ν, in (−1, 0.5). The material of a continuum element is in plane stress.
-    elements : number of elements. If it is left out, it is 4, of which is warned, or `AdaptivePCCI`
-        chooses it (see `dynamic_response`).
+    elements : number of elements. If it is left out, 4 are used, with a warning, or
+        `AdaptivePCCI` chooses it (see `dynamic_response`).
     retardation : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains E + τ Ė.
         A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].

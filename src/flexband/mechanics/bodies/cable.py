@@ -49,8 +49,8 @@ class Cable(CentreLine):
     mass_per_length : kg/m.
     axial_stiffness : EA [N].
     bending_stiffness : EI [N m²].
-    elements : number of elements. If it is left out, it is 4, of which is warned, or `AdaptivePCCI`
-        chooses it (see `dynamic_response`).
+    elements : number of elements. If it is left out, 4 are used, with a warning, or
+        `AdaptivePCCI` chooses it (see `dynamic_response`).
     retardation : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the strains
         ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].

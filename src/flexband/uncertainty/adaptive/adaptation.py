@@ -28,6 +28,9 @@ MOST_INTERPOLATED = 48
 
 FEWEST_HELD = 2
 
+MET = "the expansion meets its tolerance"
+"""Reason to stop."""
+
 MANY = 3
 """With so many variables one batch at least follows the first, which has few products."""
 
@@ -87,7 +90,7 @@ class Adaptation:
                 width = self.error.width
                 met = self.error.relative(self.error.values) <= tolerance
             if met:
-                reason = "the tolerance is met"
+                reason = MET
             else:
                 reason = self._extend()
                 if not reason:
@@ -172,7 +175,8 @@ class Adaptation:
     def discretization(self) -> dict[str, np.ndarray]:
         """Return the error that is due to each part of the discretization.
 
-        Each has the shape (2, outputs, times). None are returned if a finer run fails.
+        Each has the shape (2, outputs, times). None are returned if a finer run fails, which is
+        an error where the discretization is left to the method.
         """
         if self.of_finer is not None:
             return self.of_finer
@@ -183,6 +187,8 @@ class Adaptation:
                 for name, response in refinements(self.evaluate).items():
                     self.finer[name] = series(response(*few))
             except RunError as error:
+                if getattr(self.evaluate, "left_out", []):
+                    raise
                 warn(f"the discretization error is not estimated: {error}")
                 self.finer = {}
         coarse, few = len(self.fitted.values) + len(self.held.values), len(few[0])

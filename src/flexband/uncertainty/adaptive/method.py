@@ -101,10 +101,11 @@ class AdaptivePCCI:
         the sum if the response left out its discretization, and for the expansion otherwise.
         ``attrs["discretization"]`` tells the step and the elements, ``attrs["step_error"]`` and
         ``attrs["elements_error"]`` what is due to each, and ``attrs["halved"]`` what was halved.
-        ``attrs["runs"]`` is the sum of ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
-        ``attrs["runs_refined"]`` on finer, and ``attrs["runs_coarser"]`` on coarser discretizations
-        than that of the bands. ``attrs["largest_miss"]`` names the held-out run that the expansion
-        misses by the most. ``attrs["stopped"]`` says why there were no more runs,
+        ``attrs["runs"]`` counts ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
+        ``attrs["runs_refined"]`` on finer and ``attrs["runs_coarser"]`` on coarser discretizations
+        than that of the bands, ``attrs["runs_repeated"]``, and those that found the domains of
+        fields or looked for inputs without effect. ``attrs["largest_miss"]`` names the held-out run
+        that the expansion misses by the most, ``attrs["stopped"]`` why there were no more runs,
         ``attrs["runs_generic"]`` how many held-out runs are at generic points.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """

@@ -51,14 +51,11 @@ def solved(
                 stopped = course.run(SHARE * tolerance)
                 wanted = _halvings(course, left_out, tolerance)
                 if last or not wanted:
-                    if wanted:
-                        stopped = f"{' and '.join(wanted)} may not be halved more often"
-                    told = {"stopped": stopped, "runs_coarser": coarser, "halved": names}
-                    return course, told
+                    return course, {"stopped": stopped, "runs_coarser": coarser, "halved": names}
         except RunError:  # the step may be too long
             if last:
                 raise
-            wanted = dict.fromkeys(left_out, 1)
+            wanted = {"step" if "step" in left_out else left_out[0]: 1}
         coarser += course.runs if course else 0
         for name, times in wanted.items():
             for _ in range(times):
@@ -73,9 +70,10 @@ def _halvings(course: Adaptation, left_out: list[str], tolerance: float) -> dict
     allowed = SHARE * tolerance
     if sum(errors.values()) <= allowed:
         return {}
-    each, times = allowed / len(errors), {}
+    given = sum(error for name, error in errors.items() if name not in left_out)
+    each, times = max(allowed - given, allowed / 2) / len(left_out), {}
     for name in left_out:
-        ratio = errors[name] / each if name in errors else 0.0
+        ratio = errors.get(name, 0.0) / each
         if ratio > 1:
             most = MOST_AT_ONCE if errors[name] < RESOLVED else 1
             times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))

@@ -36,8 +36,9 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         largest_miss=_largest_miss(course),
         runs_fitted=len(course.fitted.values),
         runs_checked=len(course.held.values),
-        runs_generic=course.generic,
+        runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
         runs_refined=course.refined,
+        refined=list(finer),
         discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
         steps_per_period=[
             1 / (frequency * numbers["step"])

@@ -1,4 +1,4 @@
-"""Where a surrogate extrapolates: random inputs far beyond all runs of the response."""
+"""Where a surrogate extrapolates: random inputs beyond all runs of the response."""
 
 from __future__ import annotations
 
@@ -53,6 +53,6 @@ def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]
     shown = [f"{v}ξ = {x:.3g}" for v, x in zip(values, standard, strict=True)]
     label = name if one.dimension == 1 else f"{name}[{term}]"
     warn(
-        f"the surrogate extrapolates: {label} ({shown[0]}) is far beyond its runs, which are "
-        f"within ({shown[1]}) and ({shown[2]})"
+        f"the surrogate extrapolates: {label} ({shown[0]}) is beyond its runs, which are "
+        f"between ({shown[1]}) and ({shown[2]})"
     )

@@ -40,11 +40,21 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
         return diagnostics
     own = [str(k) for k in diagnostics if str(k).startswith("error_bar_")]
     told = diagnostics.assign({name: diagnostics[name] * growth(sigmas) for name in own})
+    finer = "error_bar_discretization_error"
+    if finer in own:  # of bands: if σ alone moves, it is k times as large
+        factor = max(sigmas, growth(sigmas))
+        told[finer] = diagnostics[finer] * factor
+        told["error_bar_expected_error"] = told[finer] + told["error_bar_expansion_error"]
     relative = {
         name: relative_error(told, name, bar)
         for name in ("expected_error", "expansion_error", "discretization_error")
         if isinstance(told.attrs.get(name), float) and f"error_bar_{name}" in own
     }
+    if isinstance(relative.get("discretization_error"), float):
+        ratio = relative["discretization_error"] / (told.attrs["discretization_error"] or 1.0)
+        for name in (f"{part}_error" for part in told.attrs["refined"]):
+            if name not in relative:
+                relative[name] = told.attrs[name] * ratio
     return told.assign_attrs(relative)
 
 

@@ -57,7 +57,7 @@ class Surrogate:
     def evaluate(self, **values: np.ndarray) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
 
-        Warns of a random input that is far beyond all runs, at more than five standard deviations.
+        Warns of a random input that is beyond all runs, at more than five standard deviations.
 
         Parameters
         ----------

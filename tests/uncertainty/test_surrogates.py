@@ -208,7 +208,7 @@ def test_a_surrogate_says_when_it_extrapolates(tmp_path):
         reach = rf"between \({10 + low[2]:.6g}, ξ = {low[2]:.3g}\) and \({10 + high[2]:.6g}, ξ = "
         with pytest.warns(fb.FlexbandWarning, match=rf"x \(-10, ξ = -20\) is beyond .* {reach}"):
             own.evaluate(x=[9.0, -10.0], f=[[0.0, 7.0]], e=0.5)
-        with pytest.warns(fb.FlexbandWarning, match=r"f\[1\] \(ξ = 7\) is far .*ξ = -"):
+        with pytest.warns(fb.FlexbandWarning, match=r"f\[1\] \(ξ = 7\) is beyond .*ξ = -"):
             own.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
     with pytest.raises(fb.InputError, match=r"e: values must be between 0 and 1; got 1\.1"):
         surrogate.evaluate(x=10.0, f=[[0.0, 0.0]], e=1.1)

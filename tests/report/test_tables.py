@@ -137,4 +137,4 @@ def test_a_verification_is_a_column_and_a_remark():
 
 def test_the_share_that_runs_may_not_have_seen_is_told():
     lines = remarks(told(0.001, "not estimated", 0).assign_attrs(runs_generic=8))
-    assert lines[1].startswith("What happens in less than 31 % of the input space may be unseen (8")
+    assert lines[2].startswith("What happens in less than 31 % of the input space may be unseen (8")

@@ -85,12 +85,6 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
-        if "runs_generic" in own:
-            share = 1 - 0.05 ** (1 / own["runs_generic"])
-            lines.append(
-                f"What happens in less than {percent(share)} of the input space may be unseen "
-                f"({own['runs_generic']} of these runs are at generic points; 95 % confidence)"
-            )
         if own["refined"]:
             told = ", ".join(f"{k} {percent(own[f'{k}_error'])}" for k in own["refined"])
             lines.append(
@@ -99,6 +93,12 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             )
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
+        if "runs_generic" in own:
+            share = 1 - 0.05 ** (1 / own["runs_generic"])
+            lines.append(
+                f"What happens in less than {percent(share)} of the input space may be unseen "
+                f"({own['runs_generic']} held-out runs are at generic points; 95 % confidence)"
+            )
         if own["discretization"]:
             chosen = " (chosen by the method)" if "halved" in own else ""
             lines.append(f"Discretization: {own['discretization']}{chosen}")

@@ -11,7 +11,6 @@ from flexband.uncertainty.expansions.bounds import extremes
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import (
-    chebyshev_derivative,
     chebyshev_values,
     chebyshev_zeros,
     scaled_chebyshev_zeros,
@@ -179,12 +178,6 @@ def test_order_zero_is_the_midpoint():
     np.testing.assert_array_equal(scaled_chebyshev_zeros(0), [0.0])
     bands = fb.propagate(lambda x: x, {"x": fb.Interval(2, 4)}, fb.ImprovedPCCI(0, 0))
     np.testing.assert_array_equal(bands["mean"], [3.0, 3.0])
-
-
-def test_chebyshev_derivatives():
-    x, step = np.linspace(-1, 1, 7), 1e-6
-    change = (chebyshev_values(5, x + step) - chebyshev_values(5, x - step)) / (2 * step)
-    np.testing.assert_allclose(chebyshev_values(5, x) @ chebyshev_derivative(5), change, atol=1e-7)
 
 
 def test_samples_are_reproducible_and_stratified():

@@ -14,7 +14,7 @@ from flexband.errors import RunError
 from flexband.uncertainty.adaptive.adaptation import Adaptation, refinements
 from flexband.uncertainty.methods import Evaluate
 
-SHARE = 0.5
+OF_DISCRETIZATION = 0.5
 """Part of the tolerance that is for the discretization."""
 
 ORDER = 2
@@ -48,7 +48,7 @@ def solved(
             course = begin(evaluate)
             wanted = _halvings(course, left_out, tolerance)
             if last or not wanted:
-                stopped = course.run(SHARE * tolerance)
+                stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
                 wanted = _halvings(course, left_out, tolerance)
                 if last or not wanted:
                     return course, {"stopped": stopped, "runs_coarser": coarser, "halved": names}
@@ -67,7 +67,7 @@ def solved(
 def _halvings(course: Adaptation, left_out: list[str], tolerance: float) -> dict[str, int]:
     """Return how often what was left out must be halved; nothing if it is fine enough."""
     errors = {name: course.error.relative(e) for name, e in course.discretization().items()}
-    allowed = SHARE * tolerance
+    allowed = OF_DISCRETIZATION * tolerance
     if sum(errors.values()) <= allowed:
         return {}
     given = sum(error for name, error in errors.items() if name not in left_out)

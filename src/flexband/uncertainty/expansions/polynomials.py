@@ -1,8 +1,6 @@
-"""Chebyshev polynomials of an interval variable: zeros, values, derivatives."""
+"""Chebyshev polynomials of an interval variable: zeros and values."""
 
 from __future__ import annotations
-
-from functools import cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -27,12 +25,3 @@ def scaled_chebyshev_zeros(order: int) -> np.ndarray:
 def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
     """Return T_0 … T_order at η, shape (*eta.shape, order + 1)."""
     return chebyshev.chebvander(eta, order)
-
-
-@cache
-def chebyshev_derivative(order: int) -> np.ndarray:
-    """Return D with T_i′ = Σ_j T_j D_ji, shape (order + 1, order + 1)."""
-    D = np.zeros((order + 1, order + 1))
-    for i in range(1, order + 1):
-        D[:i, i] = chebyshev.chebder(np.eye(order + 1)[i])[:i]
-    return D

@@ -196,10 +196,10 @@ def dynamic_response(
         If the builder is no function or a number is out of its range.
     """
     function("builder", builder, " that returns a Mechanism")
-    given = {"duration [s]": duration, "step [s]": step, "output_step [s]": output_step}
-    for name, value in given.items():
-        if value is not None or value is duration:
-            positive(name, numbers(name, value))  # pyright: ignore[reportArgumentType]
+    optional = (("step [s]", step), ("output_step [s]", output_step))
+    given = [(name, value) for name, value in optional if value is not None]
+    for name, value in [("duration [s]", duration), *given]:
+        positive(name, numbers(name, value))
     if integrator is not None:
         instance("integrator", integrator, GeneralizedAlpha)
     if threads is not None:

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
-import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
@@ -86,8 +85,8 @@ class Study:
     def nominal(self) -> xr.DataArray:
         """Return the response with every input at its mean or midpoint: ξ = 0, η = 0."""
         space = Space(self.located().inputs)
-        xi, eta = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
-        return evaluate(self.response, space, xi, eta, 1, lambda runs: None).isel(sample=0)
+        values = evaluate(self.response, space, *space.nominal(), 1, lambda runs: None)
+        return values.isel(sample=0)
 
     def fields(self) -> dict[str, RandomField]:
         """Return the random fields among the inputs, with their domains set."""

@@ -187,5 +187,4 @@ class Level:
         method, space = getattr(self.response, name, None), self.runs.space
         if not callable(method):
             return default
-        nominal = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
-        return method(**space.values(*nominal))
+        return method(**space.values(*space.nominal()))

@@ -9,11 +9,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.fits import Choice
 from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
-from flexband.uncertainty.surrogates.diagnostics import rms, running
-
-SHARE = 0.5
-"""Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
-random variables, but rests on the ends of intervals."""
+from flexband.uncertainty.surrogates.diagnostics import SHARE, rms, running
 
 ALONE = 3
 """With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in

@@ -52,6 +52,10 @@ class Space:
         random = self.of_kind(random=True).values()
         return tuple(one.family for one in random for _ in range(one.dimension))
 
+    def nominal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return ξ = 0 and η = 0, shapes (1, n) and (1, m): means and midpoints of all inputs."""
+        return np.zeros((1, self.random_dimension)), np.zeros((1, self.interval_dimension))
+
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
         left = {True: xi, False: eta}

@@ -11,6 +11,10 @@ from scipy.signal import fftconvolve
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Extremes
 
+SHARE = 0.5
+"""Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
+random variables, but rests on the ends of intervals."""
+
 
 def series(values: xr.DataArray) -> np.ndarray:
     """Return a response as runs, outputs and times: all dims but the last, and the last."""

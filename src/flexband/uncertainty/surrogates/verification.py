@@ -22,6 +22,7 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates, evaluate
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
+from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -34,9 +35,6 @@ ANYWHERE = 4
 """One of so many runs is anywhere, the others are where bounds rest."""
 
 CONFIDENCE = 0.95
-
-SHARE = 0.5
-"""Error of the bands as a part of what is missed in runs, root mean square."""
 
 SMALLEST = 2e-5
 """Errors below this part of the error bar's width are not told from none."""
@@ -143,8 +141,7 @@ def verify(
 def _as_expanded(surrogate: Surrogate, response: Response) -> Response:
     """Return the response on the discretization that the method chose, if it left it out."""
     space, left_out = surrogate.space, getattr(response, "left_out", None)
-    nominal = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
-    values = space.values(*nominal)
+    values = space.values(*space.nominal())
     if callable(left_out) and left_out(**values):
         for name in surrogate.diagnostics.attrs.get("halved", []):
             response = response.refinements(**values)[name]  # pyright: ignore

@@ -311,3 +311,13 @@ def states(mechanism, steps, step, integrator=None):
     n, v = structure.state.coordinates, structure.state.velocity
     z = work.z[:, 0]
     return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.unknowns + 1]
+
+
+def hardening_spring(speed):
+    """A mass on a line that a spring stops so hard that fast ones diverge with steps of 0.02 s."""
+    return fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
+        joints={"line": fb.Slot("m", (0.0, 0.0))},
+        loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
+        sensors={"m": fb.Position("m")},
+    )

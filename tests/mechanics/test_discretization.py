@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 import flexband as fb
 
-from .models import parallelogram, pendulum
+from .models import hardening_spring, parallelogram, pendulum
 
 ROPE = {"mass_per_length": 0.12, "axial_stiffness": 450.0, "bending_stiffness": 4e-3}
 
@@ -113,19 +113,13 @@ def test_every_sample_has_its_error_and_what_rests_has_none():
 
 
 def test_a_sample_that_was_completed_with_half_the_step_is_compared_with_a_quarter():
-    def model(speed):
-        return fb.Mechanism(
-            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
-            joints={"line": fb.Slot("m", (0.0, 0.0))},
-            loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
-            sensors={"m": fb.Position("m")},
-        )
-
     speeds = np.array([0.1, 7.5, 0.2])
-    assert fb.simulate(model(speeds), duration=0.2, step=0.02).attrs["halved_step"] == [1]
-    found = fb.discretization_error(model(speeds), duration=0.2, step=0.02)["step_error"]
-    alone = fb.discretization_error(model(7.5), duration=0.2, step=0.02)["step_error"]
-    exact = fb.discretization_error(model(7.5), duration=0.2, step=0.01)["step_error"]
+    assert fb.simulate(hardening_spring(speeds), duration=0.2, step=0.02).attrs["halved_step"] == [
+        1
+    ]
+    found = fb.discretization_error(hardening_spring(speeds), duration=0.2, step=0.02)["step_error"]
+    alone = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.02)["step_error"]
+    exact = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.01)["step_error"]
     np.testing.assert_array_equal(found[1], alone)
     assert float(alone.max()) == pytest.approx(float(exact.max()), rel=0.5)
 

@@ -6,7 +6,7 @@ import pytest
 import flexband as fb
 from flexband.mechanics.simulate import _times
 
-from .models import rigid_slider_crank
+from .models import hardening_spring, rigid_slider_crank
 
 
 def test_a_builder_must_return_a_mechanism():
@@ -134,17 +134,8 @@ def test_what_is_left_out_of_the_discretization_is_told():
 
 def test_runs_that_diverge_are_not_completed_where_the_step_is_left_out():
     """Else a repetition with half the step, which is the same, would tell that nothing changes."""
-
-    def model(speed):
-        return fb.Mechanism(
-            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
-            joints={"line": fb.Slot("m", (0.0, 0.0))},
-            loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
-            sensors={"m": fb.Position("m")},
-        )
-
     speeds = {"speed": np.array([0.1, 7.5])}
-    open_ = fb.dynamic_response(model, duration=0.2, output_step=0.02)
+    open_ = fb.dynamic_response(hardening_spring, duration=0.2, output_step=0.02)
     with (
         pytest.warns(fb.ResolutionWarning, match="step is left out"),
         pytest.raises(fb.SimulationError, match=r"speed = 7\.5"),

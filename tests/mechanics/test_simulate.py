@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import flexband as fb
 
-from .models import beam, between_rods, pendulum
+from .models import beam, between_rods, hardening_spring, pendulum
 
 
 @pytest.mark.parametrize(
@@ -52,27 +52,19 @@ def test_turning_and_moving_everything_changes_nothing(angle, x, y):
 
 
 def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
-    def model(speed):
-        return fb.Mechanism(
-            bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(speed, 0.0))},
-            joints={"line": fb.Slot("m", (0.0, 0.0))},
-            loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
-            sensors={"m": fb.Position("m")},
-        )
-
     speeds = np.array([0.1, 7.5, 0.2, 7.0, 0.3])
-    together = fb.simulate(model(speeds), duration=1.0, step=0.02)
+    together = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.02)
     assert together.attrs["halved_step"] == [1, 3]
     for k in (0, 2, 4):
-        alone = fb.simulate(model(speeds[k]), duration=1.0, step=0.02)
+        alone = fb.simulate(hardening_spring(speeds[k]), duration=1.0, step=0.02)
         np.testing.assert_array_equal(together[k], alone)
-    finer = fb.simulate(model(speeds[[1, 3]]), duration=1.0, step=0.01)
+    finer = fb.simulate(hardening_spring(speeds[[1, 3]]), duration=1.0, step=0.01)
     np.testing.assert_array_equal(together[[1, 3]], finer[:, :, ::2])
-    divided = fb.simulate(model(speeds), duration=1.0, step=0.04, substeps=2)
+    divided = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.04, substeps=2)
     np.testing.assert_array_equal(divided, together[:, :, ::2])
     assert divided.attrs["halved_step"] == [1, 3]
     with pytest.raises(fb.SimulationError, match="also with half the step"):
-        fb.simulate(model(22.0), duration=1.0, step=0.02)
+        fb.simulate(hardening_spring(22.0), duration=1.0, step=0.02)
 
 
 def test_a_run_that_does_not_fit_into_memory_is_refused_before_it_starts():

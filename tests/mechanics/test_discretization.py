@@ -114,9 +114,8 @@ def test_every_sample_has_its_error_and_what_rests_has_none():
 
 def test_a_sample_that_was_completed_with_half_the_step_is_compared_with_a_quarter():
     speeds = np.array([0.1, 7.5, 0.2])
-    assert fb.simulate(hardening_spring(speeds), duration=0.2, step=0.02).attrs["halved_step"] == [
-        1
-    ]
+    motion = fb.simulate(hardening_spring(speeds), duration=0.2, step=0.02)
+    assert motion.attrs["halved_step"] == [1]
     found = fb.discretization_error(hardening_spring(speeds), duration=0.2, step=0.02)["step_error"]
     alone = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.02)["step_error"]
     exact = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.01)["step_error"]

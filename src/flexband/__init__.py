@@ -69,9 +69,12 @@ if TYPE_CHECKING:
     from flexband.report.notebook import load_ipython_extension
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
+    from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
+    from flexband.uncertainty.inputs.distribution import Distribution
+    from flexband.uncertainty.inputs.distributions import Normal, Uniform
     from flexband.uncertainty.inputs.fields import RandomField
-    from flexband.uncertainty.inputs.inputs import Input, Interval, Normal, Uniform
+    from flexband.uncertainty.inputs.inputs import Input, Interval
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI
     from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import expand, propagate

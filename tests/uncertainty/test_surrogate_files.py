@@ -185,9 +185,9 @@ def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
 
 def test_the_format_has_a_version(saved, tmp_path):
     parts = members(saved["plain"])
-    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 4', '"format": 3')
+    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 5', '"format": 4')
     content = zipped(parts | {"about.npy": npy(np.array(about))})
-    refused(tmp_path / "s.npz", content, "the format of the surrogate is 3, not 4; save it again")
+    refused(tmp_path / "s.npz", content, "the format of the surrogate is 4, not 5; save it again")
 
 
 def test_the_polynomials_are_those_of_the_inputs(saved, tmp_path):

@@ -187,4 +187,4 @@ class Level:
         method, space = getattr(self.response, name, None), self.runs.space
         if not callable(method):
             return default
-        return method(**space.values(*space.nominal()))
+        return method(**space.arguments_at(*space.nominal()))

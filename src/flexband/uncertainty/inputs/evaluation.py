@@ -44,7 +44,7 @@ def evaluate(
     for first in range(0, len(xi), batch):
         here = slice(first, min(first + batch, len(xi)))
         points = xi[here].copy(), eta[here].copy()  # the response may write into its arguments
-        part = _labelled(response(**space.values(*points)), here.stop - first)
+        part = _labelled(response(**space.arguments_at(*points)), here.stop - first)
         if labels is None:
             check_labels(part)
             labels = part[:0].copy()

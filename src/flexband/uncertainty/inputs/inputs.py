@@ -7,14 +7,14 @@ polynomials requires in which the response is expanded, and η ∈ [−1, 1] of 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, numbers, plausible_spread, positive
-from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE, Family
+from flexband.errors import InputError, numbers, plausible_spread
+from flexband.uncertainty.expansions.families import HERMITE, Family
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
 
@@ -56,6 +56,15 @@ class Input(ABC):
     def dimension(self) -> int:
         """Number of standard variables."""
         return 1
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """Parameters of which only an interval is known, by name."""
+        return {}
+
+    def at(self, parameters: Mapping[str, Any]) -> Input:
+        """Return the input with numbers, or one per sample, for parameters that are intervals."""
+        return self
 
     @abstractmethod
     def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
@@ -100,76 +109,19 @@ class Interval(Input):
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""
-        return _between(self.lower, self.upper, standard[:, 0])
+        return between(self.lower, self.upper, standard[:, 0])
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return η of values, within rounding of the bounds; 0 if the bounds are equal."""
-        return _place(self.lower, self.upper, value)
+        return place_between(self.lower, self.upper, value)
 
 
-@dataclass(frozen=True)
-class Normal(Input):
-    """A normally distributed number.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite or the standard deviation is not positive.
-    """
-
-    mean: float
-    std: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        positive("Normal std", self.std)
-        plausible_spread("Normal std", self.std, self.mean)
-
-    def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return mean + std ξ."""
-        return self.mean + self.std * standard[:, 0]
-
-    def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return ξ of values."""
-        return (value - self.mean) / self.std
-
-
-@dataclass(frozen=True)
-class Uniform(Input):
-    """A uniformly distributed number.
-
-    Raises
-    ------
-    InputError
-        If a bound is not finite or the lower bound is not below the upper.
-    """
-
-    lower: float
-    upper: float
-
-    family = LEGENDRE
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.lower >= self.upper:
-            raise InputError(f"Uniform lower {self.lower:g} must be below upper {self.upper:g}")
-        plausible_spread("width of the Uniform", self.upper - self.lower, self.upper)
-
-    def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return midpoint + radius ξ; exactly the bounds at ξ = −1 and 1."""
-        return _between(self.lower, self.upper, standard[:, 0])
-
-    def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return ξ of values, within rounding of the bounds."""
-        return _place(self.lower, self.upper, value)
-
-
-def _between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
+def between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
     """Return the number at x of −1 … 1 between two bounds."""
     return 0.5 * ((1 - x) * lower + (1 + x) * upper)
 
 
-def _place(lower: float, upper: float, value: np.ndarray) -> np.ndarray:
+def place_between(lower: float, upper: float, value: np.ndarray) -> np.ndarray:
     """Return where values are between two bounds, −1 … 1; 0 if the bounds are equal."""
     middle, radius = (lower + upper) / 2, (upper - lower) / 2
     x = (value - middle) / (radius or 1.0)

@@ -5,15 +5,20 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from flexband.errors import InputError, finite, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
+from flexband.uncertainty.inputs.constants import Constant
+from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
+from flexband.uncertainty.inputs.unfolding import unfolded
 
 Response = Callable[..., Any]
 """``response(**values)``: takes one array of shape (n,) per input, or a function of position for a
@@ -25,16 +30,32 @@ class Space:
     """Named inputs and their standard variables, in the order of the names.
 
     Results therefore do not depend on the order in which the inputs are given.
+
+    Attributes
+    ----------
+    given : inputs as a user gives them: also numbers, correlated inputs, and distributions with
+        intervals as parameters.
+    inputs : inputs with variables of their own: correlated ones one by one, an interval that is a
+        parameter as ``input.parameter``, numbers as constants.
     """
 
-    inputs: Mapping[str, Input]
+    given: Mapping[str, Any]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "inputs", dict(sorted(self.inputs.items())))
+    @cached_property
+    def inputs(self) -> dict[str, Input]:
+        """Every input that has variables of its own, or is a constant, by name."""
+        return unfolded(self.given)
+
+    @cached_property
+    def arguments(self) -> list[str]:
+        """The names of the response's arguments: the inputs without those that are parameters."""
+        parameters = {f"{k}.{p}" for k, one in self.inputs.items() for p in one.intervals}
+        return [name for name in self.inputs if name not in parameters]
 
     def of_kind(self, *, random: bool) -> dict[str, Input]:
         """Return the random or the interval inputs."""
-        return {name: one for name, one in self.inputs.items() if one.random == random}
+        inputs = self.inputs.items()
+        return {name: one for name, one in inputs if one.random == random and one.dimension}
 
     @property
     def random_dimension(self) -> int:
@@ -52,31 +73,67 @@ class Space:
         random = self.of_kind(random=True).values()
         return tuple(one.family for one in random for _ in range(one.dimension))
 
+    @cached_property
+    def factor(self) -> np.ndarray | None:
+        """L of z = L ξ for correlated inputs, and 1 for the others; None if there are none."""
+        groups = [one for one in self.given.values() if isinstance(one, Correlated)]
+        if not groups:
+            return None
+        random = self.of_kind(random=True).items()
+        owners = [name for name, one in random for _ in range(one.dimension)]
+        factor = np.eye(len(owners))
+        for one in groups:
+            own = [owners.index(name) for name in one.members]
+            factor[np.ix_(own, own)] = one.factor
+        return factor
+
     def nominal(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return ξ = 0 and η = 0, shapes (1, n) and (1, m): means and midpoints of all inputs."""
+        """Return ξ = 0 and η = 0, shapes (1, n) and (1, m): the nominal values of all inputs."""
         return np.zeros((1, self.random_dimension)), np.zeros((1, self.interval_dimension))
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        left = {True: xi, False: eta}
-        values = {}
+        left = {True: self._scores(xi), False: eta}
+        columns = {}
         for name, one in self.inputs.items():
-            standard, left[one.random] = np.split(left[one.random], [one.dimension], axis=1)
-            values[name] = one.value(standard)
-        return values
+            width = [one.dimension]
+            columns[name], left[one.random] = np.split(left[one.random], width, axis=1)
+        values = {n: one.value(columns[n]) for n, one in self.inputs.items() if not one.intervals}
+        for name, one in self.inputs.items():
+            if one.intervals:
+                values[name] = one.at(_parameters(name, one, values)).value(columns[name])
+        return {name: values[name] for name in self.inputs}
+
+    def _scores(self, xi: np.ndarray) -> np.ndarray:
+        # unlike that of a matrix product, the rounding of a row does not depend on other rows
+        return xi if self.factor is None else np.einsum("rj,ij->ri", xi, self.factor)
+
+    def arguments_at(
+        self, xi: np.ndarray, eta: np.ndarray
+    ) -> dict[str, np.ndarray | FunctionOfPosition]:
+        """Return what the response is called with: values without those of parameters."""
+        values = self.values(xi, eta)
+        return {name: values[name] for name in self.arguments}
 
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
         Values have shape (runs,) or (); a random field is given by its standard variables, shape
-        (runs, terms). Names, shapes and values that do not fit raise `InputError`.
+        (runs, terms). Constants may be left out. Names, shapes and values that do not fit raise
+        `InputError`.
         """
+        constants = {k: one.constant for k, one in self.inputs.items() if isinstance(one, Constant)}
+        values = {**constants, **values}
         if values.keys() != self.inputs.keys():
+            needed = [name for name in self.inputs if name not in constants]
             raise InputError(
-                f"values must be given for {', '.join(self.inputs) or 'nothing'}; "
-                f"got {', '.join(values) or 'nothing'}"
+                f"values must be given for {', '.join(needed) or 'nothing'}; "
+                f"got {', '.join(k for k in values if k not in constants) or 'nothing'}"
             )
-        columns = {name: _standard(name, one, values[name]) for name, one in self.inputs.items()}
+        columns = {}
+        for name, one in self.inputs.items():
+            own = one.at(_parameters(name, one, values))
+            columns[name] = _standard(name, own, values[name])
         counts = {len(c) for c in columns.values()} - {1}
         if len(counts) > 1:
             raise InputError(f"values must be equally many; got {sorted(counts)}")
@@ -87,7 +144,15 @@ class Space:
             repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in own)
             return np.concatenate([np.zeros((runs, 0)), *repeated], axis=1)
 
-        return joined(random=True), joined(random=False)
+        xi = joined(random=True)
+        if self.factor is not None:
+            xi = solve_triangular(self.factor, xi.T, lower=True).T
+        return xi, joined(random=False)
+
+
+def _parameters(name: str, one: Input, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of the parameters of an input that are intervals."""
+    return {parameter: values[f"{name}.{parameter}"] for parameter in one.intervals}
 
 
 def _standard(name: str, one: Input, value: Any) -> np.ndarray:
@@ -104,20 +169,12 @@ def _standard(name: str, one: Input, value: Any) -> np.ndarray:
     return columns
 
 
-def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
+def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
-    if not isinstance(inputs, Mapping):
-        raise InputError(f"inputs must be a dict of names and inputs; got {inputs!r}")
-    if not inputs:
-        raise InputError("inputs must name at least one input; got none")
-    for name, one in inputs.items():
-        if not isinstance(name, str):
-            raise InputError(f"the name of an input must be text; got {name!r}")
-        if not isinstance(one, Input):
-            raise InputError(
-                f"input {name!r} must be an Interval, a Normal, a Uniform, a RandomField or "
-                f"another Input; got {one!r}"
-            )
+    found = Space(inputs)
+    if all(isinstance(one, Constant) for one in found.inputs.values()):
+        raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
+    names = found.arguments
     try:
         parameters = inspect.signature(response).parameters.values()
     except (TypeError, ValueError):
@@ -126,18 +183,18 @@ def check_names(response: Response, inputs: Mapping[str, Input]) -> None:
         ) from None
     open_ended = any(p.kind is p.VAR_KEYWORD for p in parameters)
     named = {p.name: p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
-    unknown = [name for name in inputs if name not in named]
+    unknown = [name for name in names if name not in named]
     if unknown and not open_ended:
         raise InputError(
             f"inputs name {', '.join(unknown)}, which the response does not take; "
             f"it takes {', '.join(named) or 'nothing'}"
         )
-    missing = [n for n, p in named.items() if p.default is p.empty and n not in inputs]
+    missing = [n for n, p in named.items() if p.default is p.empty and n not in names]
     if missing:
         raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
 
 
-def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict[str, Input], int]:
+def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
     """Give each field without a domain the range of positions at which the response evaluates it.
 
     The response is run with random inputs at their means and intervals at all their ends (at the
@@ -164,7 +221,7 @@ def locate_fields(response: Response, inputs: Mapping[str, Input]) -> tuple[dict
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     means = [family.gauss(1)[0] for family in given.families]
-    values = given.values(tensor_points(means).repeat(len(eta), axis=0), eta)
+    values = given.arguments_at(tensor_points(means).repeat(len(eta), axis=0), eta)
     response(**values, **{name: nominal(name, one.mean) for name, one in loose.items()})
     for name, one in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])

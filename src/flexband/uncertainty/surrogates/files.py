@@ -20,6 +20,7 @@ import xarray as xr
 
 from flexband.errors import InputError, instance, shown
 from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
@@ -28,9 +29,10 @@ from flexband.uncertainty.surrogates.archive import read_archive, write_archive
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-FORMAT = 4
+FORMAT = 5
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
-variable has its family of polynomials, since 4 expansions have no terms that are zero."""
+variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
+inputs may be correlated or have intervals as parameters."""
 
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",
@@ -60,7 +62,7 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     for k, expansion in enumerate(surrogate.expansions):
         arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
     inputs = {}
-    for name, one in surrogate.space.inputs.items():
+    for name, one in surrogate.space.given.items():
         try:
             inputs[name] = _recorded(one)
         except InputError as error:
@@ -162,12 +164,14 @@ def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
 
 def _recorded(value: Any) -> Any:
     """Return an input, or the value of one of its fields, as a record."""
-    if isinstance(value, Input):
+    if isinstance(value, Input | Correlated):
         named = {f.name: getattr(value, f.name) for f in fields(value)}  # pyright: ignore[reportArgumentType]
         kind, module = type(value).__name__, type(value).__module__
         return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
+    if isinstance(value, Mapping):
+        value = tuple(value.items())
     if isinstance(value, tuple | list):
         return [_recorded(one) for one in value]
     if value is None or isinstance(value, str | int | float):
@@ -192,8 +196,9 @@ def _restored(record: Any) -> Any:
         if name not in RandomField.correlations:
             raise InputError(f"the correlation {name!r} must be in RandomField.correlations first")
         return RandomField.correlations[name]
-    if record["input"] not in Input.kinds:
+    kinds = {**Input.kinds, "Correlated": Correlated}
+    if record["input"] not in kinds:
         raise InputError(
             f"the input {record['input']} must be defined first; import it from {record['module']}"
         )
-    return Input.kinds[record["input"]](**dict(_restored(record["fields"])))
+    return kinds[record["input"]](**dict(_restored(record["fields"])))

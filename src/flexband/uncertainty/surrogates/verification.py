@@ -141,7 +141,7 @@ def verify(
 def _as_expanded(surrogate: Surrogate, response: Response) -> Response:
     """Return the response on the discretization that the method chose, if it left it out."""
     space, left_out = surrogate.space, getattr(response, "left_out", None)
-    values = space.values(*space.nominal())
+    values = space.arguments_at(*space.nominal())
     if callable(left_out) and left_out(**values):
         for name in surrogate.diagnostics.attrs.get("halved", []):
             response = response.refinements(**values)[name]  # pyright: ignore

@@ -1,0 +1,46 @@
+"""Inputs whose value is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.errors import InputError
+from flexband.uncertainty.inputs.inputs import Input
+
+
+@dataclass(frozen=True)
+class Constant(Input):
+    """A value without uncertainty: a plain number among the inputs, or one option of a choice.
+
+    The response gets it as an array of shape (n,), like any other input.
+    """
+
+    constant: float | int | bool | str
+
+    @property
+    def dimension(self) -> int:
+        """Zero."""
+        return 0
+
+    def __repr__(self) -> str:
+        """Return the value as a user writes it."""
+        return repr(self.constant)
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return the value n times."""
+        return np.full(len(standard), self.constant)
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return no standard variables, shape (n, 0), for values that are the constant."""
+        if np.any(value != self.constant):
+            raise InputError(f"the value must be the constant {self.constant!r}")
+        return np.zeros((np.size(value), 0))
+
+
+def is_number(value: object) -> bool:
+    """Return whether an object is a plain finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        return False
+    return bool(np.isfinite(value))

@@ -1,0 +1,192 @@
+"""Random inputs that depend on each other: a Gaussian copula.
+
+Every input is an increasing function of a standard normal variable, its score. The scores are
+jointly normal, z = L u with independent u and a correlation matrix R = L Lᵀ.
+
+Where the correlations are those of the values, R is that of Nataf's model (Liu and Der Kiureghian,
+1986). With the Hermite coefficients a_k of each value as a function of its score, the covariance of
+two values is Σ_k a_k b_k k! r^k (Mehler), which is solved for r. Those of ranks have a closed form,
+r = 2 sin(π ρ/6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import polynomial
+from scipy.optimize import brentq
+
+from flexband.errors import InputError, finite, instance, known, shown
+from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.inputs import Input, Interval
+
+TERMS = 40
+"""Hermite polynomials of a value as a function of its score."""
+
+SMALLEST_EIGENVALUE = 1e-10
+"""Of a correlation matrix; below it scores leave no independent variables."""
+
+NEARLY_ONE = 1 - 1e-9
+"""Correlations of scores are below it: equal ones leave no independent variable."""
+
+
+@dataclass(frozen=True)
+class Score(Input):
+    """A distribution as a function of a standard normal variable."""
+
+    distribution: Distribution
+
+    def __repr__(self) -> str:
+        """Return that of the distribution."""
+        return repr(self.distribution)
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """The parameters that are intervals, by name."""
+        return self.distribution.intervals
+
+    def at(self, parameters: Mapping[str, Any]) -> Input:
+        """Return the input at values of the parameters, numbers or of shape (n,)."""
+        return Score(self.distribution.at(parameters))
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return the values at scores, shape (n, 1)."""
+        return self.distribution.at_normal(standard[:, 0])
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return the scores of values."""
+        return self.distribution.to_normal(value)
+
+
+@dataclass(frozen=True)
+class Correlated:
+    """Random inputs that are correlated, as a member of `inputs` under any name.
+
+    Parameters
+    ----------
+    inputs : name -> distribution. The response takes each by its name.
+    correlation : of all pairs, a number; of some pairs, ``{("a", "b"): 0.8}``, where others are
+        independent; or a matrix in the order of the inputs.
+    of : what the correlation is measured on: "values" (Pearson's), "ranks" (Spearman's) or
+        "scores", the normal variables of the copula.
+
+    Raises
+    ------
+    InputError
+        If an input is an interval, a field or no distribution, or if there are no variables with
+        these correlations.
+    """
+
+    inputs: Mapping[str, Distribution]
+    correlation: Any
+    of: str = "values"
+
+    def __post_init__(self) -> None:
+        named = dict(self.inputs) if isinstance(self.inputs, Mapping | tuple) else {}
+        if len(named) < 2:
+            raise InputError(
+                f"Correlated inputs must be a dict of two or more; got {shown(self.inputs)}"
+            )
+        for name, one in named.items():
+            allowed = "a random input with a distribution: an interval or a field has none"
+            instance(f"Correlated input {name!r}", one, Distribution, allowed)
+        known("Correlated of", self.of, ("values", "ranks", "scores"))
+        object.__setattr__(self, "inputs", named)
+        object.__setattr__(self, "correlation", _matrix(list(named), self.correlation))
+        _ = self.factor
+
+    @property
+    def members(self) -> dict[str, Input]:
+        """The inputs as functions of scores, in the order of their names."""
+        return {name: Score(one) for name, one in sorted(self.inputs.items())}
+
+    @property
+    def factor(self) -> np.ndarray:
+        """L, which makes scores of independent variables, in the order of the names."""
+        names = list(self.inputs)
+        order = sorted(range(len(names)), key=names.__getitem__)
+        sought = np.array(self.correlation)[np.ix_(order, order)]
+        ordered = [(names[k], self.inputs[names[k]]) for k in order]
+        scores = np.eye(len(names))
+        for i, j in combinations(range(len(names)), 2):
+            scores[i, j] = scores[j, i] = self._of_scores(ordered[i], ordered[j], sought[i, j])
+        _check_definite([name for name, _ in ordered], scores)
+        return np.linalg.cholesky(scores)
+
+    def _of_scores(
+        self, first: tuple[str, Distribution], second: tuple[str, Distribution], sought: float
+    ) -> float:
+        """Return the correlation of two scores."""
+        if self.of == "scores" or sought == 0:
+            return sought
+        if self.of == "ranks":
+            return 2 * np.sin(np.pi * sought / 6)
+        coefficients = [_coefficients(one.midpoint()) for _, one in (first, second)]
+        a, b = (own / np.linalg.norm(own) for own in coefficients)
+        series = np.concatenate([[-sought], a * b])
+        low, high = polynomial.polyval([-NEARLY_ONE, NEARLY_ONE], series)
+        if low > 0 or high < 0:
+            raise InputError(
+                f"the correlation of {first[0]} and {second[0]} must be between {low + sought:.3g} "
+                f"and {high + sought:.3g} for these distributions; got {sought:g}"
+            )
+        return float(brentq(lambda r: polynomial.polyval(r, series), -NEARLY_ONE, NEARLY_ONE))  # pyright: ignore[reportArgumentType]
+
+
+def _coefficients(one: Distribution) -> np.ndarray:
+    """Return the coefficients of orthonormal Hermite polynomials of orders 1 … TERMS."""
+    nodes, weights = HERMITE.gauss(2 * TERMS)
+    scaled = HERMITE.values(TERMS, nodes) / np.sqrt(HERMITE.norms(TERMS))
+    return (scaled.T * weights @ one.at_normal(nodes))[1:]
+
+
+def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:
+    """Return the correlation matrix of all pairs."""
+    n = len(names)
+    if isinstance(given, Mapping):
+        matrix = np.eye(n)
+        for pair, value in given.items():
+            if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
+                raise InputError(f"a correlation must be that of a pair (name, name); got {pair!r}")
+            for name in pair:
+                known(f"a name of the correlation of {pair}", name, names)
+            i, j = (names.index(name) for name in pair)
+            matrix[i, j] = matrix[j, i] = finite(f"correlation of {pair}", value, rank=None)
+    elif np.ndim(given) == 0:
+        matrix = np.full((n, n), finite("correlation", given, rank=None))
+        np.fill_diagonal(matrix, 1.0)
+    else:
+        matrix = finite("correlation", given, rank=None)
+    if matrix.shape != (n, n):
+        raise InputError(f"the correlation matrix must have shape ({n}, {n}); got {matrix.shape}")
+    for i, j in combinations(range(n), 2):
+        pair = f"the correlation of {names[i]} and {names[j]}"
+        if matrix[i, j] != matrix[j, i]:
+            raise InputError(f"{pair} must be one number; got {matrix[i, j]:g}, {matrix[j, i]:g}")
+        if abs(matrix[i, j]) >= 1:
+            raise InputError(f"{pair} must be above -1 and below 1; got {matrix[i, j]:g}")
+    if np.any(np.diag(matrix) != 1):
+        raise InputError("the diagonal of a correlation matrix must be 1; got another number")
+    return tuple(tuple(row) for row in matrix.tolist())
+
+
+def _check_definite(names: list[str], scores: np.ndarray) -> None:
+    """Raise `InputError` with entries that contradict each other if R is not positive definite."""
+    if np.linalg.eigvalsh(scores)[0] > SMALLEST_EIGENVALUE:
+        return
+    direction = np.abs(np.linalg.eigh(scores)[1][:, 0])
+    part = sorted(np.argsort(-direction)[: max(2, int(np.sum(direction > 0.1 * direction.max())))])
+    for triple in combinations(range(len(names)), 3):
+        if np.linalg.eigvalsh(scores[np.ix_(triple, triple)])[0] <= SMALLEST_EIGENVALUE:
+            part = triple
+            break
+    entries = (f"{names[i]}–{names[j]} {scores[i, j]:.4g}" for i, j in combinations(part, 2))
+    raise InputError(
+        "the correlation matrix of the scores must be positive definite; these entries "
+        f"contradict each other: {', '.join(entries)}"
+    )

@@ -1,0 +1,55 @@
+"""From inputs as a user gives them to inputs that have variables of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from flexband.errors import InputError, shown
+from flexband.uncertainty.inputs.constants import Constant, is_number
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distribution import Distribution, PBox
+from flexband.uncertainty.inputs.inputs import Input
+
+
+def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:
+    """Return all inputs in the order of their names.
+
+    Correlated inputs come one by one, an interval that is a parameter as ``input.parameter``, and a
+    number is a constant.
+
+    Raises
+    ------
+    InputError
+        If one is of another kind, or two have the same name.
+    """
+    if not isinstance(given, Mapping):
+        raise InputError(f"inputs must be a dict of names and inputs; got {shown(given)}")
+    found: dict[str, Input] = {}
+
+    def add(name: str, one: Input) -> None:
+        if name in found:
+            raise InputError(f"two inputs have the name {name!r}")
+        found[name] = one
+        for parameter, interval in one.intervals.items():
+            add(f"{name}.{parameter}", interval)
+
+    for name, one in given.items():
+        if not isinstance(name, str):
+            raise InputError(f"the name of an input must be text; got {name!r}")
+        members = one.members if isinstance(one, Correlated) else {name: _as_input(name, one)}
+        for member, own in members.items():
+            add(member, own)
+    return dict(sorted(found.items()))
+
+
+def _as_input(name: str, one: Any) -> Input:
+    """Return an input, or a number as a constant."""
+    if is_number(one):
+        return Constant(one)
+    if not isinstance(one, Input):
+        raise InputError(
+            f"input {name!r} must be a number, an Interval, a Normal or another distribution, a "
+            f"RandomField, Correlated inputs or another Input; got {one!r}"
+        )
+    return PBox(one) if isinstance(one, Distribution) and one.intervals else one

@@ -223,7 +223,7 @@ def test_bands_do_not_depend_on_the_batch():
         (lambda: fb.PCCI(200, 1), "random_order must be 100 or less; got 200"),
         (lambda: fb.Interval([1, 2], 3), "Interval lower must be 1 number"),  # type: ignore
         (
-            lambda: fb.propagate(cosine, {"x": 0.15}, fb.PCCI(1, 1)),
+            lambda: fb.propagate(cosine, {"x": "0.15"}, fb.PCCI(1, 1)),
             "input 'x' must be a number, an Interval",
         ),  # type: ignore
         (lambda: fb.propagate(cosine, {"x": fb.Interval(0, 1)}, fb.PCCI), "method must be"),  # type: ignore

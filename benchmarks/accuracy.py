@@ -37,6 +37,9 @@ STYLES = {
     "phase-resolved PCCI": "o-",
     "improved PCCI": "s--",
     "LHS–Scanning": "^:",
+    "Sobol–Scanning": "v:",
+    "regression PCCI": "x--",
+    "perturbation–Chebyshev": "+:",
 }
 
 BUDGET = 96
@@ -54,8 +57,11 @@ def methods(case: Case, samples: int) -> Iterator[Method]:
             tried.append(
                 fb.ImprovedPCCI(*({name: min(order, 9 * k) for name, k in o.items()} for o in own))
             )
+        tried.append(fb.PerturbationChebyshev({name: 3 * q for name, q in own[1].items()}))
+    tried += [fb.RegressionPCCI(order) for order in (2, 4)]
     points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MAX_POINTS]
-    tried += [fb.LHSScanning(samples // 2, p) for p in points[:1]]
+    kinds = (fb.LHSScanning, fb.SobolScanning)
+    tried += [kind(samples // 2, p) for p in points[:1] for kind in kinds]
     yield from (method for method in tried if method.runs(space) <= MAX_RUNS)
 
 

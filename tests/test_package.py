@@ -40,6 +40,8 @@ ROOMS = [
     "uncertainty.surrogates",
     "uncertainty.methods",
     "uncertainty.scanning",
+    "uncertainty.perturbation",
+    "uncertainty.least_squares",
     "uncertainty.adaptive",
     "uncertainty.phase_resolved",
     "uncertainty.runs",

@@ -75,10 +75,12 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.distributions import Normal, Uniform
     from flexband.uncertainty.inputs.fields import RandomField
     from flexband.uncertainty.inputs.inputs import Input, Interval
+    from flexband.uncertainty.least_squares import RegressionPCCI
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI
+    from flexband.uncertainty.perturbation import PerturbationChebyshev
     from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import expand, propagate
-    from flexband.uncertainty.scanning import LHSScanning, MonteCarlo
+    from flexband.uncertainty.scanning import LHSScanning, MonteCarlo, SobolScanning
     from flexband.uncertainty.surrogates.files import load_surrogate, save_surrogate
     from flexband.uncertainty.surrogates.surrogate import Surrogate
     from flexband.uncertainty.surrogates.verification import verify

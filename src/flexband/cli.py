@@ -31,7 +31,7 @@ from flexband.report.results import (
     write_netcdf,
 )
 from flexband.report.terminal import print_anywhere
-from flexband.study.comparison import compare
+from flexband.study.comparison import compare, usual_methods
 from flexband.study.options import method_classes, method_options, with_options
 from flexband.study.study import Study, load_study
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -249,17 +249,19 @@ def compare_methods(
         str, typer.Option(help="Orders k,q of PCCI and improved PCCI, separated by blanks.")
     ] = "1,1 1,2 2,2 3,3",
 ) -> None:
-    """Compare PCCI methods on the study in FILE with LHS–Scanning.
+    """Compare all methods on the study in FILE with LHS–Scanning.
 
-    The phase-resolved method uses the first of the orders; the adaptive method finds its own.
+    Perturbation–Chebyshev uses the orders q, regression the larger of k and q as its total order,
+    and the phase-resolved method the first of the orders; the adaptive method finds its own. Sobol'
+    and Monte Carlo sampling have a quarter of the samples of the reference. Methods that would take
+    more than a million runs are left out.
     """
     study = load_study(file)
     if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):
         raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
     pairs = [(int(k), int(q)) for k, q in re.findall(r"(\d+),(\d+)", orders)]
     reference = fb.LHSScanning(samples, points, seed)
-    methods = [kind(k, q) for kind in (fb.PCCI, fb.ImprovedPCCI) for k, q in pairs]
-    methods += [fb.PhaseResolvedPCCI(*pairs[0]), fb.AdaptivePCCI()]
+    methods = usual_methods(study, reference, pairs)
     check_folder(output)
     print_text("Everything is compiled before the methods are timed.", error=True)
     with progress_bars() as bars:

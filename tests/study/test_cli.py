@@ -189,7 +189,7 @@ def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, mon
         "report.html", "variance_error.png", "deterministic.png", "errors_u.png",
         "bands_v_1_4.png", "improved_pcci_1_4.nc", "lhs_scanning.nc",
     }  # fmt: skip
-    assert len(files) == len(set(files)) == len(list(out.glob("*.nc"))) == 7
+    assert len(files) == len(set(files)) == len(list(out.glob("*.nc"))) == 13
 
 
 @pytest.mark.parametrize(

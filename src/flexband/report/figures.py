@@ -21,6 +21,10 @@ STYLES = [
     {"color": "#d95f02", "linewidth": 0.9, "linestyle": "--"},
     {"color": "#1f78b4", "linewidth": 0.9, "linestyle": "-."},
     {"color": "#33a02c", "linewidth": 0.9, "linestyle": ":"},
+    {"color": "#7570b3", "linewidth": 0.9, "linestyle": "--"},
+    {"color": "#e7298a", "linewidth": 0.9, "linestyle": "-."},
+    {"color": "#a6761d", "linewidth": 0.9, "linestyle": ":"},
+    {"color": "#66a61e", "linewidth": 0.9, "linestyle": "-"},
 ]
 
 

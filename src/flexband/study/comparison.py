@@ -9,9 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from flexband.errors import InputError, warn
 from flexband.study.study import Study
+from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Method
+from flexband.uncertainty.least_squares import RegressionPCCI
+from flexband.uncertainty.methods import PCCI, ImprovedPCCI, Method
+from flexband.uncertainty.perturbation import PerturbationChebyshev
+from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
+from flexband.uncertainty.runs import check_runs
+from flexband.uncertainty.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 
 ROUND_OFF_SHARE = 1e-10
 """An output below this share of the largest output is round-off."""
@@ -62,15 +69,24 @@ def compare(
 ) -> list[Comparison]:
     """Run the study with the reference and with every method; the reference comes first.
 
-    Everything is compiled before the first method is timed.
+    Everything is compiled before the first method is timed. Methods that would take too many runs
+    are left out, with a warning.
 
     Parameters
     ----------
     progress : called with each method before it starts; returns the function that is called as
         ``(done, total)`` after every batch of runs.
     finished : called with the result of each method before the next one starts.
+
+    Raises
+    ------
+    InputError
+        If the reference would take too many runs.
     """
     study = study.located()
+    space = Space(study.inputs)
+    check_runs(reference, space)
+    methods = [method for method in methods if _affordable(method, space)]
     warm_up(study, (reference, *methods))
     results: list[Comparison] = []
     for method in (reference, *methods):
@@ -86,16 +102,60 @@ def compare(
     return results
 
 
+def usual_methods(
+    study: Study, reference: Scanning, orders: Sequence[tuple[int, int]]
+) -> list[Method]:
+    """Return the methods to compare with a reference.
+
+    PCCI and improved PCCI have the orders (k, q), perturbation–Chebyshev the orders q, and
+    regression the total orders max(k, q). The phase-resolved method has the first of the orders;
+    the other scanning methods have a quarter of the samples of the reference, if any input is
+    random.
+    """
+    found: list[Method] = [kind(k, q) for kind in (PCCI, ImprovedPCCI) for k, q in orders]
+    found += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI()]
+    found += [RegressionPCCI(p) for p in dict.fromkeys(max(own) for own in orders)]
+    found += [PerturbationChebyshev(q) for q in dict.fromkeys(q for _, q in orders)]
+    if Space(study.located().inputs).random_dimension:
+        fewer = max(2, reference.samples // 4)
+        kinds = (LHSScanning, SobolScanning, MonteCarlo)
+        found += [
+            kind(fewer, reference.points, reference.seed)
+            for kind in kinds
+            if not isinstance(reference, kind)
+        ]
+    return found
+
+
+def _affordable(method: Method, space: Space) -> bool:
+    """Return whether a method can be run; warn if it cannot."""
+    try:
+        check_runs(method, space)
+    except InputError as error:
+        warn(f"left out: {error}")
+        return False
+    return True
+
+
 def warm_up(study: Study, methods: Iterable[Method]) -> None:
     """Compile the code of a study's response and of methods.
 
-    The response is run once. One method of each class is applied to a small ringing response of
-    the same inputs, which exercises the compiled code that finds bounds.
+    The response is run once. Of each class of methods that make a surrogate, the one with the
+    fewest runs is applied to a small ringing response of the same inputs, which exercises the
+    compiled code that finds bounds.
     """
     study.nominal()
     space = Space(study.located().inputs)
-    for method in {type(method): method for method in methods}.values():
-        method.solve(space, _ringing_response)
+    expanding = [method for method in methods if callable(getattr(method, "expand", None))]
+    fewest = sorted(expanding, key=lambda method: method.runs(space), reverse=True)
+    for method in {type(method): method for method in fewest}.values():
+        resolves = isinstance(method, PhaseResolvedPCCI | AdaptivePCCI)
+        method.solve(space, _ringing_response if resolves else _first_times)
+
+
+def _first_times(xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+    """Return the first times of the oscillation, which compile all that a polynomial needs."""
+    return _ringing_response(xi, eta)[:, :2]
 
 
 def _ringing_response(xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:

@@ -39,12 +39,20 @@ class OrdersByName(dict[str, int]):
         return hash(frozenset(self.items()))
 
 
-def _shown(order: Order) -> str:
+def shown(order: Order) -> str:
     """Return an order as text, or the orders of all inputs joined by slashes."""
     return "/".join(map(str, order.values())) if isinstance(order, Mapping) else str(order)
 
 
-def _of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:
+def checked_order(name: str, order: Order) -> Order:
+    """Return an order, or the orders by name; raise `InputError` unless all are from 0 to 100."""
+    if not isinstance(order, Mapping):
+        return whole(name, order, 0, MAX_ORDER)
+    own = {key: whole(f"{name} of {key!r}", one, 0, MAX_ORDER) for key, one in order.items()}
+    return OrdersByName(sorted(own.items()))
+
+
+def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:
     """Return the order of every variable of a kind: that of its input."""
     inputs = space.of_kind(random=random)
     orders = order if isinstance(order, Mapping) else dict.fromkeys(inputs, order)
@@ -112,17 +120,11 @@ class PCCI:
     @property
     def label(self) -> str:
         """Name and orders (k, q)."""
-        return f"{self.name} ({_shown(self.random_order)}, {_shown(self.interval_order)})"
+        return f"{self.name} ({shown(self.random_order)}, {shown(self.interval_order)})"
 
     def __post_init__(self) -> None:
         for name in ("random_order", "interval_order"):
-            order = getattr(self, name)
-            if isinstance(order, Mapping):
-                orders = {k: whole(f"{name} of {k!r}", v, 0, MAX_ORDER) for k, v in order.items()}
-                checked = OrdersByName(sorted(orders.items()))
-            else:
-                checked = whole(name, order, 0, MAX_ORDER)
-            object.__setattr__(self, name, checked)
+            object.__setattr__(self, name, checked_order(name, getattr(self, name)))
 
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
@@ -132,8 +134,8 @@ class PCCI:
     def orders(self, space: Space) -> tuple[list[int], list[int]]:
         """Return k of every random and q of every interval variable."""
         return (
-            _of_variables("random_order", self.random_order, space, random=True),
-            _of_variables("interval_order", self.interval_order, space, random=False),
+            of_variables("random_order", self.random_order, space, random=True),
+            of_variables("interval_order", self.interval_order, space, random=False),
         )
 
     def runs(self, space: Space) -> int:

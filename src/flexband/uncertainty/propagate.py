@@ -10,7 +10,7 @@ from flexband.errors import InputError
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.runs import Runs
+from flexband.uncertainty.runs import MOST_RUNS, Runs
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -22,7 +22,7 @@ def propagate(
     *,
     sigmas: float = 1.0,
     batch: int = 2048,
-    most_runs: int = 1_000_000,
+    most_runs: int = MOST_RUNS,
     progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
     """Return interval mean and interval error bar of a response.
@@ -36,8 +36,8 @@ def propagate(
         a function of position), and returns an array of shape (n, ...). The labels of a
         `xarray.DataArray` are passed on to the result.
     inputs : name -> `Interval`, `Normal`, `Uniform`, `RandomField` or another `Input`.
-    method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `LHSScanning` or
-        `MonteCarlo`.
+    method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `RegressionPCCI`,
+        `PerturbationChebyshev`, `LHSScanning`, `SobolScanning` or `MonteCarlo`.
     sigmas : k of the error bar.
     batch : most runs in one call of the response. Bands do not depend on it.
     most_runs : a method that takes more runs is refused before it starts.
@@ -70,14 +70,13 @@ def expand(
     method: Expanding,
     *,
     batch: int = 2048,
-    most_runs: int = 1_000_000,
+    most_runs: int = MOST_RUNS,
     progress: Callable[[int, int], object] | None = None,
 ) -> Surrogate:
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
 
     Parameters and errors are those of `propagate`; the method is one that expands the response:
-    `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI` or `PCCI`. ``expand(…).bands(sigmas)``
-    equals the result of `propagate`.
+    any but the scanning methods. ``expand(…).bands(sigmas)`` equals the result of `propagate`.
     """
     runs = Runs(response, inputs, method, batch, most_runs, progress)
     if not callable(getattr(method, "expand", None)):

@@ -22,7 +22,10 @@ from flexband.uncertainty.inputs.effects import never_read, probes, without_effe
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.repetition import check_repetition, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
+from flexband.uncertainty.methods import Method
 from flexband.uncertainty.surrogates.extrapolation import reached
+
+MOST_RUNS = 1_000_000
 
 PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
 """Those whose versions are told in results."""
@@ -37,6 +40,18 @@ def check_method(method: object) -> None:
     """Raise `InputError` if an object is no method."""
     if isinstance(method, type) or not callable(getattr(method, "solve", None)):
         raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
+
+
+def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS) -> None:
+    """Raise `InputError` if a method takes more runs; it names what a scan could take instead."""
+    runs = method.runs(space)
+    if runs > most_runs:
+        advice = getattr(method, "fitting", None)
+        fitting = f". {advice(space, most_runs)}" if callable(advice) else ""
+        raise InputError(
+            f"{method!r} would take {_count(runs)} runs, with {space.random_dimension} random and "
+            f"{space.interval_dimension} interval variables; most_runs is {most_runs}{fitting}"
+        )
 
 
 Call = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -59,12 +74,7 @@ class Runs:
             located, self.explored = locate_fields(response, inputs)
         self.space = space = Space(located)
         self.done, self.total, self.labels = 0, method.runs(space), None
-        if self.total > most_runs:
-            raise InputError(
-                f"{method!r} would take {_count(self.total)} runs, with "
-                f"{space.random_dimension} random and {space.interval_dimension} interval "
-                f"variables; most_runs is {most_runs}"
-            )
+        check_runs(method, space, most_runs)
         self.total += 1  # one run is made again
         self.response, self.method, self.batch = response, method, batch
         self.progress = progress or (lambda done, total: None)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
+from scipy.special import ndtri
 
 from flexband.errors import whole
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.bands import bands
@@ -25,6 +26,8 @@ class Scanning:
     seed: int = 0
 
     name = ""
+    lost = 1
+    """What N is reduced by in the mean square of the deviations: 1 as in Eq. (10), or 0."""
 
     @property
     def label(self) -> str:
@@ -47,6 +50,27 @@ class Scanning:
         samples = self.samples if space.random_dimension else 1
         return samples * self.points**space.interval_dimension
 
+    def fitting(self, space: Space, most_runs: int) -> str:
+        """Return which samples and points take at most so many runs, as text."""
+        m, sampled = space.interval_dimension, space.random_dimension > 0
+        most = most_runs // (self.samples if sampled else 1)
+        points = next((p for p in range(self.points, 1, -1) if p**m <= most), 2)
+        samples = min(self.samples, most_runs // points**m) if sampled else 1
+        if points**m > most_runs or (sampled and samples < 2):
+            return (
+                f"No scan fits, since the ends of {m} intervals alone are 2^{m} points; "
+                "AdaptivePCCI and RegressionPCCI do without a scan"
+            )
+        chosen = replace(self, samples=max(2, samples), points=points)
+        given = {"samples": samples} if sampled else {}
+        options = {**given, "points": points}.items()
+        return (
+            f"{' and '.join(f'{k}={v}' for k, v in options)} would take {chosen.runs(space)} "
+            f"({' '.join(f'--{k} {v}' for k, v in options)} on the command line)"
+            + ", at the ends of the intervals alone"
+            * (points == 2)
+        )
+
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands of Eqs. (8)–(10), over the uniform grid of Eq. (7), ends included."""
         n, m = space.random_dimension, space.interval_dimension
@@ -55,7 +79,9 @@ class Scanning:
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
         flat = values.values.reshape(len(eta), len(xi), -1)
         mean = flat.mean(axis=1)
-        std = np.stack([v.std(axis=0, ddof=1) for v in flat]) if len(xi) > 1 else np.zeros(1)
+        std = (
+            np.stack([v.std(axis=0, ddof=self.lost) for v in flat]) if len(xi) > 1 else np.zeros(1)
+        )
         found = []
         for c in SIGMAS:
             scanned = mean + c * sigmas * std
@@ -85,6 +111,25 @@ class LHSScanning(Scanning):
     def normals(self, dimension: int) -> np.ndarray:
         """Return the samples, shape (samples, dimension)."""
         return latin_hypercube_normals(self.samples, dimension, self.seed)
+
+
+@dataclass(frozen=True)
+class SobolScanning(Scanning):
+    """Points of a scrambled Sobol' sequence of ξ at every point of a scan of η.
+
+    The sequence fills the space of ξ more evenly than a Latin hypercube, most of all if the number
+    of samples is a power of two; for smooth responses the error decreases almost like 1/samples.
+    Parameters and errors are those of `LHSScanning`; the seed is that of the scrambling.
+    """
+
+    samples: int = 128
+
+    name = "Sobol–Scanning"
+    lost = 0
+
+    def normals(self, dimension: int) -> np.ndarray:
+        """Return the samples, shape (samples, dimension)."""
+        return ndtri(sobol(self.samples, dimension, self.seed))
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,14 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.fits import Choice
 from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
-from flexband.uncertainty.surrogates.diagnostics import SHARE, rms, running
-
-ALONE = 3
-"""With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in
-every one alike adds up at a corner, but hardly at generic points."""
-
-DOUBT = 0.5
-"""Where more than this part of the variation is missed, the expansion is not trusted."""
-
-ROUND_OFF = 1e-13
-"""An output that varies by less than this part of its own size is constant."""
+from flexband.uncertainty.surrogates.diagnostics import (
+    ROUND_OFF,
+    predicted,
+    rms,
+    running,
+    share,
+    varying,
+)
 
 MOST_TIMES = 48
 """Times at which the width of the bands is found."""
@@ -72,17 +69,14 @@ class ExpectedError:
         """
         groups = np.split(choice.missed, [generic])
         missed = np.max([np.mean(own**2, axis=0) for own in groups if len(own)], axis=0)
-        size, varied, times = rms(F), rms(F - F.mean(axis=0)), F.shape[-1]
-        share = SHARE * np.sqrt(max(1.0, m / ALONE))
-        values = np.hypot(share * np.sqrt(missed), choice.overshoot)
+        size, times = rms(F), F.shape[-1]
+        values = np.hypot(share(m) * np.sqrt(missed), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
-        varies = varied > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
-        trusted = ~varies | (rms(choice.missed) < DOUBT * varied)
-        size = np.where(varies, size, np.inf)
-        return ExpectedError(choice, values, size, window, trusted)
+        size = np.where(varying(F), size, np.inf)
+        return ExpectedError(choice, values, size, window, predicted(choice.missed, F))
 
 
 def _scattered(times: int) -> np.ndarray:

@@ -6,16 +6,14 @@ from them. Points at the extremes of an expansion lie where its bounds rest.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 APART = 0.3
 """Places of extremes that are nearer to each other than this, in units of η, are run once."""
@@ -29,10 +27,7 @@ def generic_points(
     It is a scrambled Sobol' sequence, which fills intervals evenly and random variables by their
     density.
     """
-    power = math.ceil(math.log2(max(first + count, 2)))
-    u = qmc.Sobol(m + len(families), rng=np.random.default_rng(1)).random_base2(power)[
-        first : first + count
-    ]
+    u = sobol(first + count, m + len(families), seed=1)[first:]
     return of_normals(ndtri(u[:, m:]), families), 2 * u[:, :m] - 1
 
 

@@ -40,6 +40,15 @@ def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
     return reduce(np.multiply, (own[:, k] for own, k in zip(values, index.T, strict=True)))
 
 
+def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarray:
+    """Return values (Π columns, series) on a tensor product transformed by a matrix per factor."""
+    before = 1
+    for matrix in matrices:
+        values = matrix @ values.reshape(before, matrix.shape[1], -1)
+        before *= len(matrix)
+    return values.reshape(before, -1)
+
+
 @dataclass(frozen=True)
 class HybridExpansion:
     """The surrogate Σ β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11), of some of the products.
@@ -139,12 +148,8 @@ class HybridExpansion:
             *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
             *map(transform, families, random_orders),
         ]
-        beta, before = values, 1
-        for matrix in transforms:
-            beta = matrix @ beta.reshape(before, len(matrix), -1)
-            before *= len(matrix)
         index = tensor_index([*(len(x) - 1 for x in interval_nodes), *random_orders])
-        return HybridExpansion(tuple(families), index, beta.reshape(len(index), -1))
+        return HybridExpansion(tuple(families), index, transformed(values, transforms))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps, with the families by name."""

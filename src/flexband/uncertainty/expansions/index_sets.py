@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Container, Iterator
 
 import numpy as np
+
+from flexband.errors import InputError
 
 Orders = tuple[int, ...]
 """The order of a term in each variable, interval variables first."""
@@ -23,6 +26,48 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
     second = 2 * np.concatenate([one[interval:], one[:interval]])
     index = np.concatenate([0 * one[:1], one, second, np.reshape(pairs, (-1, d)).astype(int)])
     return index[:count]
+
+
+def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.ndarray:
+    """Return the terms ν with Σ ν_v^q ≤ p^q, the constant first, shape (terms, variables).
+
+    These are all terms up to the total order p for q = 1, and a hyperbolic set for q < 1.
+
+    Parameters
+    ----------
+    order, q_norm : p, and q above 0 and at most 1.
+    most : terms that there may be.
+
+    Raises
+    ------
+    InputError
+        If there are more.
+    """
+    sizes = [(k, (k / order) ** q_norm) for k in range(1, order + 1)]
+
+    def contained(orders: Orders, left: float) -> Iterator[Orders]:
+        """Yield the orders of the variables that a term contains."""
+        yield orders
+        if len(orders) < dimension:
+            for k, size in itertools.takewhile(lambda own: own[1] <= left, sizes):
+                yield from contained((*orders, k), left - size)
+
+    found, terms = [], 0
+    for orders in contained((), 1 + 1e-9):
+        found.append(orders)
+        terms += math.comb(dimension, len(orders))
+        if terms > most:
+            raise InputError(
+                f"order {order} with q_norm {q_norm:g} has more than {most} terms in {dimension} "
+                "variables; choose a lower order or a smaller q_norm"
+            )
+    index = []
+    for orders in sorted(found, key=lambda orders: (sum(orders), len(orders), orders)):
+        combinations = list(itertools.combinations(range(dimension), len(orders)))
+        own = np.zeros((len(combinations), dimension), dtype=int)
+        np.put_along_axis(own, np.array(combinations, dtype=int), np.array([orders], int), axis=1)
+        index.append(own)
+    return np.concatenate(index)
 
 
 def lower_terms(nu: Orders) -> Iterator[Orders]:

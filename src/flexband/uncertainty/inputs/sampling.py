@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family
 
 END_SHARE = 0.3
@@ -30,15 +31,32 @@ def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarr
     return ndtri(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(samples))
 
 
-def nested_points(runs: int, m: int, families: Sequence[Family]) -> tuple[np.ndarray, np.ndarray]:
+def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:
+    """Return the first points of a scrambled Sobol' sequence, inside (0, 1), (count, dimension).
+
+    They fill the unit cube most evenly if their number is a power of two.
+    """
+    if dimension == 0:
+        return np.zeros((count, 0))
+    if dimension > qmc.Sobol.MAXDIM:
+        raise InputError(
+            f"a Sobol' sequence has at most {qmc.Sobol.MAXDIM} variables; got {dimension}"
+        )
+    power = math.ceil(math.log2(max(count, 2)))
+    u = qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(power)[:count]
+    tiny = np.finfo(float).eps
+    return np.clip(u, tiny, 1 - tiny)
+
+
+def nested_points(
+    runs: int, m: int, families: Sequence[Family], seed: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the first points of a fixed sequence of ξ, (runs, n), and η, (runs, m).
 
     It is a scrambled Sobol' sequence. The fraction `END_SHARE` of the values of each η is at the
     ends, where most bounds are; the others are cos πu.
     """
-    power = math.ceil(math.log2(max(runs, 2)))
-    u = qmc.Sobol(m + len(families), rng=np.random.default_rng(0)).random_base2(power)[:runs]
+    u = sobol(runs, m + len(families), seed)
     middle = (u[:, :m] - END_SHARE / 2) / (1 - END_SHARE)
-    tiny = np.finfo(float).eps
-    normals, eta = ndtri(np.clip(u[:, m:], tiny, 1 - tiny)), -np.cos(np.pi * np.clip(middle, 0, 1))
-    return of_normals(normals, families), eta
+    eta = -np.cos(np.pi * np.clip(middle, 0, 1))
+    return of_normals(ndtri(u[:, m:]), families), eta

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,6 +15,16 @@ from flexband.uncertainty.expansions.expansion import Extremes
 SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
 random variables, but rests on the ends of intervals."""
+
+ALONE = 3
+"""With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in
+every one alike adds up at a corner, but hardly at generic points."""
+
+DOUBT = 0.5
+"""Where more than this part of the variation is missed, the expansion is not trusted."""
+
+ROUND_OFF = 1e-13
+"""An output that varies by less than this part of its own size is constant."""
 
 
 def series(values: xr.DataArray) -> np.ndarray:
@@ -49,6 +60,22 @@ def step(values: xr.DataArray) -> float:
 def rms(v: np.ndarray) -> np.ndarray:
     """Return the root mean square over runs and times, (outputs,)."""
     return np.sqrt(np.einsum("rot,rot->o", v, v) / (v.shape[0] * v.shape[2]))
+
+
+def share(m: int) -> float:
+    """Return the error of bands over m intervals as a part of what is missed of generic runs."""
+    return SHARE * math.sqrt(max(1.0, m / ALONE))
+
+
+def varying(F: np.ndarray) -> np.ndarray:
+    """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
+    size = rms(F)
+    return rms(F - F.mean(axis=0)) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
+
+
+def predicted(missed: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Return for which outputs at least half of the variation of runs F is not missed."""
+    return ~varying(F) | (rms(missed) < DOUBT * rms(F - F.mean(axis=0)))
 
 
 def running(v: np.ndarray, half: int) -> np.ndarray:

@@ -58,7 +58,7 @@ def methods(case: Case, samples: int) -> Iterator[Method]:
                 fb.ImprovedPCCI(*({name: min(order, 9 * k) for name, k in o.items()} for o in own))
             )
         tried.append(fb.PerturbationChebyshev({name: 3 * q for name, q in own[1].items()}))
-    tried += [fb.RegressionPCCI(order) for order in (2, 4)]
+    tried += [fb.RegressionPCCI(order) for order in (2, 3)]
     points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MAX_POINTS]
     kinds = (fb.LHSScanning, fb.SobolScanning)
     tried += [kind(samples // 2, p) for p in points[:1] for kind in kinds]

@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from flexband.report.notebook import load_ipython_extension
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
+    from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs.distribution import Distribution

@@ -107,7 +107,7 @@ def save(write: Callable[[], object]) -> bool:
     return True
 
 
-def verified(surrogate: fb.Surrogate, study: Study, runs: int) -> xr.Dataset | None:
+def verified(surrogate: Any, study: Study, runs: int) -> xr.Dataset | None:
     """Return how new runs judge a surrogate; print a remark and return None if they fail."""
     try:
         return fb.verify(surrogate, study.response, runs=runs, sigmas=study.sigmas)

@@ -108,6 +108,14 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             for frequency, steps in zip(*carriers, strict=False)
         ]
         lines += _tolerance_remarks(bands)
+    if "choice" in bands.dims:
+        for name in outputs_of(bands):
+            ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)
+            lower, upper = (" and ".join(dict.fromkeys(own.tolist())) for own in ends)
+            lines.append(
+                f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
+                f"highest with {upper}"
+            )
     if "trusted" in bands:
         doubtful = [name for name in outputs_of(bands) if not select(bands["trusted"], name).all()]
         if doubtful:

@@ -12,6 +12,7 @@ import xarray as xr
 from flexband.errors import InputError, warn
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
+from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.least_squares import RegressionPCCI
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI, Method
@@ -145,7 +146,7 @@ def warm_up(study: Study, methods: Iterable[Method]) -> None:
     compiled code that finds bounds.
     """
     study.nominal()
-    space = Space(study.located().inputs)
+    space = Space(first_case(study.located().inputs))
     expanding = [method for method in methods if callable(getattr(method, "expand", None))]
     fewest = sorted(expanding, key=lambda method: method.runs(space), reverse=True)
     for method in {type(method): method for method in fewest}.values():

@@ -8,18 +8,19 @@ import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.fields import RandomField
-from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs import check_method
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -43,7 +44,7 @@ class Study:
     """
 
     response: Response
-    inputs: Mapping[str, Input]
+    inputs: Mapping[str, Any]
     method: Method
     sigmas: float = 1.0
 
@@ -69,7 +70,9 @@ class Study:
             progress=progress,
         )
 
-    def expand(self, *, progress: Callable[[int, int], object] | None = None) -> Surrogate:
+    def expand(
+        self, *, progress: Callable[[int, int], object] | None = None
+    ) -> Surrogate | SurrogateOfChoices:
         """Return the surrogate; parameters and errors are those of `flexband.expand`."""
         method = cast(Expanding, self.method)  # `expand` refuses any other method
         return expand(self.response, self.inputs, method, batch=BATCH, progress=progress)
@@ -84,7 +87,7 @@ class Study:
 
     def nominal(self) -> xr.DataArray:
         """Return the response with every input at its mean or midpoint: ξ = 0, η = 0."""
-        space = Space(self.located().inputs)
+        space = Space(first_case(self.located().inputs))
         values = evaluate(self.response, space, *space.nominal(), 1, lambda runs: None)
         return values.isel(sample=0)
 

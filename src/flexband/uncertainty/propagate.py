@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.runs import MOST_RUNS, Runs
+from flexband.uncertainty.runs import MOST_RUNS, Runs, check_method, in_cases
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def propagate(
     response: Response,
-    inputs: Mapping[str, Input],
+    inputs: Mapping[str, Any],
     method: Method,
     *,
     sigmas: float = 1.0,
@@ -35,7 +36,8 @@ def propagate(
     response : function that takes every input by name, as an array of shape (n,) (a random field as
         a function of position), and returns an array of shape (n, ...). The labels of a
         `xarray.DataArray` are passed on to the result.
-    inputs : name -> `Interval`, `Normal`, `Uniform`, `RandomField` or another `Input`.
+    inputs : name -> `Interval`, `Normal` or another distribution, `RandomField` or another `Input`;
+        a number, which is a constant; `Choice`; or `Correlated`, under any name.
     method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `RegressionPCCI`,
         `PerturbationChebyshev`, `LHSScanning`, `SobolScanning` or `MonteCarlo`.
     sigmas : k of the error bar.
@@ -60,26 +62,36 @@ def propagate(
         if samples of a batch change each other, or the same inputs give other values each time.
     """
     sigmas = checked_sigmas(sigmas)
-    runs = Runs(response, inputs, method, batch, most_runs, progress)
-    return method.solve(runs.space, runs.start, sigmas).assign_attrs(runs.attributes())
+
+    def solved(runs: Runs) -> xr.Dataset:
+        return method.solve(runs.space, runs.start, sigmas).assign_attrs(runs.attributes())
+
+    check_method(method)
+    found = in_cases(solved, response, inputs, method, batch, most_runs, progress)
+    return found[""] if len(found) == 1 else over_choices(inputs, found)
 
 
 def expand(
     response: Response,
-    inputs: Mapping[str, Input],
+    inputs: Mapping[str, Any],
     method: Expanding,
     *,
     batch: int = 2048,
     most_runs: int = MOST_RUNS,
     progress: Callable[[int, int], object] | None = None,
-) -> Surrogate:
+) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
 
     Parameters and errors are those of `propagate`; the method is one that expands the response:
     any but the scanning methods. ``expand(…).bands(sigmas)`` equals the result of `propagate`.
+    With a `Choice` it is a `SurrogateOfChoices`.
     """
-    runs = Runs(response, inputs, method, batch, most_runs, progress)
+    check_method(method)
     if not callable(getattr(method, "expand", None)):
         raise InputError(f"method must be one that expands the response; got {method!r}")
-    surrogate = method.expand(runs.space, runs.start)
-    return surrogate.telling(**runs.attributes())
+
+    def expanded(runs: Runs) -> Surrogate:
+        return method.expand(runs.space, runs.start).telling(**runs.attributes())
+
+    found = in_cases(expanded, response, inputs, method, batch, most_runs, progress)
+    return found[""] if len(found) == 1 else SurrogateOfChoices(inputs, found)

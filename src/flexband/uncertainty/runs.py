@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from importlib.metadata import version
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -18,12 +19,17 @@ from flexband.errors import (
     whole,
     without_warnings,
 )
+from flexband.uncertainty.inputs.choices import cases
+from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.repetition import check_repetition, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
+from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
 from flexband.uncertainty.surrogates.extrapolation import reached
+
+Result = TypeVar("Result")
 
 MOST_RUNS = 1_000_000
 
@@ -42,16 +48,49 @@ def check_method(method: object) -> None:
         raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
 
 
-def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS) -> None:
-    """Raise `InputError` if a method takes more runs; it names what a scan could take instead."""
-    runs = method.runs(space)
+def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: int = 1) -> None:
+    """Raise `InputError` if a method takes more runs; it names what a scan could take instead.
+
+    `count` is the number of combinations of options, each with runs of its own.
+    """
+    runs = count * method.runs(space)
     if runs > most_runs:
         advice = getattr(method, "fitting", None)
-        fitting = f". {advice(space, most_runs)}" if callable(advice) else ""
+        fitting = f". {advice(space, most_runs // count)}" if callable(advice) else ""
         raise InputError(
             f"{method!r} would take {_count(runs)} runs, with {space.random_dimension} random and "
             f"{space.interval_dimension} interval variables; most_runs is {most_runs}{fitting}"
         )
+
+
+def in_cases(
+    solve: Callable[[Runs], Result],
+    response: Response,
+    inputs: Mapping[str, Any],
+    method: Method,
+    batch: int,
+    most_runs: int,
+    progress: Callable[[int, int], object] | None,
+) -> dict[str, Result]:
+    """Return what is solved for every combination of options, by its label.
+
+    The other arguments and errors are those of `propagate`.
+    """
+    found: dict[str, Result] = {}
+    finished, labels, all_inputs = 0, None, cases(inputs)
+    if progress is not None:
+        function("progress", progress)
+
+    def advance(done: int, total: int) -> None:
+        if progress is not None:
+            progress(finished + done, finished + total * (len(all_inputs) - len(found)))
+
+    for label, own in all_inputs.items():
+        runs = Runs(response, own, method, batch, most_runs, len(all_inputs), advance)
+        runs.labels = labels
+        found[label] = solve(runs)
+        labels, finished = runs.labels, finished + runs.done
+    return found
 
 
 Call = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -61,23 +100,23 @@ Call = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Runs:
     """Evaluations of the response and of its refinements, counted."""
 
-    def __init__(self, response, inputs, method, batch, most_runs, progress):
-        """Check the arguments of `propagate`, and find the domains of fields."""
+    def __init__(self, response, inputs, method, batch, most_runs, count, progress):
+        """Check the arguments of `propagate`, and find the domains of fields.
+
+        `count` is the number of combinations of options, each with runs of its own.
+        """
         batch = whole("batch", batch, 1)
-        check_method(method)
         whole("most_runs", most_runs, 1)
         function("response", response)
-        if progress is not None:
-            function("progress", progress)
         check_names(response, inputs)
         with without_warnings(ResolutionWarning):
             located, self.explored = locate_fields(response, inputs)
         self.space = space = Space(located)
         self.done, self.total, self.labels = 0, method.runs(space), None
-        check_runs(method, space, most_runs)
+        check_runs(method, space, most_runs, count)
         self.total += 1  # one run is made again
         self.response, self.method, self.batch = response, method, batch
-        self.progress = progress or (lambda done, total: None)
+        self.progress = progress
         self.calls: list[tuple[Response, list[Call]]] = []
         self.repeated = 0
         left_out = self.start.left_out
@@ -138,9 +177,12 @@ class Runs:
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        inputs = "; ".join(f"{name} = {one!r}" for name, one in self.space.inputs.items())
         versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
-        told = {"method": repr(self.method), "inputs": inputs, "versions": versions}
+        told = {
+            "method": repr(self.method),
+            "inputs": in_words(self.space.given),
+            "versions": versions,
+        }
         return {**counts, **told, **reached(xi)}
 
     def _check_inputs(self) -> None:
@@ -155,7 +197,9 @@ class Runs:
                 values = self(response, *further).values
                 still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
-        for name in self.space.inputs:
+        for name, one in self.space.inputs.items():
+            if isinstance(one, Constant):
+                continue
             if name in unread:
                 warn(f"input {name!r} changes no output: the response never reads it")
             elif name in idle:

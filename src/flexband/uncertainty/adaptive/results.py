@@ -64,8 +64,8 @@ def _largest_miss(course: Adaptation) -> str:
     part = np.abs(course.choice.missed) / course.error.width[:, None]
     run, output, time = np.unravel_index(np.argmax(part), part.shape)
     point = course.held.xi[run : run + 1], course.held.eta[run : run + 1]
-    values = course.space.values(*point).items()
-    inputs = ", ".join(f"{k} = {float(v[0]):.4g}" for k, v in values if not callable(v))
+    values = course.space.numbers_at(*point).items()
+    inputs = ", ".join(f"{k} = {float(v[0]):.4g}" for k, v in values)
     place = _place(course.labels, int(output) * part.shape[2] + int(time))
     orders = course.choice.orders
     hardest = _variables(course.space)[int(np.argmax(orders))]

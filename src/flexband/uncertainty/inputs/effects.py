@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Response, Space
@@ -69,7 +70,7 @@ def without_effect(
     together = np.arange(len(runs.codes)) < space.random_dimension
     sure, likely = {}, []
     for name, one in space.inputs.items():
-        if isinstance(one, Interval) and one.lower == one.upper:
+        if isinstance(one, Constant) or (isinstance(one, Interval) and one.lower == one.upper):
             continue
         proof = runs.proof(own[name])
         if proof is None and one.random and not runs.has_pairs(own[name]):

@@ -12,7 +12,7 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Response, Space
 
-RESERVED = ("bound", "input", "variable")
+RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
 
 LARGEST = 1e150
@@ -163,8 +163,8 @@ def _refuse_infinite(values: np.ndarray, space: Space, xi: np.ndarray, eta: np.n
     bad = ~(np.abs(values.reshape(len(values), -1)) <= LARGEST).all(axis=1)
     if bad.any():
         k = int(np.flatnonzero(bad)[0])
-        inputs = space.values(xi, eta).items()
-        shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs if not callable(v))
+        inputs = space.numbers_at(xi, eta).items()
+        shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
         raise InputError(
             f"the response is not finite in {bad.sum()} of {len(values)} runs, e.g. {shown}"
         )

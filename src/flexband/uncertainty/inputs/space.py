@@ -14,6 +14,7 @@ from scipy.linalg import solve_triangular
 from flexband.errors import InputError, finite, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
+from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields import RandomField
@@ -115,6 +116,12 @@ class Space:
         values = self.values(xi, eta)
         return {name: values[name] for name in self.arguments}
 
+    def numbers_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the values of uncertain numbers, without fields and constants."""
+        values = self.values(xi, eta)
+        known = [name for name, one in self.inputs.items() if isinstance(one, Constant)]
+        return {k: v for k, v in values.items() if k not in known and not callable(v)}
+
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
@@ -122,16 +129,18 @@ class Space:
         (runs, terms). Constants may be left out. Names, shapes and values that do not fit raise
         `InputError`.
         """
-        constants = {k: one.constant for k, one in self.inputs.items() if isinstance(one, Constant)}
-        values = {**constants, **values}
-        if values.keys() != self.inputs.keys():
-            needed = [name for name in self.inputs if name not in constants]
+        needed = {k: one for k, one in self.inputs.items() if not isinstance(one, Constant)}
+        for name, value in values.items():
+            if name in self.inputs and name not in needed:
+                _check_constant(name, self.inputs[name], value)  # pyright: ignore[reportArgumentType]
+        values = {k: value for k, value in values.items() if k in needed or k not in self.inputs}
+        if values.keys() != needed.keys():
             raise InputError(
                 f"values must be given for {', '.join(needed) or 'nothing'}; "
-                f"got {', '.join(k for k in values if k not in constants) or 'nothing'}"
+                f"got {', '.join(values) or 'nothing'}"
             )
         columns = {}
-        for name, one in self.inputs.items():
+        for name, one in needed.items():
             own = one.at(_parameters(name, one, values))
             columns[name] = _standard(name, own, values[name])
         counts = {len(c) for c in columns.values()} - {1}
@@ -155,6 +164,12 @@ def _parameters(name: str, one: Input, values: Mapping[str, Any]) -> dict[str, A
     return {parameter: values[f"{name}.{parameter}"] for parameter in one.intervals}
 
 
+def _check_constant(name: str, one: Constant, value: Any) -> None:
+    """Raise `InputError` if values of a constant are others."""
+    if np.any(np.asarray(value) != one.constant):
+        raise InputError(f"{name} must be the constant {one.constant!r}; got {shown(value)}")
+
+
 def _standard(name: str, one: Input, value: Any) -> np.ndarray:
     """Return the standard variables of values of an input, shape (runs, dimension)."""
     try:
@@ -171,7 +186,7 @@ def _standard(name: str, one: Input, value: Any) -> np.ndarray:
 
 def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
-    found = Space(inputs)
+    found = Space(first_case(inputs))
     if all(isinstance(one, Constant) for one in found.inputs.values()):
         raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
     names = found.arguments
@@ -216,7 +231,8 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
 
         return value
 
-    given = Space({name: one for name, one in inputs.items() if name not in loose})
+    fixed = first_case(inputs)
+    given = Space({name: one for name, one in fixed.items() if name not in loose})
     m = given.interval_dimension
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])

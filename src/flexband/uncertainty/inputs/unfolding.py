@@ -53,3 +53,8 @@ def _as_input(name: str, one: Any) -> Input:
             f"RandomField, Correlated inputs or another Input; got {one!r}"
         )
     return PBox(one) if isinstance(one, Distribution) and one.intervals else one
+
+
+def in_words(given: Mapping[str, Any]) -> str:
+    """Return inputs as a text, in the order of their names."""
+    return "; ".join(f"{name} = {one!r}" for name, one in sorted(given.items()))

@@ -20,12 +20,14 @@ import xarray as xr
 
 from flexband.errors import InputError, instance, shown
 from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.inputs.choices import Choice, cases
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.archive import read_archive, write_archive
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -41,7 +43,7 @@ EXPANSIONS = {
 """The module of each kind of expansion that a file may hold, imported only if one holds it."""
 
 
-def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
+def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) -> None:
     """Write a surrogate to a file, complete or not at all.
 
     Raises
@@ -50,7 +52,19 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
         If an input has a field that cannot be saved, such as a correlation function that is not in
         `RandomField.correlations`, or if the file is a folder.
     """
-    instance("surrogate", surrogate, Surrogate)
+    instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "a Surrogate")
+    if isinstance(surrogate, Surrogate):
+        about, arrays = _record(surrogate)
+    else:
+        parts = [_record(one) for one in surrogate.surrogates.values()]
+        named = enumerate(own for _, own in parts)
+        arrays = {f"{k}/{name}": array for k, own in named for name, array in own.items()}
+        about = {"given": _recorded_inputs(surrogate.given), "parts": [own for own, _ in parts]}
+    write_archive(_path(file), about | {"format": FORMAT}, arrays)
+
+
+def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the record of a surrogate, and its arrays."""
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     own = diagnostics.drop_vars(labels.coords, errors="ignore").variables
@@ -61,25 +75,29 @@ def save_surrogate(surrogate: Surrogate, file: str | Path) -> None:
     }
     for k, expansion in enumerate(surrogate.expansions):
         arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
-    inputs = {}
-    for name, one in surrogate.space.given.items():
-        try:
-            inputs[name] = _recorded(one)
-        except InputError as error:
-            raise InputError(f"{name}: {error}") from None
     about = {
-        "format": FORMAT,
-        "inputs": inputs,
+        "inputs": _recorded_inputs(surrogate.space.given),
         "dims": labels.dims,
         "shape": labels.shape,
         "named": {name: (v.dims, _attributes(v.attrs)) for name, v in named.items()},
         "attributes": _attributes(diagnostics.attrs),
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
-    write_archive(_path(file), about, arrays)
+    return about, arrays
 
 
-def load_surrogate(file: str | Path) -> Surrogate:
+def _recorded_inputs(inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the records of inputs by name."""
+    found = {}
+    for name, one in inputs.items():
+        try:
+            found[name] = _recorded(one)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+    return found
+
+
+def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate that `save_surrogate` has written. Nothing in the file is executed.
 
     Raises
@@ -98,7 +116,7 @@ def load_surrogate(file: str | Path) -> Surrogate:
                 f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
                 "save it again with this version of flexband"
             )
-        return _surrogate(about, arrays)
+        return _choices(about, arrays) if "parts" in about else _surrogate(about, arrays)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises
@@ -117,6 +135,23 @@ def _path(file: Any) -> Path:
     if path.is_dir():
         raise InputError(f"{path} is a folder; give the name of a file")
     return path
+
+
+def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
+    """Return the surrogates of all combinations of options."""
+    given = {name: _restored(one) for name, one in about["given"].items()}
+    labels, found = cases(given), {}
+    for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
+        found[label] = one = _surrogate(record, _under(f"{k}/", arrays))
+        if any(
+            one.space.given.get(name) != labels[label][name]
+            for name, own in given.items()
+            if isinstance(own, Choice)
+        ):
+            raise InputError(f"the choices of {label} must be those of its surrogate")
+    if len(arrays) != sum(len(_under(f"{k}/", arrays)) for k in range(len(found))):
+        raise ValueError("arrays without a use")
+    return SurrogateOfChoices(given, found)
 
 
 def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surrogate:
@@ -164,7 +199,7 @@ def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
 
 def _recorded(value: Any) -> Any:
     """Return an input, or the value of one of its fields, as a record."""
-    if isinstance(value, Input | Correlated):
+    if isinstance(value, Input | Correlated | Choice):
         named = {f.name: getattr(value, f.name) for f in fields(value)}  # pyright: ignore[reportArgumentType]
         kind, module = type(value).__name__, type(value).__module__
         return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
@@ -196,6 +231,8 @@ def _restored(record: Any) -> Any:
         if name not in RandomField.correlations:
             raise InputError(f"the correlation {name!r} must be in RandomField.correlations first")
         return RandomField.correlations[name]
+    if record["input"] == "Choice":
+        return Choice(*dict(_restored(record["fields"]))["options"])
     kinds = {**Input.kinds, "Correlated": Correlated}
     if record["input"] not in kinds:
         raise InputError(

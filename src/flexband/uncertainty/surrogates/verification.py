@@ -22,6 +22,7 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates, evaluate
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -57,7 +58,7 @@ BATCH = 2048
 
 
 def verify(
-    surrogate: Surrogate,
+    surrogate: Surrogate | SurrogateOfChoices,
     response: Response,
     *,
     runs: int = RUNS,
@@ -86,19 +87,25 @@ def verify(
     on the last dimension. Along the dim "sample" are `missed_in_run`, the `run_values` of the
     inputs, and the `run_place`: at a bound or anywhere. ``attrs["verdict"]`` is a text,
     ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
-    runs.
+    runs. With choices there is a dim "choice", and every combination has so many runs.
 
     Raises
     ------
     InputError
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
-    instance("surrogate", surrogate, Surrogate)
     function("response", response)
+    if isinstance(surrogate, SurrogateOfChoices):
+        one_each = {
+            label: verify(one, response, runs=runs, sigmas=sigmas, seed=seed)
+            for label, one in surrogate.surrogates.items()
+        }
+        return verified_choices(one_each)
+    instance("surrogate", surrogate, Surrogate)
     runs, seed = whole("runs", runs, 2, MOST_RUNS), whole("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
     space, labels = surrogate.space, surrogate.labels
-    check_names(response, space.inputs)
+    check_names(response, space.given)
     times = labels.shape[-1] if labels.ndim > 1 else 1
     xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
     with without_warnings(ResolutionWarning):
@@ -128,7 +135,7 @@ def verify(
         found["confirmed"] = evidence < np.log(len(worst) / (1 - CONFIDENCE))
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
     checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in found.items()}, coords)
-    values = {k: v for k, v in space.values(xi, eta).items() if not callable(v)}
+    values = space.numbers_at(xi, eta)
     checked["missed_in_run"] = ("sample", *dims), np.sqrt(square).reshape(runs, *shape)
     checked["run_place"] = "sample", place
     if values:

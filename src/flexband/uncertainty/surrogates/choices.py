@@ -1,0 +1,177 @@
+"""Bands over all combinations of options, and the surrogate of a response with choices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, shown
+from flexband.uncertainty.inputs.choices import Choice
+from flexband.uncertainty.inputs.unfolding import in_words
+from flexband.uncertainty.surrogates.bands import VARIABLES, described
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
+
+
+def over_choices(given: Mapping[str, Any], found: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return bands over all combinations of options.
+
+    Parameters
+    ----------
+    given : the inputs, choices included.
+    found : label of the combination -> its bands.
+
+    Returns
+    -------
+    The dataset of bands, with the lowest of all lower and the highest of all upper bounds, and the
+    largest of the errors expected. `mean_choice` and `error_bar_choice` tell which combination a
+    bound is due to; `mean_by_choice` and `error_bar_by_choice` have the bands of every one, along
+    the dim "choice". ``attrs["choice_runs"]`` counts the runs of each. Other attributes are those
+    of the combination with the largest expected error.
+    """
+    names, bands = list(found), list(found.values())
+    worst = max(bands, key=lambda one: one.attrs.get("expected_error", 0.0))
+    result = worst.copy()
+    for name in sorted(VARIABLES - set(PLACES.values())):
+        values = np.stack([one[name].values for one in bands])
+        best = np.stack([values[:, 0].argmin(axis=0), values[:, 1].argmax(axis=0)])
+        result[name] = worst[name].dims, _chosen(values, best)
+        if name in PLACES:
+            dims = worst[name].dims
+            result[f"{name}_choice"] = dims, np.array(names)[best]
+            result[f"{name}_by_choice"] = ("choice", *dims), values
+            at = PLACES[name]
+            if at in worst:
+                places = np.stack([one[at].values for one in bands], axis=1)
+                parts = np.stack([_chosen(own, best) for own in places])
+                result[at] = worst[at].dims, parts
+    for name in set(worst.data_vars) - VARIABLES:
+        if all(name in one for one in bands):
+            values = np.stack([one[name].values for one in bands])
+            result[name] = (
+                worst[name].dims,
+                values.min(0) if values.dtype == bool else values.max(0),
+            )
+    told: dict[str, Any] = {"choice_runs": [one.attrs["runs"] for one in bands]}
+    told["inputs"] = in_words(given)
+    for name, value in worst.attrs.items():
+        own = [one.attrs.get(name, 0) for one in bands]
+        if name == "runs_generic":  # what one combination hides, the others do not show
+            told["runs_generic"] = min(own)
+        elif str(name).startswith("runs"):
+            told[str(name)] = sum(own)
+        elif isinstance(value, float) and str(name).endswith("_error"):
+            told[str(name)] = max(one if isinstance(one, float) else 0.0 for one in own)
+    lists = ("carrier_frequencies", "steps_per_period")
+    told |= {
+        k: [v for one in bands for v in one.attrs.get(k, [])] for k in lists if k in worst.attrs
+    }
+    return described(result.assign_coords(choice=names).assign_attrs(told))
+
+
+def verified_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return the results of `verify` of every combination of options, along the dim "choice"."""
+    joint = xr.concat(list(found.values()), "choice", combine_attrs="drop", join="exact")
+    first = next(iter(found.values())).attrs
+    confirmed = [one.attrs["confirmed"] for one in found.values()]
+    told = {
+        "runs": sum(one.attrs["runs"] for one in found.values()),
+        "confirmed": next((own for own in ("no", "yes") if own in confirmed), confirmed[0]),
+        "verdict": ". ".join(f"{label}: {one.attrs['verdict']}" for label, one in found.items()),
+    }
+    return joint.assign_coords(choice=list(found)).assign_attrs(first | told)
+
+
+def _chosen(values: np.ndarray, best: np.ndarray) -> np.ndarray:
+    """Return of values (cases, bound, …) those of the cases `best`, both (bound, …)."""
+    return np.take_along_axis(values, best[None], axis=0)[0]
+
+
+@dataclass(frozen=True)
+class SurrogateOfChoices:
+    """The surrogates of all combinations of options, used as one.
+
+    Attributes
+    ----------
+    given : the inputs, choices included.
+    surrogates : label of the combination -> its surrogate.
+    """
+
+    given: Mapping[str, Any]
+    surrogates: Mapping[str, Surrogate]
+
+    def __repr__(self) -> str:
+        """Return the inputs and the combinations in one line."""
+        return f"<Surrogate of {', '.join(self.given)}; choices {', '.join(self.surrogates)}>"
+
+    @cached_property
+    def choices(self) -> dict[str, Choice]:
+        """The discrete inputs, in the order of their names."""
+        named = sorted(self.given.items())
+        return {name: one for name, one in named if isinstance(one, Choice)}
+
+    def evaluate(self, **values: Any) -> xr.DataArray:
+        """Return the response at values of the inputs, dims ("sample", …).
+
+        Parameters and errors are those of `Surrogate.evaluate`; a choice is an option, or one per
+        sample.
+        """
+        labels = self._labels(values)
+        others = {name: v for name, v in values.items() if name not in self.choices}
+        sizes = {len(v) for v in (*others.values(), labels) if np.ndim(v)} - {1}
+        if len(sizes) > 1:
+            raise InputError(f"values must be equally many; got {sorted(sizes)}")
+        count = sizes.pop() if sizes else 1
+        labels = np.broadcast_to(labels, count)
+        parts, order = [], []
+        for label in dict.fromkeys(labels.tolist()):
+            own = np.flatnonzero(labels == label)
+            some = {
+                k: np.asarray(v)[own] if np.shape(v)[:1] == (count,) else v
+                for k, v in others.items()
+            }
+            part = self.surrogates[label].evaluate(**some)
+            parts.append(part.isel(sample=np.zeros(len(own), int)) if len(part) == 1 else part)
+            order.append(own)
+        joint: xr.DataArray = xr.concat(parts, "sample")  # pyright: ignore
+        return joint.isel(sample=np.argsort(np.concatenate(order), kind="stable"))
+
+    def moments(self, **values: Any) -> xr.Dataset:
+        """Return `mean` and `std` over the random inputs, at options and interval inputs.
+
+        Parameters and errors are those of `Surrogate.moments`; a choice is one option.
+        """
+        labels = np.unique(self._labels(values))
+        if len(labels) > 1:
+            raise InputError(f"a choice must be one option here; got {', '.join(labels)}")
+        others = {name: v for name, v in values.items() if name not in self.choices}
+        return self.surrogates[str(labels[0])].moments(**others)
+
+    def bands(self, sigmas: float = 1.0) -> xr.Dataset:
+        """Return interval mean and interval error bar over all options; see `over_choices`."""
+        found = {label: one.bands(sigmas) for label, one in self.surrogates.items()}
+        return over_choices(self.given, found)
+
+    def _labels(self, values: Mapping[str, Any]) -> np.ndarray:
+        """Return the label of the combination of each sample, shape (samples,) or (1,)."""
+        texts = []
+        for name, choice in self.choices.items():
+            if name not in values:
+                raise InputError(f"values must be given for {name}; got {', '.join(values)}")
+            own = np.atleast_1d(values[name])
+            for one in np.unique(own):
+                if one not in choice.options:
+                    raise InputError(f"{name} must be one of {choice!r}; got {shown(one)}")
+            positions = [choice.options.index(one) for one in own.tolist()]
+            texts.append([str(choice.options[k]) for k in positions])
+        count = max(map(len, texts))
+        columns = [own * count if len(own) == 1 else own for own in texts]
+        if {len(own) for own in columns} != {count}:
+            raise InputError(f"values must be equally many; got {sorted(map(len, texts))}")
+        return np.array([", ".join(row) for row in zip(*columns, strict=True)])

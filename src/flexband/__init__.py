@@ -73,7 +73,9 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs.distribution import Distribution
-    from flexband.uncertainty.inputs.distributions import Normal, Uniform
+    from flexband.uncertainty.inputs.distributions.bounded import Beta, Triangular, Uniform
+    from flexband.uncertainty.inputs.distributions.extremes import Gumbel, Weibull
+    from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal, TruncatedNormal
     from flexband.uncertainty.inputs.fields import RandomField
     from flexband.uncertainty.inputs.inputs import Input, Interval
     from flexband.uncertainty.least_squares import RegressionPCCI

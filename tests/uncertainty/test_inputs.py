@@ -12,7 +12,7 @@ import flexband as fb
 
 
 @dataclass(frozen=True)
-class LogNormal(fb.Input):
+class OfMedian(fb.Input):
     """A positive number whose logarithm is normally distributed."""
 
     median: float
@@ -42,7 +42,7 @@ class Tolerance(fb.Input):
         return self.part.standard(value / self.nominal - 1)
 
 
-INPUTS = {"a": LogNormal(2.0, 0.1), "b": Tolerance(3.0, fb.Interval(-0.1, 0.2), "as drawn")}
+INPUTS = {"a": OfMedian(2.0, 0.1), "b": Tolerance(3.0, fb.Interval(-0.1, 0.2), "as drawn")}
 
 
 @given(
@@ -81,9 +81,9 @@ def test_they_are_saved_with_a_surrogate(tmp_path, monkeypatch):
     monkeypatch.delitem(fb.RandomField.correlations, "triangle")
     with pytest.raises(fb.InputError, match="the correlation 'triangle' must be"):
         fb.load_surrogate(tmp_path / "s.npz")
-    monkeypatch.delitem(fb.Input.kinds, "LogNormal")
+    monkeypatch.delitem(fb.Input.kinds, "OfMedian")
     with pytest.raises(
-        fb.InputError, match=f"LogNormal must be defined.* import it from {__name__}"
+        fb.InputError, match=f"OfMedian must be defined.* import it from {__name__}"
     ):
         fb.load_surrogate(tmp_path / "s.npz")
 
@@ -93,7 +93,7 @@ def triangle(distance):
 
 
 def test_bad_inputs_of_the_users_own_are_refused():
-    with pytest.raises(fb.InputError, match="LogNormal scatter must be finite numbers; got nan"):
-        LogNormal(1.0, np.nan)
+    with pytest.raises(fb.InputError, match="OfMedian scatter must be finite numbers; got nan"):
+        OfMedian(1.0, np.nan)
     with pytest.raises(fb.InputError, match="Normal is an input of flexband; give yours another"):
         type("Normal", (fb.Input,), {"__module__": __name__})

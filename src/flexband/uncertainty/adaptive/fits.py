@@ -9,7 +9,6 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
@@ -23,7 +22,8 @@ GAIN = 0.8
 """A further carrier is used for an output where it brings the error below this part."""
 
 FAR = np.arange(3.0, 5.5, 0.5)
-"""Values of |ξ| at which an expansion must not grow beyond measure."""
+"""Values of |z| of the normal variables of which ξ are functions, where an expansion must not grow
+beyond measure."""
 
 SWEEPS = 3
 """Times that these values are visited, at different η."""
@@ -87,7 +87,7 @@ class Fit(NamedTuple):
         return self.columns.join(self.parts.evaluate(xi, eta))
 
     def overshoot(self, runs: Runs, thin: slice) -> np.ndarray:
-        """Return how far it leaves the range of all runs for normal variables far from their mean.
+        """Return how far it leaves the range of all runs for random variables far from their mean.
 
         Moments of a polynomial depend on values there, and high orders may oscillate between the
         outermost runs. Root mean square over each ξ alone, shape (outputs, times).
@@ -103,11 +103,11 @@ class Fit(NamedTuple):
         weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
         eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
         square = np.zeros(low.shape)
-        normal = np.array([f.name == HERMITE.name for f in self.parts.families], dtype=bool)
-        for v in np.flatnonzero((orders > 1) & normal):
-            farther = np.abs(x) / max(1.0, np.abs(runs.xi[:, v]).max())
+        for v in np.flatnonzero(orders > 1):
+            far = self.parts.families[v].of_normal(x)
+            farther = np.abs(far) / max(1.0, np.abs(runs.xi[:, v]).max())
             allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH
-            xi = x[:, None] * (np.arange(len(orders)) == v)
+            xi = far[:, None] * (np.arange(len(orders)) == v)
             off = self.columns.join(parts.evaluate(xi, eta))
             off = np.abs(off - (low + high) / 2) - allowed[:, None, None] * (high - low) / 2
             square += np.einsum("p,pot->ot", weight, np.maximum(off, 0.0) ** 2)

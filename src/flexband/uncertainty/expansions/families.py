@@ -20,6 +20,8 @@ from flexband.uncertainty.expansions.sequences import normal_sequence, uniform_s
 class Family(Protocol):
     """The polynomials P_0 = 1, P_1, … of a standard random variable, and points for it.
 
+    Those of variables that are not normal are at most one, or exceed it hardly ever.
+
     Another family is a frozen dataclass with these functions. An `Input` names its family.
     """
 
@@ -31,6 +33,11 @@ class Family(Protocol):
     @property
     def highest(self) -> int:
         """The highest order that an adaptive method uses."""
+        ...
+
+    @property
+    def bounded(self) -> bool:
+        """Whether ξ has finite bounds."""
         ...
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
@@ -63,6 +70,7 @@ class Hermite:
 
     name: str = "Hermite"
     highest: int = 8
+    bounded: bool = False
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         return hermite_e.hermevander(x, order)
@@ -87,6 +95,7 @@ class Legendre:
 
     name: str = "Legendre"
     highest: int = 20
+    bounded: bool = True
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         return legendre.legvander(x, order)

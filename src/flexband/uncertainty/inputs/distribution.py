@@ -2,35 +2,67 @@
 
 from __future__ import annotations
 
-import copy
+import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
+from functools import cached_property
 from itertools import product
 from typing import Any, Self
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from flexband.uncertainty.expansions.families import HERMITE, Family
+from flexband.errors import InputError, numbers, plausible_spread, positive, warn
+from flexband.uncertainty.expansions.densities import DensityPolynomials
+from flexband.uncertainty.expansions.families import HERMITE, Family, Hermite
+from flexband.uncertainty.inputs.distributions.quantiles import Quantiles
 from flexband.uncertainty.inputs.inputs import Input, Interval
+
+REACH = 30.0
+"""Standard normal variable up to which quantiles matter for polynomials of high orders."""
+
+LIGHT, NEAR, FAR = 0.85, 4.0, 7.0
+"""Least exponent c of a tail e^{−x^c} that counts as light, between these values of a normal z."""
+
+MISSED = 1e-3
+"""Part of the variance that polynomials of order `HERMITE.highest` may miss without a remark."""
+
+RULE = 60
+"""Gauss points for that."""
 
 
 class Distribution(Input):
     """A random number with a distribution.
 
-    A subclass is a frozen dataclass with the functions of an `Input`, with `frozen`, and with
-    `check`, which refuses impossible parameters. Any parameter may be an `Interval`: the input is
-    then a parametric p-box, all of whose corners are checked.
+    A subclass is a frozen dataclass with `frozen`, and with `check`, which refuses impossible
+    parameters. Any parameter may be an `Interval`: the input is then a parametric p-box, all of
+    whose corners are checked.
+
+    It is expanded in the polynomials of its own density, with ξ = (x − mean)/std. If a
+    tail is heavier than exponential, these do not converge (Ernst et al., 2012), or need values
+    that hardly ever occur; then ξ is standard normal, and the number a function of it.
     """
 
     def __post_init__(self) -> None:
         for corner in product(*((one.lower, one.upper) for one in self.intervals.values())):
             if self.intervals:
                 replace(self, **dict(zip(self.intervals, corner, strict=True)))  # pyright: ignore[reportArgumentType]
-        if not self.intervals:
-            super().__post_init__()
-            self.check()
+        if self.intervals:
+            return
+        super().__post_init__()
+        self.check()
+        if isinstance(self.family, Hermite) and (missed := self._missed()) > MISSED:
+            warn(
+                f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
+                f"{100 * missed:.2g} % of its variance; LHSScanning does not"
+            )
+
+    def __repr__(self) -> str:
+        """Return how it is written, without parameters that are not given."""
+        named = {one.name: getattr(self, one.name) for one in fields(self)}  # pyright: ignore[reportArgumentType]
+        shown = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
+        return f"{type(self).__name__}({shown})"
 
     def check(self) -> None:
         """Raise `InputError` if the parameters, which are finite numbers, are impossible."""
@@ -39,6 +71,27 @@ class Distribution(Input):
     @abstractmethod
     def frozen(self) -> Any:
         """The frozen distribution of `scipy.stats`; parameters may be arrays of shape (n,)."""
+
+    @property
+    def name(self) -> str:
+        """Its name, for files and messages."""
+        return type(self).__name__
+
+    @property
+    def kinks(self) -> list[float]:
+        """Standard normal variables at which the density is not smooth."""
+        return []
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The lowest and the highest possible value; infinite if there is none."""
+        low, high = self.frozen.support()
+        return float(low), float(high)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether all values are between finite bounds."""
+        return bool(np.isfinite(self.support).all())
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -53,73 +106,115 @@ class Distribution(Input):
 
     def at(self, parameters: Mapping[str, Any]) -> Self:
         """Return the distributions at values of parameters, numbers or of shape (n,)."""
-        own = copy.copy(self)
-        for name, value in parameters.items():
-            object.__setattr__(own, name, value)
+        own = object.__new__(type(self))
+        for one in fields(self):  # pyright: ignore[reportArgumentType]
+            value = parameters.get(one.name, getattr(self, one.name))
+            object.__setattr__(own, one.name, value)
         return own
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        if self.family == HERMITE:
-            return np.asarray(self.value(np.reshape(z, (-1, 1)))).reshape(np.shape(z))
-        low, high = self.frozen.ppf(ndtr(np.minimum(z, 0.0))), self.frozen.isf(ndtr(-np.abs(z)))
+        own = self.frozen
+        with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
+            warnings.simplefilter("ignore")
+            low, high = own.ppf(ndtr(np.minimum(z, 0.0))), own.isf(ndtr(-np.maximum(z, 0.0)))
         return np.where(z < 0, low, high)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         """Return z of values, (n,): the inverse of `at_normal`."""
-        if self.family == HERMITE:
-            return self.standard(value)
         below, above = self.frozen.cdf(value), self.frozen.sf(value)
         return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
+    def _missed(self) -> float:
+        """Return the part of the variance that Hermite polynomials of the highest order miss."""
+        nodes, weights = HERMITE.gauss(RULE)
+        orders = HERMITE.highest
+        polynomials = HERMITE.values(orders, nodes) / np.sqrt(HERMITE.norms(orders))
+        terms = (weights * self.at_normal(nodes)) @ polynomials
+        return float(1 - np.sum(terms[1:] ** 2) / self.frozen.var())
 
-@dataclass(frozen=True)
-class PBox(Input):
-    """A distribution whose parameters are intervals, as a function of one standard variable.
+    @cached_property
+    def light(self) -> bool:
+        """Whether both tails decrease exponentially or faster, as far as numbers go."""
+        near, far = -np.log(ndtr(-NEAR)), -np.log(ndtr(-FAR))
+        x = np.abs(
+            self.at_normal(np.array([-FAR, -NEAR, 0.0, NEAR, FAR])) - self.at_normal(np.zeros(1))
+        )
+        least = (far / near) ** (1 / LIGHT)
+        return bool(x[0] <= least * x[1] and x[4] <= least * x[3])
 
-    The variable is that of the distribution with the parameters at their midpoints. Equal
-    probabilities have equal variables, whatever the parameters are.
+    @property
+    def family(self) -> Family:
+        """The polynomials of its density, or those of a normal variable if a tail is heavy."""
+        return self._polynomials if self.light else HERMITE
+
+    @cached_property
+    def _polynomials(self) -> DensityPolynomials:
+        return DensityPolynomials(self)
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return the number, shape (n,), at ξ of shape (n, 1)."""
+        family, xi = self.family, standard[:, 0]
+        if not isinstance(family, DensityPolynomials):
+            return self.at_normal(xi)
+        mean, std = family.scale
+        return np.clip(mean + std * xi, *self.support)
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return ξ of values; those that are impossible raise `InputError`."""
+        low, high = self.support
+        slack = 1e-9 * (high - low) if self.bounded else 0.0
+        outside = (value < low - slack) | (value > high + slack)
+        if np.any(outside):
+            worst = np.ravel(value)[np.ravel(outside)][0]
+            raise InputError(f"values must be between {low:g} and {high:g}; got {worst:g}")
+        value, family = np.clip(value, low, high), self.family
+        if isinstance(family, DensityPolynomials):
+            return family.standardized(value)
+        return self.to_normal(value)
+
+    def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return points and weights for expectations of polynomials up to the degree 2 count."""
+        z, weights = self.quantiles.rule(count)
+        return self.at_normal(z), weights
+
+    @cached_property
+    def quantiles(self) -> Quantiles:
+        """The numbers at values of a standard normal variable, as polynomials."""
+        return Quantiles.of(self.at_normal, REACH, self.kinks)
+
+
+class Spread(Distribution):
+    """A distribution that is given by its mean and its standard deviation or variation.
+
+    Raises
+    ------
+    InputError
+        If the standard deviation is not positive, or not exactly one of `std` and `cv` is given.
     """
 
-    distribution: Distribution
-
-    def __repr__(self) -> str:
-        """Return that of the distribution."""
-        return repr(self.distribution)
+    mean: Any
+    std: Any
+    cv: Any
 
     @property
-    def family(self) -> Family:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The polynomials of the distribution at the midpoints."""
-        return self.distribution.midpoint().family
+    def spread(self) -> Any:
+        """The standard deviation."""
+        return self.cv * np.abs(self.mean) if self.std is None else self.std
 
-    @property
-    def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
-        return self.distribution.intervals
-
-    def at(self, parameters: Mapping[str, Any]) -> Input:
-        """Return the input at values of the parameters, numbers or of shape (n,)."""
-        return _Transported(self.distribution.midpoint(), self.distribution.at(parameters))
-
-    def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return values at the midpoints of the parameters."""
-        return self.distribution.midpoint().value(standard)  # pyright: ignore[reportReturnType]
-
-    def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return the variables of values at the midpoints of the parameters."""
-        return self.distribution.midpoint().standard(value)
-
-
-@dataclass(frozen=True)
-class _Transported(Input):
-    """A distribution as a function of the standard variable of another."""
-
-    source: Distribution
-    target: Distribution
-
-    def value(self, standard: np.ndarray) -> np.ndarray:
-        source = np.asarray(self.source.value(standard))
-        return self.target.at_normal(self.source.to_normal(source))
-
-    def standard(self, value: np.ndarray) -> np.ndarray:
-        return self.source.standard(self.source.at_normal(self.target.to_normal(value)))
+    def check(self) -> None:
+        """Raise `InputError` if the spread is impossible; give `std` the number that `cv` tells."""
+        name = type(self).__name__
+        if (self.std is None) == (self.cv is None):
+            raise InputError(
+                f"{name} must have either std or cv; got std={self.std!r}, cv={self.cv!r}"
+            )
+        if self.cv is not None:
+            positive(f"{name} cv", numbers(f"{name} cv", self.cv))
+            if self.mean == 0:
+                raise InputError(f"{name} cv must be given as std where the mean is 0")
+        std = float(numbers(f"{name} std", self.spread))
+        positive(f"{name} std", std)
+        plausible_spread(f"{name} std", std, self.mean)
+        object.__setattr__(self, "std", std)
+        object.__setattr__(self, "cv", None)

@@ -37,7 +37,6 @@ class Input(ABC):
     """
 
     random: ClassVar[bool] = True
-    family: ClassVar[Family] = HERMITE
     kinds: ClassVar[dict[str, type[Input]]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -51,6 +50,11 @@ class Input(ABC):
             if field.type in ("float", float):
                 value = numbers(f"{type(self).__name__} {field.name}", getattr(self, field.name))
                 object.__setattr__(self, field.name, float(value))
+
+    @property
+    def family(self) -> Family:
+        """The polynomials of ξ; `HERMITE` unless a subclass has another family."""
+        return HERMITE
 
     @property
     def dimension(self) -> int:

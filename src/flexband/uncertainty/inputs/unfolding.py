@@ -8,8 +8,9 @@ from typing import Any
 from flexband.errors import InputError, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
-from flexband.uncertainty.inputs.distribution import Distribution, PBox
+from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.inputs import Input
+from flexband.uncertainty.inputs.pbox import PBox
 
 
 def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:

@@ -32,6 +32,10 @@ SCANNED_REACH = 0.3
 TRAPEZOIDAL_END = 4.5
 """Standard deviations up to which the trapezoidal rule extends."""
 
+FAR_END, STEEPEST = 6.0, 2.0
+"""The same of a normal variable of which ξ is another function without bounds, and the slope of
+this function at 4.5 over its value there divided by 4.5: about two for an exponential tail."""
+
 
 def resolving_rule(
     families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
@@ -70,14 +74,15 @@ def resolving_rule(
 def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray]:
     """Return points and weights of E over one ξ, for P_j, j ≤ 2k, times e^{2iφ}, |φ| ≤ a.
 
-    A Gauss rule, except for a normal ξ that changes the phase: then the trapezoidal rule, exact to
-    e^{−12} if its step is at most 2π/(2a + 5).
+    A Gauss rule, except for a ξ without bounds that changes the phase: then the trapezoidal rule
+    for a normal variable, exact to e^{−12} if its step is at most 2π/(2a + 5).
     """
     size = _rule_size(family, order, a)
-    if family == HERMITE and order > 0 and a >= SMALL_REACH:
-        x = np.linspace(-TRAPEZOIDAL_END, TRAPEZOIDAL_END, size)
+    if not family.bounded and order > 0 and a >= SMALL_REACH:
+        end = TRAPEZOIDAL_END if family == HERMITE else FAR_END
+        x = np.linspace(-end, end, size)
         w = np.exp(-x * x / 2)
-        return x, w / w.sum()
+        return family.of_normal(x), w / w.sum()
     return family.gauss(size)
 
 
@@ -85,10 +90,13 @@ def _rule_size(family: Family, order: float, a: float) -> int:
     """Return the number of points of `rule`."""
     if order == 0:
         return 1
-    if family != HERMITE:  # two points per wave of e^{2iφ}, and some more
+    if family.bounded:  # two points per wave of e^{2iφ}, and some more
         return int(order) + 1 + math.ceil(a + 4 * np.cbrt(2 * a))
     if a < SMALL_REACH:
         return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product
+    if family != HERMITE:
+        a *= STEEPEST / TRAPEZOIDAL_END
+        return math.ceil(2 * FAR_END * (2 * a + 5 + order) / (2 * np.pi)) + 1
     return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi)) + 1
 
 

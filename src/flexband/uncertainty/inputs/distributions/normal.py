@@ -1,0 +1,184 @@
+"""Normal, lognormal and truncated normal numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from flexband.errors import InputError, numbers, positive
+from flexband.uncertainty.expansions.families import HERMITE, Family
+from flexband.uncertainty.inputs.distribution import Spread
+
+LARGEST_LOGARITHM = 300.0
+
+LEAST_PROBABILITY = 1e-100
+"""Of the values of a normal distribution that truncation leaves."""
+
+
+@dataclass(frozen=True, repr=False)
+class Normal(Spread):
+    """A normally distributed number.
+
+    Parameters
+    ----------
+    mean, std : mean and standard deviation.
+    cv : coefficient of variation, the standard deviation over |mean|, instead of `std`.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, the spread is not positive, or both or none are given.
+    """
+
+    mean: float
+    std: float | None = None
+    cv: float | None = field(default=None, kw_only=True)
+
+    @property
+    def frozen(self) -> Any:
+        """The distribution of SciPy."""
+        from scipy import stats  # noqa: PLC0415
+
+        return stats.norm(self.mean, self.spread)
+
+    @property
+    def family(self) -> Family:
+        """Hermite polynomials."""
+        return HERMITE
+
+    def at_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return mean + std z."""
+        return self.mean + self.spread * z
+
+    def to_normal(self, value: np.ndarray) -> np.ndarray:
+        """Return (value − mean)/std."""
+        return (value - self.mean) / self.spread
+
+
+@dataclass(frozen=True, repr=False)
+class LogNormal(Spread):
+    """A positive number whose logarithm is normally distributed.
+
+    It is expanded in Hermite polynomials of its logarithm, since those of the number itself do not
+    converge (Ernst, Mugler, Starkloff and Ullmann, 2012). Its nominal value is its median.
+
+    Parameters
+    ----------
+    mean, std : mean and standard deviation of the number, not of its logarithm.
+    cv : coefficient of variation, the standard deviation over the mean, instead of `std`.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive, or both or none of `std` and `cv` are given.
+    """
+
+    mean: float
+    std: float | None = None
+    cv: float | None = field(default=None, kw_only=True)
+
+    @classmethod
+    def of_logarithm(cls, mean: float, std: float) -> LogNormal:
+        """Return the number whose natural logarithm has this mean and standard deviation."""
+        mean = float(numbers("LogNormal mean of the logarithm", mean))
+        std = float(positive("LogNormal std of the logarithm", numbers("std", std)))
+        if not abs(mean) + std**2 < LARGEST_LOGARITHM:
+            raise InputError(
+                f"the mean and std of the logarithm must be smaller for the LogNormal to be "
+                f"finite; got {mean:g} and {std:g}"
+            )
+        return cls(float(np.exp(mean + std**2 / 2)), cv=float(np.sqrt(np.expm1(std**2))))
+
+    @property
+    def logarithm(self) -> tuple[Any, Any]:
+        """Mean and standard deviation of the natural logarithm."""
+        variance = np.log1p((self.spread / self.mean) ** 2)
+        return np.log(self.mean) - variance / 2, np.sqrt(variance)
+
+    @property
+    def frozen(self) -> Any:
+        """The distribution of SciPy."""
+        from scipy import stats  # noqa: PLC0415
+
+        mean, std = self.logarithm
+        return stats.lognorm(std, scale=np.exp(mean))
+
+    @property
+    def family(self) -> Family:
+        """Hermite polynomials of the logarithm."""
+        return HERMITE
+
+    def check(self) -> None:
+        """Raise `InputError` if a parameter is not positive."""
+        positive("LogNormal mean", self.mean)
+        super().check()
+
+    def at_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the number at a standard normal variable."""
+        mean, std = self.logarithm
+        return np.exp(mean + std * z)
+
+    def to_normal(self, value: np.ndarray) -> np.ndarray:
+        """Return the standard normal variable of values."""
+        mean, std = self.logarithm
+        return (np.log(value) - mean) / std
+
+
+@dataclass(frozen=True, repr=False)
+class TruncatedNormal(Spread):
+    """A normally distributed number of which only values between two limits occur.
+
+    Parameters
+    ----------
+    mean, std : mean and standard deviation before truncation.
+    lower, upper : limits; None where there is none.
+    cv : coefficient of variation before truncation, instead of `std`.
+
+    Raises
+    ------
+    InputError
+        If the spread is not positive, or the limits leave nothing of the normal distribution.
+    """
+
+    mean: float
+    std: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    cv: float | None = field(default=None, kw_only=True)
+
+    @property
+    def frozen(self) -> Any:
+        """The distribution of SciPy."""
+        from scipy import stats  # noqa: PLC0415
+
+        return stats.truncnorm(*self._limits(), self.mean, self.spread)
+
+    def check(self) -> None:
+        """Raise `InputError` if the limits leave nothing."""
+        super().check()
+        for name in ("lower", "upper"):
+            if (limit := getattr(self, name)) is not None:
+                limit = float(numbers(f"TruncatedNormal {name}", limit))
+                object.__setattr__(self, name, limit)
+        low, high = self._limits()
+        if not low < high:
+            raise InputError(
+                f"TruncatedNormal lower {self.lower:g} must be below upper {self.upper:g}"
+            )
+        near, far = sorted((abs(low), abs(high))) if low * high > 0 else (0.0, np.inf)
+        if near > 0:
+            logarithm = log_ndtr(-near) + np.log1p(-np.exp(log_ndtr(-far) - log_ndtr(-near)))
+            if not logarithm > np.log(LEAST_PROBABILITY):
+                raise InputError(
+                    f"{self!r} leaves nothing of the normal distribution: its limits are "
+                    f"{near:.3g} standard deviations or more from the mean"
+                )
+
+    def _limits(self) -> tuple[Any, Any]:
+        """Return the limits in standard deviations from the mean."""
+        low = -np.inf if self.lower is None else (self.lower - self.mean) / self.spread
+        high = np.inf if self.upper is None else (self.upper - self.mean) / self.spread
+        return low, high

@@ -1,0 +1,89 @@
+"""Quantiles of a distribution as polynomials on panels of a standard normal variable.
+
+In this variable even densities with singular ends are smooth. Panels are halved where they are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+WIDTH = 0.5
+"""Of a panel that is not halved."""
+
+POINTS = 12
+"""Points of a panel, and coefficients of its polynomial."""
+
+NODES, WEIGHTS = legendre.leggauss(POINTS)
+TRANSFORM = np.linalg.inv(legendre.legvander(NODES, POINTS - 1))
+
+ROUND_OFF, MAX_SPLITS = 1e-12, 24
+"""A panel is halved, so often at most, while its last two coefficients are larger than this part of
+the spread, weighted by the density."""
+
+
+@dataclass(frozen=True)
+class Quantiles:
+    """An increasing function of a standard normal variable.
+
+    Attributes
+    ----------
+    panels : their ends, increasing, shape (panels, 2).
+    coefficients : of Legendre polynomials, shape (panels, POINTS).
+    """
+
+    panels: np.ndarray
+    coefficients: np.ndarray
+
+    @staticmethod
+    def of(
+        function: Callable[[np.ndarray], np.ndarray], reach: float, kinks: Sequence[float] = ()
+    ) -> Quantiles:
+        """Return the polynomials of a function of z, as far as `reach` and as it is finite.
+
+        Parameters
+        ----------
+        kinks : values of z at which it is not smooth.
+        """
+        edges = np.unique([*np.arange(-reach, reach + WIDTH / 2, WIDTH), 0.0, *kinks])
+        edges = edges[np.isfinite(function(edges))]
+        panels = np.stack([edges[:-1], edges[1:]], axis=1)
+        spread, found = np.ptp(function(np.array([-1.0, 1.0]))), []
+        for split in range(MAX_SPLITS + 1):
+            middle, half = panels.mean(axis=1, keepdims=True), np.diff(panels) / 2
+            coefficients = function(middle + half * NODES) @ TRANSFORM.T
+            nearest = np.abs(panels).min(axis=1)  # zero lies on an edge
+            off = np.abs(coefficients[:, -2:]).max(axis=1) * np.exp(-(nearest**2) / 2)
+            bad = (off > ROUND_OFF * spread) & (split < MAX_SPLITS)
+            found.append((panels[~bad], coefficients[~bad]))
+            (low, high), middle = panels[bad].T, middle[bad, 0]
+            panels = np.concatenate([np.stack([low, middle], 1), np.stack([middle, high], 1)])
+        panels, coefficients = map(np.concatenate, zip(*found, strict=True))
+        order = np.argsort(panels[:, 0])
+        return Quantiles(panels[order], coefficients[order])
+
+    @property
+    def reach(self) -> np.ndarray:
+        """The ends of the first and the last panel."""
+        return self.panels[[0, -1], [0, 1]]
+
+    def __call__(self, z: np.ndarray) -> np.ndarray:
+        """Return the polynomials' values at z, of any shape, between the ends."""
+        panel = np.searchsorted(self.panels[1:, 0], z, side="right")
+        low, high = np.moveaxis(self.panels[panel], -1, 0)
+        values = legendre.legvander((2 * z - low - high) / (high - low), POINTS - 1)
+        return np.einsum("...k,...k->...", values, self.coefficients[panel])
+
+    def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return z and weights for expectations of polynomials of the degree 2 count.
+
+        Gauss–Legendre points of all panels.
+        """
+        t, w = legendre.leggauss(POINTS + count // 4)
+        middle, half = self.panels.mean(axis=1, keepdims=True), np.diff(self.panels) / 2
+        z = (middle + half * t).ravel()
+        weights = (half * w).ravel() * np.exp(-z * z / 2)
+        return z, weights / weights.sum()

@@ -2,10 +2,11 @@
 
 An example is a script with a function `picture(drawing, plot)`, which draws the mechanism on the
 first axes and results on the second. The first line of its docstring is the title of its section,
-and the paragraph below is the text.
+and the paragraph below is the text. Given names of examples, it draws these only.
 """
 
 import runpy
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +20,7 @@ EDGES = {"left": 0.1, "right": 0.92, "bottom": 0.12, "top": 0.94, "wspace": 0.24
 WIDE = ("slider_crank", "spin_up")  # drawn above the plot instead of beside it
 INTRODUCTION = """# Gallery
 
-Twelve mechanisms, each a complete script of at most 60 lines in [examples/](../examples).
+Mechanisms, each a complete script of at most 60 lines in [examples/](../examples).
 `make gallery` draws them and writes this page; `tests/test_examples.py` compares each with an
 independent result. Scripts that define `study` also run with `flexband run examples/….py`.
 """
@@ -48,7 +49,8 @@ def main() -> None:
     images.mkdir(parents=True, exist_ok=True)
     for file in sorted(set(HERE.glob("*.py")) - {Path(__file__).resolve()}):
         example = load(file)
-        draw(example).savefig(images / f"{file.stem}.png", dpi=100)
+        if not sys.argv[1:] or file.stem in sys.argv[1:]:
+            draw(example).savefig(images / f"{file.stem}.png", dpi=100)
         title, text = example.__doc__.strip().split("\n\n")[:2]
         page.append(f"## {title.rstrip('.')}\n\n{text} [`{file.name}`](../examples/{file.name})\n")
         page.append(f"![{title}](images/gallery/{file.stem}.png)\n")

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexband.uncertainty.expansions import bounds
-from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.bounds import extremes as bounds
+from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.rules import smooth_index

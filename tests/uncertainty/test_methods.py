@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
-from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import (

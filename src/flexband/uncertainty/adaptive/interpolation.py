@@ -31,9 +31,6 @@ from flexband.uncertainty.phases.layout import PartColumns
 
 HIGHEST_INTERVAL = 20
 
-SERIES = 4096
-"""Series that are expanded at a time."""
-
 EXPLAINED = 1e-3
 """Part of the energy of what is missed that need not be explained."""
 
@@ -83,6 +80,11 @@ class NestedDesign:
         """The terms' values in the runs, shape (terms, terms)."""
         return self._values(self.index, *self.points)
 
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """The coefficients of the terms of one run each, shape (terms, terms)."""
+        return np.linalg.inv(self.matrix)
+
     @property
     def norms(self) -> np.ndarray:
         """√E[Ψ²] of the terms, shape (terms,)."""
@@ -105,11 +107,7 @@ class NestedDesign:
         return replace(self, index=self.index[: len(series)])._expanded(series)
 
     def _expanded(self, series: np.ndarray) -> HybridExpansion:
-        terms = np.empty(series.shape)
-        for first in range(0, series.shape[1], SERIES):  # the solution needs copies
-            own = slice(first, first + SERIES)
-            terms[:, own] = np.linalg.solve(self.matrix, series[:, own])
-        return HybridExpansion(tuple(self.families), self.index, terms)
+        return HybridExpansion(tuple(self.families), self.index, self.inverse @ series)
 
     def extended(self, count: int, split: Split) -> NestedDesign:
         """Return the design with the next terms, so many or fewer.
@@ -117,7 +115,7 @@ class NestedDesign:
         Up to half of them explain what held-out runs miss, the others are expected to be large.
         """
         known, own = slice(len(self)), self.norms[:, None, None]
-        terms = own * split.rows(lambda runs: np.linalg.solve(self.matrix, runs[known]))
+        terms = own * split.rows(lambda runs: self.inverse @ runs[known])
         sizes = TermSizes(self.index, np.sqrt(np.mean(terms**2, axis=-1)).T)
         unforeseen = self._explaining(split, count // 2)
         sizes.total(unforeseen)
@@ -132,7 +130,7 @@ class NestedDesign:
         """
         known = set(map(tuple, self.index.tolist()))
         index = self._candidates(known)
-        predict = self._values(self.index, split.xi, split.eta) @ np.linalg.inv(self.matrix)
+        predict = self._values(self.index, split.xi, split.eta) @ self.inverse
         added = self._values(index, split.xi, split.eta)
         added = added - predict @ self._values(index, *self.points)
         held = slice(len(self), None)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.uncertainty.expansions.bounds import extremes
+from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion

@@ -10,7 +10,7 @@ from numpy.polynomial import hermite_e
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from flexband.uncertainty.expansions.bounds import lobatto
+from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
 

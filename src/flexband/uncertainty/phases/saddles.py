@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import cached_on_disk
-from flexband.uncertainty.expansions.polish import substitute
+from flexband.uncertainty.expansions.bounds.polish import substitute
 from flexband.uncertainty.phases.moments import fill, section, squares
 
 SATURATED = 6.0

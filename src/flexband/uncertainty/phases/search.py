@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import cached_on_disk
-from flexband.uncertainty.expansions.polish import chebyshev_powers, step
-from flexband.uncertainty.expansions.search import lowest
+from flexband.uncertainty.expansions.bounds.polish import step
+from flexband.uncertainty.expansions.bounds.search import lowest
+from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers
 
 MAX_STEPS = 40
 MIN_RELATIVE_GAIN = 1e-9
@@ -41,10 +42,10 @@ def search(
     times, terms, width = smooth.shape
     m, block, carriers = points.shape[1], columns.block, columns.carriers
     scanned = np.empty((len(points), width))
-    mean, std, aim = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
+    mean, std, aim = np.empty(len(points)), np.empty(len(points)), np.empty((len(points), 1))
     chosen = np.empty((terms, block + carriers))
     turns = np.empty((len(points), columns.turns), np.complex128)
-    best, which = np.empty(starts), np.empty(starts, np.int64)
+    best, which = np.empty((starts, 1)), np.empty((starts, 1), np.int64)
     eta = np.empty(m)
     for t in range(times):
         for k in range(0, len(points), SCAN_BLOCK):
@@ -60,13 +61,13 @@ def search(
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
-                    aim[p] = sign * (mean[p] + c * std[p])
-                lowest(aim, neighbours, best, which)
-                values[a, o, t] = best[0]
-                places[a, o, t] = points[which[0]]
+                    aim[p, 0] = sign * (mean[p] + c * std[p])
+                lowest(aim, neighbours, 1.0, best, which)
+                values[a, o, t] = best[0, 0]
+                places[a, o, t] = points[which[0, 0]]
                 for k in range(starts if m else 0):
-                    if best[k] < np.inf:
-                        eta[:] = points[which[k]]
+                    if best[k, 0] < np.inf:
+                        eta[:] = points[which[k, 0]]
                         found = _descend(chosen, index, columns, turning, c, sign, eta)
                         if found < values[a, o, t]:
                             values[a, o, t] = found
@@ -102,7 +103,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
     m, highest = len(eta), index.max() if index.size else 0
     work = (
-        np.empty((3, m, highest + 1)),
+        np.empty((3, highest + 1, m, 1)),
         np.empty((1 + m, len(index))),
         np.empty((1 + m, chosen.shape[1])),
     )
@@ -154,13 +155,13 @@ def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
     powers, basis, rows = work
     m = len(eta)
-    chebyshev_powers(eta, powers)
+    chebyshev_powers(eta.reshape(m, 1), powers)
     basis[:] = 1.0
     for a in range(-1, m):  # −1: not differentiated
         for v in range(m):
-            power = powers[1 if v == a else 0, v]
+            d = 1 if v == a else 0
             for i in range(len(index)):
-                basis[1 + a, i] *= power[index[i, v]]
+                basis[1 + a, i] *= powers[d, index[i, v], v, 0]
     np.dot(basis, chosen, rows)
     turns = np.empty(columns.turns, np.complex128)
     _turn(rows[0, columns.block :], turning, turns)

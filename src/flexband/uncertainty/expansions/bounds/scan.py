@@ -1,68 +1,44 @@
-"""Bounds over the interval variables: scan, then descend from the best points of the scan.
-
-The paper scans, Eqs. (16)–(18). Here the scan only finds the right neighbourhoods. The place of the
-extreme is kept for every series: it shows which tolerances make the worst case.
-"""
+"""Points in the box of the interval variables among which bounds are searched first."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import qmc
 
-from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_index, tensor_points
+from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
-from flexband.uncertainty.expansions.search import SparseTerms, search
-from flexband.uncertainty.expansions.threads import in_threads
 
-MAX_SCAN_POINTS = 1400
+MANY_SCAN_POINTS, MAX_SCAN_POINTS = 600, 1400
+"""Points from which on a grid becomes coarser, and most points of a grid."""
+
 SCATTERED_POINTS = 1024
 """Points of a scan in more variables than a grid can have."""
 
 NEIGHBOURS = 12
 """Scattered points next to a point."""
 
-SERIES = 256
-"""Series that are searched in one call."""
 
-
-def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
-    """Return what `Expansion.extremes` does, values of shape (2, series), places (2, series, m)."""
-    orders = expansion.interval_orders
-    order = np.argsort(expansion.j, kind="stable")
-    i, j, series = expansion.i[order], expansion.j[order], expansion.coefficients.shape[1]
-    terms = SparseTerms.of(expansion.interval_index[i], j)
-    points, neighbours = scan(orders)
-    grid = np.ascontiguousarray(expansion.chebyshev(points)[:, i].T), points, neighbours
-    weight, tried, beta = np.sqrt(expansion.norms)[j, None], lines(orders), expansion.coefficients
-    # lower bounds minimize μ + c σ, upper bounds −(μ + c σ); without random terms σ = 0
-    searched = sigmas if j.any() else [0.0]
-    targets = np.array([(c, sign) for c in searched for sign in (1.0, -1.0)])
-    values = np.empty((len(targets), series))
-    places = np.empty((len(targets), series, len(orders)))
-
-    def solve(first: int) -> None:
-        own = np.ascontiguousarray((beta[order, first : first + SERIES] * weight).T)
-        search(terms, grid, tried, own, first, targets, values, places)
-
-    in_threads(solve, range(0, series, SERIES))
-    found = [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
-    return found if j.any() else found * len(sigmas)
-
-
-def scan(orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+@lru_cache(maxsize=16)
+def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return η for a scan, (points, m), and the numbers of the points next to each.
 
-    Chebyshev–Lobatto points, about two per wave of the highest order. If these are too many, there
-    are fewer in each variable, but four at least; if even these are too many, `scattered` points.
+    Chebyshev–Lobatto points, four per wave of the highest order. If these are many, there are fewer
+    in each variable, but more than two per wave; if these are too many, fewer still, but four at
+    least; if even these are too many, `scattered` points.
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
-    while math.prod(counts) > MAX_SCAN_POINTS and max(counts) > 4:
-        counts[counts.index(max(counts))] -= 1
+    for most, least in (
+        (MANY_SCAN_POINTS, [order + 3 if order else 1 for order in orders]),
+        (MAX_SCAN_POINTS, [min(4, count) for count in counts]),
+    ):
+        while math.prod(counts) > most and counts != least:
+            spare = [count if count > low else 0 for count, low in zip(counts, least, strict=True)]
+            counts[spare.index(max(spare))] -= 1
     if math.prod(counts) <= MAX_SCAN_POINTS:
         return tensor_grid(counts)
     return scattered(SCATTERED_POINTS, np.array(orders) > 0)
@@ -91,7 +67,7 @@ def tensor_grid(counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     return tensor_points([lobatto(count) for count in counts]), beside @ strides
 
 
-def lines(orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lines(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return η to try in each variable, (m, count), their polynomials, and how many there are."""
     counts = np.array([2 * order + 3 if order else 1 for order in orders], dtype=int)
     points = np.zeros((len(counts), counts.max(initial=1)))

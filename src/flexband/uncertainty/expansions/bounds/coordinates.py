@@ -1,0 +1,106 @@
+"""Move one interval variable after the other to where μ ± c σ is lowest along it, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.caching import cached_on_disk
+from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product
+
+MAX_SWEEPS = 30
+MIN_GAIN = 1e-13
+"""A variable moves if that gains at least this fraction of the sum of all coefficients."""
+
+
+@cached_on_disk
+def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
+    """Move the variables of active lanes to the best values to try; leave those active that move.
+
+    Parameters
+    ----------
+    terms, own : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
+    lines : see `search`.
+    active, eta : shapes (lanes,) and (m, lanes).
+    """
+    tried, polynomials, counts = lines
+    (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.group.max() + 1
+    powers, sums = np.empty((3, orders, m, lanes)), np.zeros((groups, lanes))
+    along, trial = np.empty((orders, groups, lanes)), np.empty((groups, lanes))
+    part, height, value = np.empty(lanes), np.empty(lanes), np.empty(lanes)
+    best, least_gain, at = np.empty(lanes), np.zeros(lanes), np.empty(lanes, np.int64)
+    unmoved, moved = np.zeros(lanes, np.int64), np.zeros(lanes, np.bool_)
+    chebyshev_powers(eta, powers)
+    for i in range(len(terms.first) - 1):
+        product(terms, i, -1, powers, part)
+        for t in range(terms.first[i], terms.first[i + 1]):
+            j = terms.group[t]
+            for n in range(lanes):
+                sums[j, n] += part[n] * own[t, n]
+                least_gain[n] += MIN_GAIN * abs(own[t, n])
+    aim(sums, c, sign, value)
+    for step in range(MAX_SWEEPS * m):
+        a, going = step % m, False
+        for n in range(lanes):
+            going = going or (active[n] and unmoved[n] < m)
+        if not going:
+            break
+        highest = _along(terms, own, a, powers, part, sums, along)
+        for n in range(lanes):
+            best[n], at[n] = value[n] - least_gain[n], -1
+        for g in range(counts[a] if highest else 0):
+            _on_line(polynomials[a, g], highest, along, trial)
+            aim(trial, c, sign, height)
+            for n in range(lanes):
+                if height[n] < best[n]:
+                    best[n], at[n] = height[n], g
+        for n in range(lanes):
+            if not active[n] or unmoved[n] == m:
+                continue
+            unmoved[n] += 1
+            if at[n] >= 0:
+                value[n], unmoved[n], moved[n], eta[a, n] = best[n], 0, True, tried[a, at[n]]
+                for k in range(orders):
+                    powers[0, k, a, n] = polynomials[a, at[n], k]
+                for j in range(groups):
+                    sums[j, n] = along[0, j, n]
+                    for k in range(1, highest + 1):
+                        sums[j, n] += along[k, j, n] * powers[0, k, a, n]
+    active[:] = moved
+
+
+@cached_on_disk
+def _on_line(polynomials, highest, along, sums):
+    """Fill the sum of the terms of each Ψ_j at a value of one variable."""
+    groups, lanes = sums.shape
+    for j in range(groups):
+        for n in range(lanes):
+            sums[j, n] = along[0, j, n]
+    for k in range(1, highest + 1):
+        T = polynomials[k]
+        for j in range(groups):
+            for n in range(lanes):
+                sums[j, n] += T * along[k, j, n]
+
+
+@cached_on_disk
+def _along(terms, own, a, powers, part, sums, along):
+    """Fill the factors of each T_k(η_a) in the sums of each Ψ_j; return the highest k."""
+    orders, groups, lanes = along.shape
+    highest = 0
+    for j in range(groups):
+        for n in range(lanes):
+            along[0, j, n] = sums[j, n]
+        for k in range(1, orders):
+            for n in range(lanes):
+                along[k, j, n] = 0.0
+    for o in range(terms.first_owner[a], terms.first_owner[a + 1]):
+        i, k = terms.owner[o], terms.owner_order[o]
+        product(terms, i, a, powers, part)
+        for t in range(terms.first[i], terms.first[i + 1]):
+            j = terms.group[t]
+            for n in range(lanes):
+                own_part = part[n] * own[t, n]
+                along[k, j, n] += own_part
+                along[0, j, n] -= own_part * powers[0, k, a, n]
+        highest = max(highest, k)
+    return highest

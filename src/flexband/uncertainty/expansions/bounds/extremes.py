@@ -1,0 +1,61 @@
+"""Bounds over the interval variables: scan, then descend from the best points of the scan.
+
+The paper scans, Eqs. (16)–(18). Here the scan only finds the right neighbourhoods. The place of the
+extreme is kept for every series: it shows which tolerances make the worst case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexband.uncertainty.expansions.bounds.scan import lines, scan
+from flexband.uncertainty.expansions.bounds.search import search
+from flexband.uncertainty.expansions.bounds.terms import LANES, Terms
+from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.threads import in_threads
+
+BLOCKS = 16
+"""Blocks of lanes that are searched in one call."""
+
+
+def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
+    """Return what `Expansion.extremes` does, values of shape (2, series), places (2, series, m)."""
+    of_mean = expansion.j == 0
+    if of_mean.all():  # without random terms σ = 0
+        return _extremes(expansion, of_mean, [0.0]) * len(sigmas)
+    means = iter(_extremes(expansion, of_mean, [c for c in sigmas if not c]))
+    others = iter(_extremes(expansion, np.full(len(of_mean), True), [c for c in sigmas if c]))
+    return [next(others if c else means) for c in sigmas]
+
+
+def _extremes(
+    expansion: HybridExpansion, which: np.ndarray, sigmas: Sequence[float]
+) -> list[Extremes]:
+    """Return the bounds of μ + c σ of some of the terms, which must be those of μ if c is zero."""
+    order = np.flatnonzero(which)[np.lexsort((expansion.j[which], expansion.i[which]))]
+    used, i = np.unique(expansion.i[order], return_inverse=True)
+    index, j = expansion.interval_index[used], expansion.j[order]
+    orders, weight = tuple(index.max(axis=0, initial=0).tolist()), np.sqrt(expansion.norms)[j, None]
+    points, neighbours = scan(orders)
+    grid = np.ascontiguousarray(expansion.chebyshev(points)[:, used].T), points, neighbours
+    terms, tried, series = Terms.of(index, i, j), lines(orders), expansion.coefficients.shape[1]
+    # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
+    targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)]).reshape(-1, 2)
+    filled = -(-series // LANES) * LANES
+    values, places = (np.empty((len(targets), filled, *m)) for m in ((), (len(orders),)))
+
+    def solve(first: int) -> None:
+        beta = expansion.coefficients[order, first : first + BLOCKS * LANES] * weight
+        own = np.zeros((len(beta), -(-beta.shape[1] // LANES) * LANES))
+        own[:, : beta.shape[1]] = beta
+        own = np.ascontiguousarray(own.reshape(len(own), -1, LANES).swapaxes(0, 1))
+        search(terms, grid, tried, own, first, targets, values, places)
+
+    in_threads(solve, range(0, series if sigmas else 0, BLOCKS * LANES))
+    return [
+        Extremes(values[k : k + 2, :series], places[k : k + 2, :series])
+        for k in range(0, len(targets), 2)
+    ]

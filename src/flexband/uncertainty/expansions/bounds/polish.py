@@ -1,0 +1,235 @@
+"""Polish extremes of μ + c σ over the box of the interval variables: Newton's method, compiled.
+
+σ² is the sum over j ≥ 1 of squared polynomials in η, so the derivatives of σ follow from those of
+the polynomials.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.caching import cached_on_disk
+from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, product
+
+MAX_STEPS = 40
+MIN_RELATIVE_GAIN = 1e-13
+"""The descent ends when a step is expected to gain less than this fraction of the value."""
+
+
+@cached_on_disk
+def polish(terms, own, c, sign, points, starts, bound, least, place):  # noqa: PLR0912
+    """Fill the least minimum of sign (μ + c σ) near some points, and its place.
+
+    Each lane goes on to its next point when it has found a minimum, so that few wait.
+
+    Parameters
+    ----------
+    terms, own : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
+    points, starts : η, (points, m), and the numbers of those to start from, (starts, lanes).
+    bound : a start counts if this is below the least minimum so far, (starts, lanes).
+    least, place : shapes (lanes,) and (m, lanes); ∞ and nothing where no start counts.
+    """
+    m, lanes = place.shape
+    groups, orders = terms.group.max() + 1, terms.order.max() + 1 if len(terms.order) else 1
+    work = (
+        np.empty((3, orders, m, lanes)),
+        np.empty((groups, lanes)),
+        np.empty((groups, lanes)),
+        np.empty((m, groups, lanes)),
+        np.empty((2, lanes)),
+    )
+    gradient, hessian = np.empty((m, lanes)), np.empty((m, m, lanes))
+    new_gradient, new_hessian = np.zeros((m, lanes)), np.zeros((m, m, lanes))
+    eta, trial, value = np.zeros((m, lanes)), np.zeros((m, lanes)), np.empty(lanes)
+    x, slope, curve, y = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
+    best, reach = np.empty(lanes), np.empty(lanes)
+    taken, steps = np.zeros(lanes, np.int64), np.full(lanes, -1)  # −1: at no start
+    least[:] = np.inf
+    while True:
+        left = False
+        for n in range(lanes):
+            if steps[n] >= 0:
+                for a in range(m):
+                    x[a], slope[a] = eta[a, n], gradient[a, n]
+                    for b in range(a + 1):
+                        curve[a, b] = curve[b, a] = hessian[a, b, n]
+                gain = step(x, slope, curve, reach[n], y)
+                steps[n] += 1
+                if steps[n] > MAX_STEPS or not gain > MIN_RELATIVE_GAIN * abs(best[n]):
+                    steps[n] = -1
+                    if best[n] < least[n]:
+                        least[n] = best[n]
+                        place[:, n] = x
+            while steps[n] < 0 and taken[n] < len(starts):
+                if bound[taken[n], n] < min(np.inf, least[n]):
+                    best[n], steps[n] = np.inf, 0
+                    y[:] = points[starts[taken[n], n]]
+                taken[n] += 1
+            left = left or steps[n] >= 0
+            for a in range(m if steps[n] >= 0 else 0):
+                trial[a, n] = y[a]
+        if not left:
+            break
+        _evaluate(terms, own, c, sign, trial, work, value, new_gradient, new_hessian)
+        for n in range(lanes):
+            if steps[n] >= 0 and (value[n] < best[n] or best[n] == np.inf):
+                best[n], reach[n] = value[n], 1.0
+                for a in range(m):
+                    eta[a, n], gradient[a, n] = trial[a, n], new_gradient[a, n]
+                    for b in range(a + 1):
+                        hessian[a, b, n] = new_hessian[a, b, n]
+            else:
+                reach[n] *= 0.25
+
+
+@cached_on_disk
+def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa: PLR0912
+    """Fill sign (μ + c σ) at η, its gradient and the lower triangle of its Hessian."""
+    powers, sums, along, slopes, (part, scale) = work
+    m, groups, lanes = slopes.shape
+    chebyshev_powers(eta, powers)
+    _sums(terms, own, powers, sums, slopes, part)
+    for n in range(lanes):
+        scale[n] = 0.0
+    for j in range(1, groups):
+        for n in range(lanes):
+            scale[n] += sums[j, n] * sums[j, n]
+    for n in range(lanes):
+        std = np.sqrt(scale[n])
+        value[n] = sign * (sums[0, n] + c * std)
+        scale[n] = sign * c / std if std > 0 else 0.0  # at σ = 0 its derivatives count as zero
+        along[0, n] = sign
+    for j in range(1, groups):  # the derivative of the value by each sum
+        for n in range(lanes):
+            along[j, n] = scale[n] * sums[j, n]
+    _curvatures(terms, own, powers, along, part, hessian)
+    for a in range(m):
+        for n in range(lanes):
+            gradient[a, n] = 0.0
+        for j in range(1, groups):
+            for n in range(lanes):
+                gradient[a, n] += along[j, n] * slopes[a, j, n]
+        for b in range(a + 1 if c != 0 else 0):
+            for n in range(lanes):
+                part[n] = 0.0
+            for j in range(1, groups):
+                for n in range(lanes):
+                    part[n] += slopes[a, j, n] * slopes[b, j, n]
+            for n in range(lanes):
+                of_std = gradient[a, n] * gradient[b, n] / (c * c)  # ∂σ/∂η_a ∂σ/∂η_b
+                hessian[a, b, n] += scale[n] * (part[n] - of_std)
+    for a in range(m):
+        for n in range(lanes):
+            gradient[a, n] += sign * slopes[a, 0, n]
+
+
+@cached_on_disk
+def _sums(terms, own, powers, sums, slopes, part):
+    """Fill the sum of the terms of each Ψ_j and its derivatives by every variable."""
+    lanes = len(part)
+    sums[:], slopes[:] = 0.0, 0.0
+    for i in range(len(terms.first) - 1):
+        begin, end = terms.first[i], terms.first[i + 1]
+        product(terms, i, -1, powers, part)
+        for t in range(begin, end):
+            j = terms.group[t]
+            for n in range(lanes):
+                sums[j, n] += part[n] * own[t, n]
+        for f in range(terms.first_factor[i], terms.first_factor[i + 1]):
+            a, k = terms.variable[f], terms.order[f]
+            product(terms, i, a, powers, part)
+            for n in range(lanes):
+                part[n] *= powers[1, k, a, n]
+            for t in range(begin, end):
+                j = terms.group[t]
+                for n in range(lanes):
+                    slopes[a, j, n] += part[n] * own[t, n]
+
+
+@cached_on_disk
+def _curvatures(terms, own, powers, along, part, hessian):
+    """Fill the second derivatives of the terms, weighted by j, into the lower triangle."""
+    lanes, weight = len(part), np.empty(len(part))
+    hessian[:] = 0.0
+    for i in range(len(terms.first) - 1):
+        begin, end = terms.first_factor[i], terms.first_factor[i + 1]
+        for n in range(lanes):
+            weight[n] = 0.0
+        for t in range(terms.first[i], terms.first[i + 1] if end > begin else 0):
+            j = terms.group[t]
+            for n in range(lanes):
+                weight[n] += own[t, n] * along[j, n]
+        for f in range(begin, end):
+            a, k = terms.variable[f], terms.order[f]
+            for g in range(begin, f + 1):
+                b, order = terms.variable[g], terms.order[g]
+                for n in range(lanes):
+                    second = powers[1, k, a, n] * powers[1, order, b, n]
+                    part[n] = weight[n] * (powers[2, k, a, n] if f == g else second)
+                for h in range(begin, end):
+                    if h != f and h != g:  # noqa: PLR1714 (a tuple is slow)
+                        d, order = terms.variable[h], terms.order[h]
+                        for n in range(lanes):
+                            part[n] *= powers[0, order, d, n]
+                for n in range(lanes):
+                    hessian[a, b, n] += part[n]
+
+
+@cached_on_disk
+def step(eta, gradient, hessian, reach, trial):
+    """Fill η − reach (H + τ I)⁻¹ gradient, clipped to the box; return the expected gain.
+
+    Variables that are held by a bound do not move. τ is zero if the Hessian H of the others is
+    positive definite; otherwise it grows until H + τ I is.
+    """
+    m = len(eta)
+    held, factor = np.empty(m, np.bool_), np.empty((m, m))
+    size, shift, gain = 1e-300, 0.0, 0.0
+    for a in range(m):
+        held[a] = (eta[a] <= -1 and gradient[a] > 0) or (eta[a] >= 1 and gradient[a] < 0)
+        trial[a] = 0.0 if held[a] else -gradient[a]
+        for b in range(m):
+            size = max(size, abs(hessian[a, b]))
+    while not _cholesky(hessian, held, shift, 1e-10 * size, factor):
+        shift = max(4 * shift, 1e-3 * size)
+        if not shift < 1e6 * size:  # only if the Hessian is not finite
+            return 0.0
+    substitute(factor, trial)
+    for a in range(m):
+        trial[a] = min(1.0, max(-1.0, eta[a] + reach * trial[a]))
+        gain -= gradient[a] * (trial[a] - eta[a])
+    return gain
+
+
+@cached_on_disk
+def substitute(factor, x):
+    """Solve L Lᵀ y = x in place for a lower triangular L, real or complex."""
+    n = len(x)
+    for a in range(n):
+        for b in range(a):
+            x[a] -= factor[a, b] * x[b]
+        x[a] /= factor[a, a]
+    for a in range(n - 1, -1, -1):
+        for b in range(a + 1, n):
+            x[a] -= factor[b, a] * x[b]
+        x[a] /= factor[a, a]
+
+
+@cached_on_disk
+def _cholesky(hessian, held, shift, least, factor):
+    """Factor H + shift I without held variables; return whether all pivots exceed `least`."""
+    for a in range(len(held)):
+        for b in range(a + 1):
+            free = not (held[a] or held[b])
+            total = hessian[a, b] if free else 0.0
+            if a == b:
+                total = total + shift if free else 1.0
+            for k in range(b):
+                total -= factor[a, k] * factor[b, k]
+            if a > b:
+                factor[a, b] = total / factor[b, b]
+            elif total > least or held[a]:
+                factor[a, a] = np.sqrt(total)
+            else:
+                return False
+    return True

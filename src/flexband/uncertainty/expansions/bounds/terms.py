@@ -1,0 +1,99 @@
+"""The terms of an expansion as compiled loops read them, for several series side by side.
+
+Every term is Φ_i Ψ_j, and each Φ_i contains few of the interval variables. Loops over indices cost
+more than the arithmetic, so they serve `LANES` series at once: the last dimension of arrays is
+that of lanes, and no operation mixes them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.caching import cached_on_disk
+
+LANES = 32
+
+
+class Terms(NamedTuple):
+    """The terms of an expansion in the order of Φ_i.
+
+    Attributes
+    ----------
+    first : number of the first term of each Φ_i, (M + 1,).
+    group : j of each term, (terms,).
+    first_factor : number of the first factor of each Φ_i, (M + 1,).
+    variable, order : of each factor T_order(η_variable).
+    first_owner : where the Φ_i that contain each variable start, (m + 1,).
+    owner, owner_order : these Φ_i, and their orders in the variable.
+    """
+
+    first: np.ndarray
+    group: np.ndarray
+    first_factor: np.ndarray
+    variable: np.ndarray
+    order: np.ndarray
+    first_owner: np.ndarray
+    owner: np.ndarray
+    owner_order: np.ndarray
+
+    @staticmethod
+    def of(index: np.ndarray, i: np.ndarray, j: np.ndarray) -> Terms:
+        """Return the terms Φ_i Ψ_j, i increasing, with the orders of Φ in each variable, (M, m)."""
+        row, variable = np.nonzero(index)
+        column, owner = np.nonzero(index.T)
+        return Terms(
+            np.searchsorted(i, np.arange(len(index) + 1)),
+            j,
+            np.searchsorted(row, np.arange(len(index) + 1)),
+            variable,
+            index[row, variable],
+            np.searchsorted(column, np.arange(index.shape[1] + 1)),
+            owner,
+            index[owner, column],
+        )
+
+
+@cached_on_disk
+def chebyshev_powers(eta, powers):
+    """Fill T_k, T_k′ and T_k″ of every variable, (3, orders, m, lanes), at η, (m, lanes)."""
+    orders, m, lanes = powers.shape[1:]
+    T, D, S = powers
+    for a in range(m):
+        for n in range(lanes):
+            T[0, a, n], D[0, a, n], S[0, a, n] = 1.0, 0.0, 0.0
+            if orders > 1:
+                T[1, a, n], D[1, a, n], S[1, a, n] = eta[a, n], 1.0, 0.0
+        for k in range(2, orders):
+            for n in range(lanes):
+                x = 2 * eta[a, n]
+                T[k, a, n] = x * T[k - 1, a, n] - T[k - 2, a, n]
+                D[k, a, n] = 2 * T[k - 1, a, n] + x * D[k - 1, a, n] - D[k - 2, a, n]
+                S[k, a, n] = 4 * D[k - 1, a, n] + x * S[k - 1, a, n] - S[k - 2, a, n]
+
+
+@cached_on_disk
+def product(terms, i, without, powers, phi):
+    """Fill Φ_i without its factors of one variable, (lanes,)."""
+    lanes = len(phi)
+    for n in range(lanes):
+        phi[n] = 1.0
+    for f in range(terms.first_factor[i], terms.first_factor[i + 1]):
+        a, k = terms.variable[f], terms.order[f]
+        if a != without:
+            for n in range(lanes):
+                phi[n] *= powers[0, k, a, n]
+
+
+@cached_on_disk
+def aim(sums, c, sign, value):
+    """Fill sign (μ + c σ), (lanes,), from the sum of the terms of each Ψ_j, (groups, lanes)."""
+    groups, lanes = sums.shape
+    for n in range(lanes):
+        value[n] = 0.0
+    for j in range(1, groups):
+        for n in range(lanes):
+            value[n] += sums[j, n] * sums[j, n]
+    for n in range(lanes):
+        value[n] = sign * (sums[0, n] + c * np.sqrt(value[n]))

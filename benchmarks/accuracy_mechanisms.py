@@ -13,7 +13,7 @@ from accuracy_references import Case, bands, moments, normal_rule
 from harness import ROOT
 
 import flexband as fb
-from flexband.uncertainty.expansions.bounds import lobatto
+from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.hybrid import tensor_points, tensor_values
 from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.space import Space

@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 from flexband.report.tables import percent, remarks, summary_table
+from flexband.uncertainty.surrogates.diagnostics import trust
 
 
 def bands(**variables):
@@ -99,28 +100,35 @@ def test_the_discretization_and_what_is_due_to_it_are_told():
     assert remarks(unmet)[-1].startswith("The tolerance of 1 % is NOT met by the discretization")
 
 
-@pytest.mark.parametrize(
-    ("trusted", "lines"),
-    [
-        ([True, True], []),
-        ([True, False], ["Not reliable: most of the variation of v in held-out runs is missed"]),
+def test_outputs_that_are_not_trusted_are_named_with_the_reason():
+    own = bands()
+    assert remarks(own) == []
+    labels = own["mean"].isel(bound=slice(0)).drop_vars("bound")
+    for missed, told in (
+        ([0.49, 0.0], []),
+        ([0.1, 0.624], ["Not reliable: v (62 % of its variation in held-out runs is missed)"]),
         (
-            [False, False],
-            ["Not reliable: most of the variation of u, v in held-out runs is missed"],
+            [0.5, np.nan],
+            [
+                "Not reliable: u (50 % of its variation in held-out runs is missed); "
+                "v (nan % of its variation in held-out runs is missed)"
+            ],
         ),
-    ],
-)
-def test_outputs_that_were_mispredicted_are_named(trusted, lines):
-    assert remarks(bands(trusted=("output", trusted))) == lines
+    ):
+        found = trust(labels, np.array(missed))
+        assert found["trusted"].values.tolist() == [part < 0.5 for part in missed]
+        assert remarks(own.assign_attrs(found.attrs)) == told
+    assert "the response (90 % of" in trust(labels[:, 0], np.array([0.9])).attrs["not_trusted"]
 
 
 def test_outputs_may_have_numbers_or_no_names():
     for output in ([7, 8], None):
-        plain = bands(trusted=("output", [True, False])).drop_vars(["output", "unit"])
+        plain = bands().drop_vars(["output", "unit"])
         named = plain if output is None else plain.assign_coords(output=output)
         last = "8" if output else "1"
         assert summary_table(named)[1][1][0] == last
-        assert remarks(named)[-1].endswith(f"of {last} in held-out runs is missed")
+        labels = named["mean"].isel(bound=slice(0)).drop_vars("bound")
+        assert trust(labels, np.array([0.0, 1.0])).attrs["not_trusted"].startswith(f"{last} (100 %")
 
 
 def test_a_verification_is_a_column_and_a_remark():

@@ -116,13 +116,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
             )
-    if "trusted" in bands:
-        doubtful = [name for name in outputs_of(bands) if not select(bands["trusted"], name).all()]
-        if doubtful:
-            names = ", ".join(name or "response" for name in doubtful)
-            lines.append(
-                f"Not reliable: most of the variation of {names} in held-out runs is missed"
-            )
+    if "not_trusted" in bands.attrs:
+        lines.append(f"Not reliable: {bands.attrs['not_trusted']}")
     return lines
 
 

@@ -20,7 +20,7 @@ from flexband.uncertainty.expansions.regression import (
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import MAX_ORDER, Evaluate
-from flexband.uncertainty.surrogates.diagnostics import predicted, rms, series, share
+from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, series, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MAX_TERMS = 5000
@@ -112,15 +112,15 @@ class RegressionPCCI:
         error = share(m) * np.sqrt(np.mean(missed**2, axis=0))
         error = np.maximum(error, np.finfo(float).eps * rms(signal)[:, None])
         error = error.reshape(values.shape[1:])
-        trusted = predicted(missed, signal).reshape(values.shape[1:-1])
+        trusted = trust(values, missed_part(missed, signal), "its variation in left-out runs")
         dims = values.dims[1:]
         told = xr.Dataset(
             {
                 "mean_expected_error": (dims, error),
                 "error_bar_expected_error": (dims, error),
-                "trusted": (dims[:-1], trusted),
+                "trusted": trusted["trusted"],
             },
-            attrs={"terms": len(index)},
+            attrs={"terms": len(index), **trusted.attrs},
         )
         return Surrogate(space, values[:0], (expansion,), told)
 

@@ -11,7 +11,7 @@ from flexband.uncertainty.adaptive.fits import Choice
 from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
 from flexband.uncertainty.surrogates.diagnostics import (
     ROUND_OFF,
-    predicted,
+    missed_part,
     rms,
     running,
     share,
@@ -32,14 +32,14 @@ class ExpectedError:
     values : error expected of the error bar, shape (outputs, times).
     size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
     window : half of the number of times over which errors are averaged.
-    trusted : whether most of the variation in held-out runs is predicted, shape (outputs,).
+    missed : part of the variation in held-out runs that is missed, shape (outputs,).
     """
 
     choice: Choice
     values: np.ndarray
     size: np.ndarray
     window: int
-    trusted: np.ndarray
+    missed: np.ndarray
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -76,7 +76,7 @@ class ExpectedError:
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F), size, np.inf)
-        return ExpectedError(choice, values, size, window, predicted(choice.missed, F))
+        return ExpectedError(choice, values, size, window, missed_part(choice.missed, F))
 
 
 def _scattered(times: int) -> np.ndarray:

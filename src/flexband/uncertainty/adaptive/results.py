@@ -8,7 +8,7 @@ import xarray as xr
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.diagnostics import diagnostics
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, trust
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -22,7 +22,8 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     if finer:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
-    told = diagnostics(labels, total, choice.carriers, error.trusted, choice.frequencies)
+    trusted = trust(labels, error.missed)
+    told = diagnostics(labels, total, choice.carriers, trusted, choice.frequencies)
     told = told.assign(orders=("variable", choice.orders))
     told = told.assign_coords(variable=_variables(course.space))
     for name, errors in parts.items():

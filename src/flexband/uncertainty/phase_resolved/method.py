@@ -31,6 +31,7 @@ from flexband.uncertainty.surrogates.diagnostics import (
     series,
     stacked,
     step,
+    trust,
 )
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -103,11 +104,12 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         change = np.maximum(apart(more, here), apart(less, here))
         change = at_all_times(change, thin, F.shape[-1])
         steady = np.stack([found[k].steady[o] for o, k in enumerate(carriers)])
-        trusted = np.sqrt(np.mean(steady**2, axis=1)) < DOUBT * (rms(F) + 1e-300)
-        doubt = np.where(trusted[:, None], 0.0, CAUTION * steady)
+        missed = np.sqrt(np.mean(steady**2, axis=1)) / (rms(F) + 1e-300)
+        doubt = np.where(missed[:, None] < DOUBT, 0.0, CAUTION * steady)
         error = running(np.maximum(change, doubt), max(period, thin.step))
         # one check run does not show in which variable the response bends
         best = corrected if len(check[0]) > 1 else full
+        trusted = trust(values, missed, "base and envelopes in check runs")
         reported = diagnostics(values, error, carriers, trusted, frequencies)
         return Surrogate(space, values[:0], best, reported)
 

@@ -72,6 +72,13 @@ def over_choices(given: Mapping[str, Any], found: Mapping[str, xr.Dataset]) -> x
     told |= {
         k: [v for one in bands for v in one.attrs.get(k, [])] for k in lists if k in worst.attrs
     }
+    doubts = {
+        label: one.attrs["not_trusted"]
+        for label, one in found.items()
+        if "not_trusted" in one.attrs
+    }
+    if doubts:
+        told["not_trusted"] = "; ".join(f"{doubt} with {label}" for label, doubt in doubts.items())
     return described(result.assign_coords(choice=names).assign_attrs(told))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -73,9 +74,34 @@ def varying(F: np.ndarray) -> np.ndarray:
     return rms(F - F.mean(axis=0)) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
 
 
-def predicted(missed: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Return for which outputs at least half of the variation of runs F is not missed."""
-    return ~varying(F) | (rms(missed) < DOUBT * rms(F - F.mean(axis=0)))
+def missed_part(missed: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant."""
+    varied = np.where(varying(F), rms(F - F.mean(axis=0)), np.inf)
+    return rms(missed) / varied
+
+
+def trust(
+    labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in held-out runs"
+) -> xr.Dataset:
+    """Return `trusted`, labelled like a response, and in words why outputs are not trusted.
+
+    Parameters
+    ----------
+    labels : a response of shape (runs, …).
+    missed : the part that is missed of each output.
+    of : words for what it is a part of.
+    """
+    dims, shape = labels.dims[1:-1], labels.shape[1:-1]
+    names = product(
+        *(labels[d].values if d in labels.coords else range(labels.sizes[d]) for d in dims)
+    )
+    doubts = [
+        f"{', '.join(map(str, name)) or 'the response'} ({100 * part:.0f} % of {of} is missed)"
+        for name, part in zip(names, missed, strict=True)
+        if not part < DOUBT
+    ]
+    trusted = xr.Dataset({"trusted": (dims, (missed < DOUBT).reshape(shape))})
+    return trusted.assign_attrs({"not_trusted": "; ".join(doubts)} if doubts else {})
 
 
 def running(v: np.ndarray, half: int) -> np.ndarray:
@@ -107,7 +133,7 @@ def diagnostics(
     labels: xr.DataArray,
     error: np.ndarray,
     carriers: np.ndarray,
-    trusted: np.ndarray,
+    trusted: xr.Dataset,
     frequencies: Sequence[float],
 ) -> xr.Dataset:
     """Return what a phase-resolved method says of its bands, labelled like the response.
@@ -116,7 +142,8 @@ def diagnostics(
     ----------
     labels : a response of shape (runs, …).
     error : expected of mean and error bar, (2, outputs, times).
-    carriers, trusted : of each output.
+    carriers : of each output.
+    trusted : what `trust` returns.
     """
     dims, shape = labels.dims[1:], labels.shape[1:]
     return xr.Dataset(
@@ -124,7 +151,7 @@ def diagnostics(
             "mean_expected_error": (dims, error[0].reshape(shape)),
             "error_bar_expected_error": (dims, error[1].reshape(shape)),
             "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
-            "trusted": (dims[:-1], trusted.reshape(shape[:-1])),
+            "trusted": trusted["trusted"],
         },
-        attrs={"carrier_frequencies": list(frequencies)},
+        attrs={"carrier_frequencies": list(frequencies), **trusted.attrs},
     )

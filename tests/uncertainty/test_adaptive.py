@@ -543,4 +543,4 @@ def test_the_place_where_a_response_is_not_smooth_is_named():
     assert told.startswith("of output F, time ")
     assert told.endswith("in gap")
     place = float(re.search(r"gap = (\S+):", told)[1])
-    assert abs(place - 0.3) < 0.1
+    assert abs(place - 0.3) < 0.25  # a held-out run next to it

@@ -282,12 +282,12 @@ def tangent_of(structure, values, work, weight):
 
 @njit
 def factorize_of(structure, work):
-    factorize(structure.pattern, work.matrix, filled(1e-12))
+    factorize(structure.pattern, work.matrix, filled(1e-12), work.s)
 
 
 @njit
 def solve_of(structure, work):
-    solve(structure.pattern, structure.pattern.below, work.matrix, work.r)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (work.r,))
 
 
 def states(mechanism, steps, step, integrator=None):

@@ -197,6 +197,7 @@ class Work(NamedTuple):
         state, pattern = structure.state, structure.pattern
         vectors = len(structure.vectors.start) - 1 - structure.vectors.turning
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
-        rows = (state.rows, 1 + state.coordinates, state.velocity, state.velocity, pattern.rows)
+        unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
+        rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
         rows += (blocks, 1, 1, vectors)
         return Work(*(zeros(count) for count in rows))

@@ -26,7 +26,7 @@ from flexband.mechanics.kernels.equations import (
     to_right_side,
     violated_constraint,
 )
-from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.factorization import backward, factorize, forward
 from flexband.mechanics.kernels.lanes import (
     any_true,
     filled,
@@ -184,14 +184,16 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
     age, first = 0, True  # iterations since the factorization, and whether this is the first one
     for _ in range(FACTORIZATIONS * ITERATIONS_PER_FACTORIZATION):
         residual(structure, values, now, z, r, work.blocks)
+        to_right_side(structure, r, method.dq_da)
         if age == 0:
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
-            left_out = factorize(structure.pattern, matrix, load(work.smallest, 0))
+            left_out = factorize(structure.pattern, matrix, load(work.smallest, 0), r)
             redundant = where(pending, where(left_out, left_out, redundant), redundant)
             moved = none
+        else:
+            forward(structure.pattern.below, matrix, (r,))
+        backward(structure.pattern, matrix, (r,))
         age += 1
-        to_right_side(structure, r, method.dq_da)
-        solve(structure.pattern, structure.pattern.below, matrix, r)
         moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
         change = correct(structure, method, values, z, a, r, active)
         if not first:

@@ -28,7 +28,6 @@ from flexband.mechanics.kernels.factorization import (
     factorize,
     soften,
     solve,
-    solve_two,
 )
 from flexband.mechanics.kernels.lanes import (
     add_to,
@@ -126,7 +125,7 @@ def project(structure, method, values, now, work, solved, moved):
     velocity, acceleration, none = state.velocity, state.acceleration, filled(0.0)
     clear(r, velocity)
     subtract_velocity_errors(structure, values, now, z, r)
-    solve(pattern, pattern.reached, matrix, r)
+    solve(pattern, pattern.reached, matrix, (r,))
     largest = none
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, magnitude(load(r, i)) * load(values.inverse_scale, i))
@@ -138,7 +137,7 @@ def project(structure, method, values, now, work, solved, moved):
     clear(r, velocity)
     clear(s, velocity)
     subtract_acceleration_errors(structure, values, now, z, a, r, s)
-    solve_two(pattern, pattern.reached, matrix, r, s)
+    solve(pattern, pattern.reached, matrix, (r, s))
     for i in range(1, state.coordinates + 1):
         store(z, acceleration + i, load(z, acceleration + i) + where(here, load(r, i), none))
         store(a, i, load(a, i) + where(here, load(s, i), none))
@@ -164,7 +163,7 @@ def share(structure, values, now, work, shared):
         now, z, none, matrix,
     )  # fmt: skip
     soften(structure.pattern, matrix, SMALLEST_PIVOT)
-    factorize(structure.pattern, matrix, none)
+    factorize(structure.pattern, matrix, none, r)
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
     for _ in range(SHARING_PASSES):  # z holds what is left to carry
@@ -173,7 +172,7 @@ def share(structure, values, now, work, shared):
         pass_on_moments(structure.vectors, values.vectors, state, z, r)
         for k in range(state.multiplier, state.angle):
             store(r, k, none)
-        solve(structure.pattern, structure.pattern.below, matrix, r)
+        solve(structure.pattern, structure.pattern.below, matrix, (r,))
         for k in range(state.multiplier, state.angle):
             store(least, k, load(least, k) + load(r, k))
             store(z, k, load(z, k) - load(r, k))

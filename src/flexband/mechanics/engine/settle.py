@@ -11,7 +11,7 @@ import numpy as np
 
 from flexband.mechanics.engine.start import SMALLEST_PIVOT
 from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side
-from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.factorization import backward, factorize
 from flexband.mechanics.kernels.lanes import (
     any_true,
     filled,
@@ -56,9 +56,9 @@ def settle(structure, values, work, outputs, failure, stop):
             break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
-        factorize(structure.pattern, matrix, filled(SMALLEST_PIVOT))
         to_right_side(structure, r, w)
-        solve(structure.pattern, structure.pattern.below, matrix, r)
+        factorize(structure.pattern, matrix, filled(SMALLEST_PIVOT), r)
+        backward(structure.pattern, matrix, (r,))
         largest = filled(0.0)
         for i in range(1, state.coordinates + 1):
             largest = maximum(largest, magnitude(w * load(r, i)) * load(values.inverse_scale, i))

@@ -77,7 +77,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
         structure.vectors, values.vectors, structure.terms, values.terms, state,
         values.functions, np.int64(0), z, filled(0.0), matrix,
     )  # fmt: skip
-    return factorize(structure.pattern, matrix, smallest)
+    return factorize(structure.pattern, matrix, smallest, work.r)
 
 
 @inlined
@@ -99,7 +99,7 @@ def assemble(structure, values, s, work):
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
         pass_on_moments(structure.vectors, values.vectors, state, z, r)
         to_right_side(structure, r, s)
-        solve(structure.pattern, structure.pattern.below, work.matrix, r)
+        solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         largest = filled(0.0)
         for i in range(1, state.coordinates + 1):
             step = magnitude(s * load(r, i)) * load(values.inverse_scale, i)
@@ -133,7 +133,7 @@ def project_velocities(structure, values, s, work):
             rate = load(values.rates, terms.f[t])
             drift = load(values.terms, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
-        solve(structure.pattern, structure.pattern.below, work.matrix, r)
+        solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         for i in range(1, state.coordinates + 1):
             store(z, velocity + i, load(r, i))
 
@@ -151,7 +151,7 @@ def solve_accelerations(structure, values, work):
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
     projection.subtract_acceleration_errors(structure, values, np.int64(0), z, work.a, r, work.s)
-    solve(structure.pattern, structure.pattern.below, work.matrix, r)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     for i in range(1, state.coordinates + 1):
         store(z, state.acceleration + i, load(r, i))
     for k in range(state.multiplier, state.angle):

@@ -22,10 +22,13 @@ from flexband.mechanics.kernels.lanes import (
     inlined,
     less,
     load,
+    load_each,
     load_rows,
     magnitude,
-    store,
+    plus,
+    store_each,
     store_rows,
+    times,
     where,
 )
 from flexband.mechanics.kernels.pattern import Pattern
@@ -46,42 +49,46 @@ def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def factorize(pattern, matrix, smallest):
-    """Replace `matrix`, an array of lanes, by L below the diagonal and D⁻¹ on it.
+def factorize(pattern, matrix, smallest, x):
+    """Replace `matrix`, an array of lanes, by L below the diagonal and D⁻¹ on it, and `x` by L⁻¹x.
 
     The pivot of a multiplier counts as zero below `smallest`, a lane, times the sum of the
-    magnitudes of its terms. `solve` sets such a multiplier to zero, as if it had no constraint.
+    magnitudes of its terms. A solution has zero for such a multiplier, as if it had no constraint.
     Returns how many there are as a lane.
     """
-    redundant, one = filled(0.0), filled(1.0)
+    redundant, one, below = filled(0.0), filled(1.0), pattern.below
     for k in range(pattern.columns):
-        diagonal = pattern.start[k]
+        diagonal, first, multiplier = pattern.start[k], pattern.first[k], pattern.is_multiplier[k]
         a, _, b, d = load_rows(matrix, 4 * diagonal, 4)
+        x0, x1 = load_rows(x, first, 2)
         size_a, size_d = magnitude(a), magnitude(d)
-        for p in range(pattern.below.start[k], pattern.below.start[k + 1]):
-            v00, v01, v10, v11 = load_rows(matrix, 4 * pattern.below.tile[p], 4)
-            pivot = pattern.start[pattern.below.column[p]]
-            i00, i01, _, i11 = load_rows(matrix, 4 * pivot, 4)
+        for p in range(below.start[k], below.start[k + 1]):
+            v00, v01, v10, v11 = load_rows(matrix, 4 * below.tile[p], 4)
+            i00, i01, _, i11 = load_rows(matrix, 4 * below.pivot[p], 4)
+            y0, y1 = load_rows(x, below.column[p], 2)
             l00, l01 = v00 * i00 + v01 * i01, v00 * i01 + v01 * i11
             l10, l11 = v10 * i00 + v11 * i01, v10 * i01 + v11 * i11
-            store_rows(matrix, 4 * pattern.below.tile[p], (l00, l01, l10, l11))
+            store_rows(matrix, 4 * below.tile[p], (l00, l01, l10, l11))
+            x0 = x0 - l00 * y0 - l01 * y1
+            x1 = x1 - l10 * y0 - l11 * y1
             part_a, part_d = v00 * l00 + v01 * l01, v10 * l10 + v11 * l11
             a -= part_a
             b = b - v10 * l00 - v11 * l01
             d -= part_d
-            size_a += magnitude(part_a)
-            size_d += magnitude(part_d)
+            if multiplier:
+                size_a += magnitude(part_a)
+                size_d += magnitude(part_d)
+        store_rows(x, first, (x0, x1))
         inverse_a = 1.0 / a
-        if pattern.is_multiplier[k]:
+        if multiplier:
             sound = less(smallest * size_a, magnitude(a))
             inverse_a = where(sound, inverse_a, filled(0.0))
             redundant += where(sound, filled(0.0), one)
         ratio = b * inverse_a
         d -= ratio * b
-        size_d += magnitude(ratio * b)
         inverse_d = 1.0 / d
-        if pattern.is_multiplier[k]:
-            sound = less(smallest * size_d, magnitude(d))
+        if multiplier:
+            sound = less(smallest * (size_d + magnitude(ratio * b)), magnitude(d))
             inverse_d = where(sound, inverse_d, filled(0.0))
             redundant += where(sound, filled(0.0), one)
         i01 = -ratio * inverse_d
@@ -99,59 +106,49 @@ def factorize(pattern, matrix, smallest):
     return redundant
 
 
-@inlined
-def _forward(pattern, rows, matrix, n, x):
-    """Replace the two numbers of row n by those of L⁻¹x."""
-    first, second = pattern.first[rows.pivot[n]], pattern.second[rows.pivot[n]]
-    a, b = load(x, first), load(x, second)
-    for p in range(rows.start[n], rows.start[n + 1]):
-        column = rows.column[p]
-        l00, l01, l10, l11 = load_rows(matrix, 4 * rows.tile[p], 4)
-        y0, y1 = load(x, pattern.first[column]), load(x, pattern.second[column])
-        a = a - l00 * y0 - l01 * y1
-        b = b - l10 * y0 - l11 * y1
-    store(x, second, b)
-    store(x, first, a)
-
-
-@inlined
-def _backward(pattern, matrix, k, x):
-    """Replace the two numbers of column k by those of L⁻ᵀD⁻¹x."""
-    first, second = pattern.first[k], pattern.second[k]
-    y0, y1 = load(x, first), load(x, second)
-    i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
-    a, b = i00 * y0 + i01 * y1, i01 * y0 + i11 * y1
-    for tile in range(pattern.start[k] + 1, pattern.start[k + 1]):
-        row = pattern.row[tile]
-        l00, l01, l10, l11 = load_rows(matrix, 4 * tile, 4)
-        x0, x1 = load(x, pattern.first[row]), load(x, pattern.second[row])
-        a = a - l00 * x0 - l10 * x1
-        b = b - l01 * x0 - l11 * x1
-    store(x, second, b)
-    store(x, first, a)
+@compiled
+def forward(rows, matrix, sides):
+    """Replace each of the right-hand sides x, a tuple of arrays, by L⁻¹x."""
+    for n in range(len(rows.first)):
+        first = rows.first[n]
+        a, b = load_each(sides, first), load_each(sides, first + 1)
+        for p in range(rows.start[n], rows.start[n + 1]):
+            l00, l01, l10, l11 = load_rows(matrix, 4 * rows.tile[p], 4)
+            column = rows.column[p]
+            y0, y1 = load_each(sides, column), load_each(sides, column + 1)
+            a = plus(plus(a, -l00, y0), -l01, y1)
+            b = plus(plus(b, -l10, y0), -l11, y1)
+        store_each(sides, first, a)
+        store_each(sides, first + 1, b)
 
 
 @compiled
-def solve(pattern, rows, matrix, x):
-    """Replace the right-hand side `x`, whose row i is unknown i, by the solution.
+def backward(pattern, matrix, sides):
+    """Replace each of the right-hand sides x, a tuple of arrays, by L⁻ᵀD⁻¹x."""
+    for k in range(pattern.columns - 1, -1, -1):
+        first = pattern.first[k]
+        y0, y1 = load_each(sides, first), load_each(sides, first + 1)
+        i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
+        a, b = plus(times(i00, y0), i01, y1), plus(times(i01, y0), i11, y1)
+        for tile in range(pattern.start[k + 1] - 1, pattern.start[k], -1):
+            l00, l01, l10, l11 = load_rows(matrix, 4 * tile, 4)
+            row = pattern.unknown[tile]
+            x0, x1 = load_each(sides, row), load_each(sides, row + 1)
+            a = plus(plus(a, -l00, x0), -l10, x1)
+            b = plus(plus(b, -l01, x0), -l11, x1)
+        store_each(sides, first, a)
+        store_each(sides, first + 1, b)
 
-    `rows` is `pattern.below`, or `pattern.reached` if only the multipliers' rows are not zero.
+
+@inlined
+def solve(pattern, rows, matrix, sides):
+    """Replace each of the right-hand sides, a tuple of arrays with unknown i in row i, by its solution.
+
+    `rows` is `pattern.below`, or `pattern.reached` if only the multipliers' rows are not zero. Two
+    sides at once take less time than one after the other.
     """
-    for n in range(len(rows.pivot)):
-        _forward(pattern, rows, matrix, n, x)
-    for k in range(pattern.columns - 1, -1, -1):
-        _backward(pattern, matrix, k, x)
-
-
-@compiled
-def solve_two(pattern, rows, matrix, x, y):
-    """Do the same for two right-hand sides, which takes less time than one after the other."""
-    for n in range(len(rows.pivot)):
-        _forward(pattern, rows, matrix, n, x)
-        _forward(pattern, rows, matrix, n, y)
-    for k in range(pattern.columns - 1, -1, -1):
-        _backward(pattern, matrix, k, x)
-        _backward(pattern, matrix, k, y)
+    forward(rows, matrix, sides)
+    backward(pattern, matrix, sides)
 
 
 @compiled

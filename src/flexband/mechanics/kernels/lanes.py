@@ -127,6 +127,32 @@ def store_rows(typingctx, array, row, values):
     return types.void(array, types.intp, values), code
 
 
+@instruction
+def load_each(typingctx, arrays, row):
+    """Return row `row` of each array of a tuple as a tuple of lanes."""
+    kind = types.UniTuple(lane, len(arrays))
+
+    def code(context, builder, sig, args):
+        pairs = zip(sig.args[0], unpack_tuple(builder, args[0]), strict=True)
+        pointers = [_row_pointer(context, builder, *pair, args[1]) for pair in pairs]
+        return context.make_tuple(builder, kind, [builder.load(p, align=8) for p in pointers])
+
+    return kind(arrays, types.intp), code
+
+
+@instruction
+def store_each(typingctx, arrays, row, values):
+    """Write each lane of a tuple to row `row` of one array of another tuple."""
+
+    def code(context, builder, sig, args):
+        arrays, values = unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2])
+        for kind, array, value in zip(sig.args[0], arrays, values, strict=True):
+            builder.store(value, _row_pointer(context, builder, kind, array, args[1]), align=8)
+        return context.get_dummy_value()
+
+    return types.void(arrays, types.intp, values), code
+
+
 @compiled
 def add_to(array, row, value):
     """Add a lane to row `row` of an array of shape (rows, WIDTH)."""

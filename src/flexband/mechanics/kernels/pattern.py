@@ -16,16 +16,20 @@ from typing import NamedTuple
 import numpy as np
 
 NONE = 0
-"""Stands for an unknown in the empty place of a tile."""
+"""Stands for an unknown in the empty place of a tile.
+
+There the kernels multiply the row after the pair's first unknown by zeros and write it back.
+"""
 
 
 class Rows(NamedTuple):
     """Rows of tiles below the diagonal, in order of elimination."""
 
-    pivot: np.ndarray  # k of each row
-    start: np.ndarray  # of each row in the two arrays below
+    first: np.ndarray  # unknown of each row
+    start: np.ndarray  # of each row in the three arrays below
     tile: np.ndarray
-    column: np.ndarray  # k of the tile's column
+    pivot: np.ndarray  # tile on the diagonal of the tile's column
+    column: np.ndarray  # first unknown of the tile's column
 
 
 class Pattern(NamedTuple):
@@ -45,6 +49,7 @@ class Pattern(NamedTuple):
     is_multiplier: np.ndarray  # k -> whether its unknowns are multipliers
     start: np.ndarray  # k -> first tile of the column
     row: np.ndarray  # tile -> k of its row
+    unknown: np.ndarray  # tile -> first unknown of its row
     below: Rows  # all of them
     reached: Rows  # those that a right-hand side of the multipliers alone reaches
     product_start: np.ndarray  # tile -> first of its products V Lᵀ
@@ -99,18 +104,31 @@ def analyse(
                 product_l.append(tile)
         product_start.append(len(product_v))
 
+    first = [pairs[p][0] for p in order]
+
+    def ordered(rows: Mapping[int, list[tuple[int, int]]]) -> Rows:
+        inner = [own for row in rows.values() for own in row]
+        return Rows(
+            first=_indices([first[k] for k in rows]),
+            start=_indices(np.cumsum([0] + [len(row) for row in rows.values()])),
+            tile=_indices([t for t, _ in inner]),
+            pivot=_indices([start[c] for _, c in inner]),
+            column=_indices([first[c] for _, c in inner]),
+        )
+
     pattern = Pattern(
         unknowns=len(pair_of),
         rows=4 * len(tiles) + 1,
         columns=len(order),
         filled_up=_indices([4 * start[k] + 3 for k, p in enumerate(order) if pairs[p][1] == NONE]),
-        first=_indices([pairs[p][0] for p in order]),
+        first=_indices(first),
         second=_indices([pairs[p][1] for p in order]),
         is_multiplier=np.array([p in multipliers for p in order], dtype=bool),
         start=_indices(start),
         row=_indices([row for row, _ in tiles]),
-        below=_rows(dict(enumerate(rows))),
-        reached=_rows(_reached([pair in multipliers for pair in order], rows)),
+        unknown=_indices([first[row] for row, _ in tiles]),
+        below=ordered(dict(enumerate(rows))),
+        reached=ordered(_reached([pair in multipliers for pair in order], rows)),
         product_start=_indices(product_start),
         product_v=_indices(product_v),
         product_l=_indices(product_l),
@@ -134,15 +152,6 @@ def _reached(
         if own or multiplier:
             among[k] = own
     return among
-
-
-def _rows(rows: Mapping[int, list[tuple[int, int]]]) -> Rows:
-    return Rows(
-        pivot=_indices(list(rows)),
-        start=_indices(np.cumsum([0] + [len(row) for row in rows.values()])),
-        tile=_indices([t for row in rows.values() for t, _ in row]),
-        column=_indices([c for row in rows.values() for _, c in row]),
-    )
 
 
 def _indices(values) -> np.ndarray:

@@ -157,9 +157,9 @@ def residual(structure, values, now, z, r, memory):
     state, functions = structure.state, values.functions
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
-    add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
     for i in range(1, state.coordinates + 1):
-        add_to(r, i, -load(values.weight, i))
+        store(r, i, -load(values.weight, i))
+    add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
     add_elastic_forces(structure, values, z, r)
     add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
     add_loads(structure, values, now, z, r, memory)

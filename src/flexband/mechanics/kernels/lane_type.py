@@ -8,6 +8,7 @@ Arrays of lanes are C-ordered, of shape (rows, WIDTH).
 from __future__ import annotations
 
 import operator
+from ctypes import addressof, c_char
 from typing import Any
 
 import numpy as np
@@ -103,10 +104,10 @@ def zeros(rows: int) -> np.ndarray:
 
 
 def addresses(arrays: Any) -> Any:
-    """Replace the arrays in a named tuple, which may be nested, by their addresses."""
+    """Replace the arrays in a named tuple, which may be nested, by their addresses, 0 if empty."""
     if isinstance(arrays, tuple):
         return type(arrays)(*map(addresses, arrays))
-    return arrays.__array_interface__["data"][0]
+    return addressof(c_char.from_buffer(arrays)) if arrays.size else 0  # faster than NumPy's ways
 
 
 def to_lanes(values: np.ndarray, block: int) -> np.ndarray:

@@ -41,13 +41,13 @@ def tangents(count, structure, values, work):
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
-        factorize(structure.pattern, work.matrix, work.row, filled(1e-12))
+        factorize(structure.pattern, work.matrix, filled(1e-12), work.r)
 
 
 @entry
 def solutions(count, structure, values, work):
     for _ in range(count):
-        solve(structure.pattern, structure.pattern.below, work.matrix, work.r)
+        solve(structure.pattern, structure.pattern.below, work.matrix, (work.r,))
 
 
 def kernel_time(kernel, count: int, *arguments) -> float:
@@ -104,7 +104,7 @@ def main() -> None:
         measured,
         [
             f"{state.coordinates} coordinates, {state.angle - state.multiplier} multipliers, "
-            f"{len(pattern.below.tile)} tiles below the "
+            f"{len(pattern.below.tile)} tiles below the diagonal, "
             f"{len(pattern.product_v) + len(pattern.below.tile)} products in a factorization",
             f"{chosen.samples} consecutive calls; a step computes a residual and a solution in "
             "every iteration, and a tangent and a factorization once",

@@ -91,6 +91,10 @@ def counting():
         "store_rows": lambda array, row, values: array.__setitem__(
             (slice(row, row + len(values)), 0), values
         ),
+        "load_each": lambda arrays, row: tuple(Counted(array[row, 0]) for array in arrays),
+        "store_each": lambda arrays, row, values: [
+            array.__setitem__((row, 0), value) for array, value in zip(arrays, values, strict=True)
+        ],
         "plus": lambda a, factor, b: tuple(x + factor * y for x, y in zip(a, b, strict=True)),
         "times": lambda factor, a: tuple(factor * x for x in a),
         "add_to": lambda array, row, value: array.__setitem__(
@@ -143,9 +147,11 @@ def main() -> None:
             )
         ),
         "factorization": operations(
-            lambda: factorization.factorize(pattern, matrix, work.row, Counted(1e-12))
+            lambda: factorization.factorize(pattern, matrix, Counted(1e-12), work.r)
         ),
-        "solution": operations(lambda: factorization.solve(pattern, pattern.below, matrix, work.r)),
+        "solution": operations(
+            lambda: factorization.solve(pattern, pattern.below, matrix, (work.r,))
+        ),
     }
     start(structure, values, work, np.zeros((4, WIDTH)))
     array = zeros(3) + 0.5

@@ -263,9 +263,9 @@ class Dense:
         self.residual(unknowns)
         self._tangent(1.0)
         factorize_of(self.structure, self.work)
-        self.work.r[1:] = np.asarray(right)[:, None]
+        self.work.r[1 : 1 + len(right)] = np.asarray(right)[:, None]
         solve_of(self.structure, self.work)
-        return self.work.r[1:, 5].copy()
+        return self.work.r[1 : 1 + len(right), 5].copy()
 
     def mass(self):
         """Return the mass matrix."""

@@ -57,7 +57,7 @@ class ProductTable(_FormTable):
 
 
 class TermTable(_FormTable):
-    """The products of constraints: those of two variables first, angles last.
+    """The products of constraints: those of two variables first, then with functions, angles last.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class TermTable(_FormTable):
         self, rows: Sequence[Form], first_multiplier: int, first_angle: int, turning: set[int]
     ):
         super().__init__(rows, first_multiplier)
-        self.terms.sort(key=lambda term: (term.i == 0, term.j >= first_angle))
+        self.terms.sort(key=lambda t: (t.i == 0, t.j >= first_angle, _is_steady(t, first_angle)))
         self.first_angle, self.turning = first_angle, turning
 
     def couples(self) -> Couples:
@@ -78,10 +78,17 @@ class TermTable(_FormTable):
             yield from ((k, i), (k, j), (i, j))
 
     def structure(self, places: Places) -> Terms:
+        polynomials = sum(term.j < self.first_angle for term in self.terms)
         return Terms(
             *self.columns(places),
             slot=indices(places.slot(*couple) for couple in self.couples()).reshape(-1, 3),
             products=sum(term.i > 0 for term in self.terms),
-            polynomials=sum(term.j < self.first_angle for term in self.terms),
+            steady=polynomials - sum(_is_steady(term, self.first_angle) for term in self.terms),
+            polynomials=polynomials,
             curved=indices(sorted(self.turning | {n for t in self.terms if t.i for n in t[1:3]})),
         )
+
+
+def _is_steady(term: Product, first_angle: int) -> bool:
+    """Return whether a term is c z_j, without an angle or a function of time."""
+    return term.i == 0 and term.j < first_angle and term.f is None

@@ -80,7 +80,7 @@ class Laws(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Products of the constraints, those with two variables first."""
+    """Products of the constraints: of two variables first, then with functions, c z_j, angles."""
 
     k: np.ndarray  # multiplier
     i: np.ndarray
@@ -88,6 +88,7 @@ class Terms(NamedTuple):
     f: np.ndarray  # function of time
     slot: np.ndarray  # (terms, 3): of (k, i), (k, j), (i, j)
     products: int  # number of terms with i > 0
+    steady: int  # first of the terms c z_j, without an angle or a function of time
     polynomials: int  # number of terms without an angle
     curved: np.ndarray  # coordinates that the Jacobian of the constraints depends on
 

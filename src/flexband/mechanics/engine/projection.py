@@ -68,13 +68,15 @@ def subtract_velocity_errors(structure, values, now, z, r):
     """Subtract Φ_q v + Φ_t from the multipliers' rows of r."""
     state, terms = structure.state, structure.terms
     velocity = state.velocity
-    for t in range(terms.polynomials):
+    for t in range(terms.steady):
         i, j, f = terms.i[t], terms.j[t], terms.f[t]
         zi, zj = load(z, i), load(z, j)
         moved = load(z, velocity + i) * zj + zi * load(z, velocity + j)
         rate = load(values.functions, now + f) * moved
         rate += load(values.rates, 2 * now + f) * zi * zj
         add_to(r, terms.k[t], -load(values.terms, t) * rate)
+    for t in range(terms.steady, terms.polynomials):
+        add_to(r, terms.k[t], -load(values.terms, t) * load(z, velocity + terms.j[t]))
     for t in range(terms.polynomials, len(terms.k)):
         angle, f = terms.j[t], terms.f[t]
         rate = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle - state.angle)
@@ -88,7 +90,7 @@ def subtract_acceleration_errors(structure, values, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ from the multipliers' rows of r, and Φ_q a + γ from those of s."""
     state, terms, functions = structure.state, structure.terms, structure.functions
     velocity, acceleration = state.velocity, state.acceleration
-    for t in range(terms.polynomials):
+    for t in range(terms.steady):
         k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
         zi, zj, vi, vj = load(z, i), load(z, j), load(z, velocity + i), load(z, velocity + j)
         value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
@@ -98,6 +100,10 @@ def subtract_acceleration_errors(structure, values, now, z, a, r, s):
         moved = load(z, acceleration + i) * zj + zi * load(z, acceleration + j)
         add_to(r, k, -c * (drift + value * moved))
         add_to(s, k, -c * (drift + value * (load(a, i) * zj + zi * load(a, j))))
+    for t in range(terms.steady, terms.polynomials):
+        k, j, c = terms.k[t], terms.j[t], load(values.terms, t)
+        add_to(r, k, -c * load(z, acceleration + j))
+        add_to(s, k, -c * load(a, j))
     for t in range(terms.polynomials, len(terms.k)):
         k, f, angle = terms.k[t], terms.f[t], terms.j[t] - state.angle
         value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)

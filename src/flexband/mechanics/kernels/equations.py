@@ -41,27 +41,34 @@ from flexband.mechanics.kernels.springs import (
 @compiled
 def add_constraints(terms, coefficient, functions, now, z, r):
     """Add Φ to the multipliers' rows and Φ_qᵀλ to the coordinates'."""
-    for t in range(len(terms.k)):
+    for t in range(terms.products):
         k, i, j = terms.k[t], terms.i[t], terms.j[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
         zi, zj, zk = load(z, i), load(z, j), c * load(z, k)
         add_to(r, k, c * zi * zj)
         add_to(r, j, zk * zi)
-        if t < terms.products:
-            add_to(r, i, zk * zj)
+        add_to(r, i, zk * zj)
+    for t in range(terms.products, len(terms.k)):
+        k, j, c = terms.k[t], terms.j[t], load(coefficient, t)
+        if terms.f[t] != 0:
+            c = c * load(functions, now + terms.f[t])
+        add_to(r, k, c * load(z, j))
+        add_to(r, j, c * load(z, k))
 
 
 @compiled
 def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
     """Add Φ_q, and `weight` times Σ λ Φ_qq, of all terms without angles."""
-    for t in range(terms.polynomials):
+    for t in range(terms.products):
         i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
         add_to(matrix, slot[1], c * load(z, i))
-        if t < terms.products:
-            add_to(matrix, slot[0], c * load(z, j))
-            curvature = weight * c * load(z, terms.k[t])
-            add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
+        add_to(matrix, slot[0], c * load(z, j))
+        curvature = weight * c * load(z, terms.k[t])
+        add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
+    for t in range(terms.products, terms.polynomials):
+        c = load(coefficient, t) * load(functions, now + terms.f[t])
+        add_to(matrix, terms.slot[t, 1], c)
 
 
 @compiled

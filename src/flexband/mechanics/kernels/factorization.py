@@ -142,10 +142,11 @@ def backward(pattern, matrix, sides):
 
 @inlined
 def solve(pattern, rows, matrix, sides):
-    """Replace each of the right-hand sides, a tuple of arrays with unknown i in row i, by its solution.
+    """Replace each of the right-hand sides, a tuple of arrays, by its solution.
 
-    `rows` is `pattern.below`, or `pattern.reached` if only the multipliers' rows are not zero. Two
-    sides at once take less time than one after the other.
+    Unknown i is in row i, and there is one row more, see `pattern.NONE`. `rows` is `pattern.below`,
+    or `pattern.reached` if only the multipliers' rows are not zero. Two sides at once take less
+    time than one after the other.
     """
     forward(rows, matrix, sides)
     backward(pattern, matrix, sides)

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics gallery
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery
 
 install: .venv/installed
 
@@ -38,6 +38,10 @@ honesty: install
 numerics: install
 	$(BIN)/python benchmarks/numerics.py
 	$(BIN)/python benchmarks/discretization.py --seed 1000000
+
+# OPTIONS='--page again' to write the page from the stored numbers alone.
+paper: install
+	$(BIN)/python benchmarks/paper.py $(OPTIONS)
 
 gallery: install
 	$(BIN)/python examples/gallery.py

@@ -14,6 +14,7 @@ import flexband as fb
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
     "errors",
+    "smoothness",
     "files",
     "caching",
     "mechanics.kernels",

@@ -71,12 +71,21 @@ if TYPE_CHECKING:
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated
-    from flexband.uncertainty.inputs.correlation import exponential, squared_exponential
     from flexband.uncertainty.inputs.distribution import Distribution
     from flexband.uncertainty.inputs.distributions.bounded import Beta, Triangular, Uniform
     from flexband.uncertainty.inputs.distributions.extremes import Gumbel, Weibull
     from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal, TruncatedNormal
-    from flexband.uncertainty.inputs.fields import RandomField
+    from flexband.uncertainty.inputs.fields.correlation import (
+        Matern,
+        exponential,
+        squared_exponential,
+        triangular,
+    )
+    from flexband.uncertainty.inputs.fields.eole import eole
+    from flexband.uncertainty.inputs.fields.field import Field
+    from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
+    from flexband.uncertainty.inputs.fields.interval_field import IntervalField
+    from flexband.uncertainty.inputs.fields.random_field import RandomField
     from flexband.uncertainty.inputs.inputs import Input, Interval
     from flexband.uncertainty.least_squares import RegressionPCCI
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI

@@ -229,12 +229,18 @@ def run(
         files += [checks] * save(lambda: write_netcdf(checked, checks))
     title = f"{file.stem}: {label}, {bands.attrs['runs']} runs"
     print_table(title, tables.summary_table(bands, checked))
-    page = write_bands_report(output, title, label, bands, checked)
+    if surrogate is None:
+        inputs = study.inputs
+    else:
+        inputs = surrogate.space.given if isinstance(surrogate, fb.Surrogate) else surrogate.given
+    fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
+    page = write_bands_report(output, title, label, bands, checked, fields)
     older = [own for own in (model, checks) if own.exists() and own not in files]
     kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
     written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
     written += [f"Older:  {own}, of an earlier run" for own in older]
-    print_text("\n".join([*tables.remarks(bands, checked), *written]))
+    told = [*tables.remarks(bands, checked), *tables.field_remarks(fields)]
+    print_text("\n".join([*told, *written]))
 
 
 @app.command("compare")

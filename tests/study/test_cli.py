@@ -235,10 +235,11 @@ def test_any_names_of_outputs_have_their_own_pictures(tmp_path):
     result = call("run", file, "--output", out)
     assert result.exit_code == 0, result.output
     pictures = [p.name for p in out.glob("*.png")]
-    assert len(pictures) == len({name.casefold() for name in pictures}) == len(NAMES)
+    assert "fields.png" in pictures  # realizations of the input
+    assert len(pictures) == len({name.casefold() for name in pictures}) == len(NAMES) + 1
     assert {p.name for p in tmp_path.iterdir()} == {"names.py", "out"}
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("<img") == len(NAMES)
+    assert page.count("<img") == len(NAMES) + 1
     assert "remark" not in result.output
 
 
@@ -252,7 +253,7 @@ def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeyp
     assert result.exit_code == 0, result.output
     text = " ".join(result.output.split())
     assert "remark: The figure 'Interval mean and interval error bar of u' could not be" in text
-    written = {"bands.nc", "surrogate.npz", "verification.nc", "report.html"}
+    written = {"bands.nc", "surrogate.npz", "verification.nc", "report.html", "fields.png"}
     assert {p.name for p in out.iterdir()} == written
     assert "no picture of v" in (out / "report.html").read_text(encoding="utf-8")
 
@@ -378,7 +379,7 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
     mine = {"mine.png", "notes.txt"}
     for name in mine:
         (out / name).write_text("mine", encoding="utf-8")
-    first = {"bands.nc", "surrogate.npz", "report.html", "verification.nc"}
+    first = {"bands.nc", "surrogate.npz", "report.html", "verification.nc", "fields.png"}
     assert {p.name for p in out.iterdir()} == mine | first | {"bands_u.png", "bands_v.png"}
     renamed = STUDY.replace('"u", "v"', '"u", "w"')
     study_file.write_text(renamed, encoding="utf-8")

@@ -104,7 +104,7 @@ def test_a_field_is_not_extrapolated():
     field = fb.RandomField(1.0, 0.1, 0.05, domain=(0.0, 0.1), tolerance=0.2)
     samples = field.value(np.zeros((2, field.dimension)))
     assert samples(np.array([0.0, 0.1])).shape == (2, 2)
-    with pytest.raises(fb.InputError, match=r"evaluated at 0.2 m, outside its domain \(0, 0.1\)"):
+    with pytest.raises(fb.InputError, match=r"evaluated at 0.2, outside its domain \(0, 0.1\)"):
         samples(np.array([0.05, 0.2]))
 
 

@@ -219,7 +219,10 @@ def dynamic_response(
 def _shown(name: str, value: Any, sample: int) -> str:
     """Return "name = value" of one sample; a function of position is evaluated at 0."""
     if callable(value):
-        at_start = np.atleast_1d(np.asarray(value(np.zeros(1)))).ravel()
+        try:
+            at_start = np.atleast_1d(np.asarray(value(np.zeros(1)))).ravel()
+        except InputError:  # 0 is not where it is used
+            return f"{name} = a function"
         return f"{name}(0) = {at_start[min(sample, len(at_start) - 1)]:.9g}"
     array = np.atleast_1d(np.asarray(value))
     return f"{name} = {array[min(sample, len(array) - 1)]:.9g}"

@@ -13,7 +13,9 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.report.tables import deviations, outputs_of, select
 from flexband.study.comparison import Comparison
-from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.interval_field import IntervalField
+from flexband.uncertainty.inputs.fields.random_field import RandomField
 
 TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
 STYLES = [
@@ -26,6 +28,9 @@ STYLES = [
     {"color": "#a6761d", "linewidth": 0.9, "linestyle": ":"},
     {"color": "#66a61e", "linewidth": 0.9, "linestyle": "-"},
 ]
+
+REALIZATIONS = 8
+"""Of each field that is drawn."""
 
 
 def bounds(bands: xr.Dataset) -> dict[str, str]:
@@ -113,15 +118,39 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()
     for (name, field), style in zip(fields.items(), cycle(STYLES), strict=False):
-        start, end = field.expansion.nodes[[0, -1]]
-        x = np.linspace(start, end, 501)
+        x = np.linspace(*field.located, 501)
         largest = field.largest_variance_error()
         label = f"{_literal(name)}, terms: {field.dimension}, largest: {largest:.4f}"
         axes.plot(x, field.variance_error(x), label=label, **style)
-    axes.set(title="Variance error of the random fields", xlabel="position [m]")
+    axes.set(title="Variance error of the random fields", xlabel="position [m] or time [s]")
     axes.set(ylabel="variance error / variance")
     axes.margins(x=0)
     axes.legend(fontsize=8)
+    return figure
+
+
+def fields_figure(fields: Mapping[str, Field]) -> Figure:
+    """Draw some realizations of each field, with its limits, or its mean and standard deviation."""
+    figure = Figure(figsize=(8, 2.6 * len(fields)), layout="constrained")
+    grid = figure.subplots(len(fields), 1, squeeze=False)
+    for axes, (name, field) in zip(grid[:, 0], fields.items(), strict=True):
+        x = np.linspace(*field.located, 501)
+        axes.plot(x, field.realizations(x, REALIZATIONS).T, color="#1f78b4", linewidth=0.6)
+        middle = field.nominal(x)
+        if isinstance(field, RandomField):
+            label, deviation = "μ ± σ", field.deviation(x)
+            lines = [middle - deviation, middle + deviation]
+        else:
+            label = "limits"
+            lines = field.limits(x) if isinstance(field, IntervalField) else []
+        for line in lines:
+            axes.plot(x, line, label=label, **STYLES[0])
+            label = None
+        axes.set(xlabel="position [m] or time [s]", ylabel=_literal(name))
+        axes.set_title(field.summary, fontsize=9)
+        axes.margins(x=0)
+        if lines:
+            axes.legend(fontsize=8, loc="upper right")
     return figure
 
 

@@ -16,20 +16,28 @@ from flexband.report.html import Drawing, file_name, write_report
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI
 
 BANDS = "Interval mean and interval error bar"
 
 
 def write_bands_report(
-    folder: Path, title: str, label: str, bands: xr.Dataset, checked: xr.Dataset | None = None
+    folder: Path,
+    title: str,
+    label: str,
+    bands: xr.Dataset,
+    checked: xr.Dataset | None = None,
+    fields: Mapping[str, Field] | None = None,
 ) -> Path:
-    """Write a figure for every output, and report.html; return its path.
+    """Write a figure for every output and one of the fields, and report.html; return its path.
 
     Parameters
     ----------
     title, label : of the report, and of the method in legends.
     checked : result of `verify`.
+    fields : inputs that are fields, with their domains.
     """
     drawn = [
         Drawing(
@@ -39,7 +47,9 @@ def write_bands_report(
         )
         for name in figures.drawable_outputs(bands["mean"])
     ]
-    text = [*tables.remarks(bands, checked), figures.definitions(bands)]
+    drawn += _of_fields(fields or {})
+    text = [*tables.remarks(bands, checked), *tables.field_remarks(fields or {})]
+    text.append(figures.definitions(bands))
     return write_report(folder, title, tables.summary_table(bands, checked), drawn, text)
 
 
@@ -59,10 +69,11 @@ def write_comparison_report(
         the reference and of adaptive PCCI.
     """
     fields, response, drawn = study.fields(), study.nominal(), []
-    if fields:
+    if random := {k: one for k, one in fields.items() if isinstance(one, RandomField)}:
         caption = "Variance error of the random fields after discretization"
-        draw = partial(figures.variance_error_figure, fields)
+        draw = partial(figures.variance_error_figure, random)
         drawn.append(Drawing("variance_error", caption, draw))
+    drawn += _of_fields(fields)
     if outputs := figures.drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
         drawn.append(Drawing("deterministic", "Response without uncertainty", draw))
@@ -79,6 +90,12 @@ def write_comparison_report(
         drawn.append(Drawing(f"errors_{called}", caption, draw))
     text = [*tables.comparison_remarks(fields), figures.definitions(results[0].bands)]
     return write_report(folder, title, tables.error_table(results), drawn, text)
+
+
+def _of_fields(fields: Mapping[str, Field]) -> list[Drawing]:
+    """Return the drawing of realizations, if there are fields."""
+    draw = partial(figures.fields_figure, fields)
+    return [Drawing("fields", "Realizations of the fields", draw)] if fields else []
 
 
 def data_file(folder: Path, result: Comparison) -> Path:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
-from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.fields.field import Field
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
@@ -176,11 +176,11 @@ def error_table(results: Sequence[Comparison]) -> Table:
     return header, rows
 
 
-def comparison_remarks(fields: Mapping[str, RandomField]) -> list[str]:
-    """Return the errors of discretized random fields and what wall times include, as sentences."""
-    lines = [
-        f"{name}: random field, {field.dimension} term{'s' * (field.dimension != 1)}, "
-        f"largest variance error {field.largest_variance_error():.4f}"
-        for name, field in fields.items()
-    ]
-    return [*lines, "Times do not include compilation."]
+def field_remarks(fields: Mapping[str, Field]) -> list[str]:
+    """Return what each field is made of, and how well it is represented, as sentences."""
+    return [f"{name}: {field.summary}" for name, field in fields.items()]
+
+
+def comparison_remarks(fields: Mapping[str, Field]) -> list[str]:
+    """Return what fields are made of and what wall times include, as sentences."""
+    return [*field_remarks(fields), "Times do not include compilation."]

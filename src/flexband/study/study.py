@@ -15,7 +15,7 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.evaluation import evaluate
-from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
@@ -82,7 +82,7 @@ class Study:
         return replace(self, method=method)
 
     def located(self) -> Study:
-        """Return the same study with the domains of all random fields set."""
+        """Return the same study with the domains of all fields set."""
         return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
 
     def nominal(self) -> xr.DataArray:
@@ -91,9 +91,9 @@ class Study:
         values = evaluate(self.response, space, *space.nominal(), 1, lambda runs: None)
         return values.isel(sample=0)
 
-    def fields(self) -> dict[str, RandomField]:
-        """Return the random fields among the inputs, with their domains set."""
-        return {k: i for k, i in self.located().inputs.items() if isinstance(i, RandomField)}
+    def fields(self) -> dict[str, Field]:
+        """Return the fields among the inputs, with their domains set."""
+        return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
 
 
 def load_study(file: Path) -> Study:

@@ -15,6 +15,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.forms import Composed, TimeFunction
 from flexband.mechanics.kernels.lane_type import to_lanes, zeros
+from flexband.smoothness import prescribing
 
 AT_START = np.array([0.0, 1e-4])
 """Times [s] of a run that only starts: drives are differentiated over such a step."""
@@ -71,14 +72,16 @@ def _tabulate(system: System, times: np.ndarray) -> tuple[np.ndarray, np.ndarray
     inner: dict[TimeFunction, np.ndarray] = {}
     for f, function in enumerate(system.functions, start=1):
         if f in driven:
-            if isinstance(function, Composed):
-                own = function.inner
-                if own not in inner:
-                    inner[own] = _values(own, system.samples, fine, function.name)
-                table = function.outer(inner[own])
-            else:
-                table = _values(function, system.samples, fine)
-            refuse_jumps(_prescribed_by(system, f), function, fine, table)
+            name = _prescribed_by(system, f)
+            with prescribing(name):
+                if isinstance(function, Composed):
+                    own = function.inner
+                    if own not in inner:
+                        inner[own] = _values(own, system.samples, fine, function.name)
+                    table = function.outer(inner[own])
+                else:
+                    table = _values(function, system.samples, fine)
+            refuse_jumps(name, function, fine, table)
             values.append(table[::2][: len(times)])
             rates.append(derivatives(table, half)[: len(times)])
         else:

@@ -74,6 +74,10 @@ class Input(ABC):
     def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
         """Return the input, shape (n,), at standard variables of shape (n, dimension)."""
 
+    def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the values as arrays of shape (n,), by names for results."""
+        return {name: np.asarray(self.value(standard))}
+
     @abstractmethod
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return the standard variables of values of shape (n,) or (): the inverse of `value`.

@@ -17,7 +17,7 @@ from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
-from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 from flexband.uncertainty.inputs.unfolding import unfolded
 
@@ -94,16 +94,20 @@ class Space:
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
+        return {name: one.value(own) for name, (one, own) in self._placed(xi, eta).items()}
+
+    def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
+        """Return the inputs at values of their parameters, and their variables, by name."""
         left = {True: self._scores(xi), False: eta}
         columns = {}
         for name, one in self.inputs.items():
             width = [one.dimension]
             columns[name], left[one.random] = np.split(left[one.random], width, axis=1)
-        values = {n: one.value(columns[n]) for n, one in self.inputs.items() if not one.intervals}
-        for name, one in self.inputs.items():
-            if one.intervals:
-                values[name] = one.at(_parameters(name, one, values)).value(columns[name])
-        return {name: values[name] for name in self.inputs}
+        numbers = {n: one.value(columns[n]) for n, one in self.inputs.items() if not one.random}
+        return {
+            name: (one.at(_parameters(name, one, numbers)), columns[name])
+            for name, one in self.inputs.items()
+        }
 
     def _scores(self, xi: np.ndarray) -> np.ndarray:
         # unlike that of a matrix product, the rounding of a row does not depend on other rows
@@ -117,17 +121,22 @@ class Space:
         return {name: values[name] for name in self.arguments}
 
     def numbers_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the values of uncertain numbers, without fields and constants."""
-        values = self.values(xi, eta)
-        known = [name for name, one in self.inputs.items() if isinstance(one, Constant)]
-        return {k: v for k, v in values.items() if k not in known and not callable(v)}
+        """Return the values of uncertain numbers, without constants, each of shape (runs,).
+
+        An interval field has one for each of its control points, a random field none.
+        """
+        found: dict[str, np.ndarray] = {}
+        for name, (one, own) in self._placed(xi, eta).items():
+            if not isinstance(one, Constant):
+                found |= one.as_numbers(name, own)
+        return found
 
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
         Values have shape (runs,) or (); a random field is given by its standard variables, shape
-        (runs, terms). Constants may be left out. Names, shapes and values that do not fit raise
-        `InputError`.
+        (runs, terms), an interval field by its values at its `places`, shape (runs, places).
+        Constants may be left out. Names, shapes and values that do not fit raise `InputError`.
         """
         needed = {k: one for k, one in self.inputs.items() if not isinstance(one, Constant)}
         for name, value in values.items():
@@ -212,22 +221,23 @@ def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
 def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
     """Give each field without a domain the range of positions at which the response evaluates it.
 
-    The response is run with random inputs at their means and intervals at all their ends (at the
-    ends of one at a time if there are more than four). Returns the inputs and the number of these
-    runs, 0 if every field has a domain. Raises `InputError` if the response does not evaluate a
-    field at two different positions.
+    The response is run with fields at their nominal values, random inputs at their means and
+    intervals at all their ends (at the ends of one at a time if there are more than four). Returns
+    the inputs and the number of these runs, 0 if every field has a domain. Raises `InputError` if
+    the response does not evaluate a field at two different positions.
     """
     located = dict(inputs)
-    loose = {k: i for k, i in inputs.items() if isinstance(i, RandomField) and i.domain is None}
+    loose = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is None}
     if not loose:
         return located, 0
     positions: dict[str, list[np.ndarray]] = {name: [] for name in loose}
 
-    def nominal(name: str, mean: float) -> FunctionOfPosition:
+    def nominal(name: str, one: Field) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
-            own = finite(f"{name}: positions [m]", x, rank=None)
+            own = finite(f"{name}: positions", x, rank=None)
             positions[name].append(own.ravel())
-            return np.full(np.atleast_2d(own).shape, mean)
+            found = one.nominal(np.atleast_2d(own))
+            return found[:, 0] if own.ndim == 0 else found
 
         return value
 
@@ -238,13 +248,13 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     means = [family.gauss(1)[0] for family in given.families]
     values = given.arguments_at(tensor_points(means).repeat(len(eta), axis=0), eta)
-    response(**values, **{name: nominal(name, one.mean) for name, one in loose.items()})
+    response(**values, **{name: nominal(name, one) for name, one in loose.items()})
     for name, one in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:
             raise InputError(
-                f"{name}: RandomField needs a domain; the response evaluates it at "
+                f"{name}: {one.kind} needs a domain; the response evaluates it at "
                 f"{'one position' if len(x) else 'no position'} only"
             )
-        located[name] = replace(one, domain=(float(x.min()), float(x.max())))
+        located[name] = replace(one, domain=(float(x.min()), float(x.max())))  # pyright: ignore
     return located, len(eta)

@@ -68,8 +68,9 @@ def bands(
 
     def places(low: np.ndarray, high: np.ndarray):
         eta = np.stack([low, high]).reshape(-1, low.shape[-1])
-        values = intervals.values(np.zeros((len(eta), 0)), eta).values()
-        return ("input", *dims), np.array(list(values)).reshape(-1, *shape)
+        values = intervals.numbers_at(np.zeros((len(eta), 0)), eta)
+        coords["input"] = xr.Variable("input", list(values))
+        return ("input", *dims), np.array(list(values.values())).reshape(-1, *shape)
 
     data = {
         "mean": variable(mean.values),
@@ -83,7 +84,6 @@ def bands(
     if intervals.inputs:
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
-        coords["input"] = xr.Variable("input", list(intervals.inputs))
     return described(xr.Dataset(data, coords, {"sigmas": sigmas}))
 
 

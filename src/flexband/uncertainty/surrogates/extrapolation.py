@@ -47,9 +47,10 @@ def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]
     name, term = owners[variable]
     one, at = space.inputs[name], xi[point, variable]
     standard, values = [at, *(end[variable] for end in (low, high))], [""] * 3
-    if one.dimension == 1 and not one.intervals and space.factor is None:
-        found = np.ravel(one.value(np.reshape(standard, (-1, 1))))  # pyright: ignore
-        values = [f"{value:.6g}, " for value in found]
+    alone = one.dimension == 1 and not one.intervals and space.factor is None
+    numbers = one.as_numbers(name, np.reshape(standard, (-1, 1))) if alone else {}
+    if name in numbers:
+        values = [f"{value:.6g}, " for value in numbers[name]]
     shown = [f"{v}ξ = {x:.3g}" for v, x in zip(values, standard, strict=True)]
     label = name if one.dimension == 1 else f"{name}[{term}]"
     warn(

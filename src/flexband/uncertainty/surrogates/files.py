@@ -23,7 +23,8 @@ from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Choice, cases
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.fields import RandomField
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.archive import read_archive, write_archive
@@ -41,6 +42,11 @@ EXPANSIONS = {
     "PhaseExpansion": "flexband.uncertainty.phases.expansion",
 }
 """The module of each kind of expansion that a file may hold, imported only if one holds it."""
+
+_FUNCTIONS = {"correlation": RandomField.correlations, "function": Field.functions}
+"""Functions by name, by what they are in a record."""
+
+_OWNERS = {"correlation": "RandomField.correlations", "function": "Field.functions"}
 
 
 def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) -> None:
@@ -211,12 +217,16 @@ def _recorded(value: Any) -> Any:
         return [_recorded(one) for one in value]
     if value is None or isinstance(value, str | int | float):
         return value
-    for name, correlation in RandomField.correlations.items():
-        if value is correlation:
-            return {"correlation": name}
+    for key, registered in _FUNCTIONS.items():
+        for name, function in registered.items():
+            if value is function:
+                return {key: name}
+            if isinstance(function, type) and type(value) is function:
+                named = {f.name: getattr(value, f.name) for f in fields(function)}
+                return {key: name, "fields": _recorded(tuple(named.items()))}
     raise InputError(
-        f"{value!r} cannot be saved; fields of inputs may be numbers, texts, tuples, inputs, None "
-        f"and the correlations {', '.join(RandomField.correlations)}"
+        f"{value!r} cannot be saved; fields of inputs may be numbers, texts, tuples, inputs, None, "
+        f"the correlations {', '.join(RandomField.correlations)} and functions in Field.functions"
     )
 
 
@@ -226,11 +236,14 @@ def _restored(record: Any) -> Any:
         return tuple(_restored(one) for one in record)
     if not isinstance(record, Mapping):
         return record
-    if "correlation" in record:
-        name = record["correlation"]
-        if name not in RandomField.correlations:
-            raise InputError(f"the correlation {name!r} must be in RandomField.correlations first")
-        return RandomField.correlations[name]
+    for key, registered in _FUNCTIONS.items():
+        if key in record:
+            name = record[key]
+            if name not in registered:
+                raise InputError(f"the {key} {name!r} must be in {_OWNERS[key]} first")
+            if isinstance(registered[name], type):
+                return registered[name](**dict(_restored(record["fields"])))
+            return registered[name]
     if record["input"] == "Choice":
         return Choice(*dict(_restored(record["fields"]))["options"])
     kinds = {**Input.kinds, "Correlated": Correlated}

@@ -1,0 +1,123 @@
+"""Correlation functions of homogeneous random fields, of the distance over the length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaln, kve
+
+from flexband.errors import InputError, finite, numbers, returned
+
+Correlation = Callable[[np.ndarray], np.ndarray]
+
+LARGEST_NU = 100.0
+"""Of `Matern`: above it, the function is the limit up to 0.005."""
+
+ROUNDING = 1e-8
+"""Of eigenvalues of a matrix of correlations, relative to the largest."""
+
+
+def squared_exponential(distance: np.ndarray) -> np.ndarray:
+    """Return exp(−d²), Eq. (30): smooth fields."""
+    return np.exp(-(finite("distance", distance, rank=None) ** 2))
+
+
+def exponential(distance: np.ndarray) -> np.ndarray:
+    """Return exp(−|d|): continuous, rough fields."""
+    return np.exp(-np.abs(finite("distance", distance, rank=None)))
+
+
+def triangular(distance: np.ndarray) -> np.ndarray:
+    """Return 1 − |d| up to d = 1 and 0 beyond: moving averages over the length of white noise."""
+    return np.maximum(1.0 - np.abs(finite("distance", distance, rank=None)), 0.0)
+
+
+@dataclass(frozen=True)
+class Matern:
+    """The Matérn function 2^(1−ν)/Γ(ν) s^ν K_ν(s), s = √(2ν) |d|, of smoothness ν.
+
+    Fields have as many derivatives as there are whole numbers below ν, besides 0. It is
+    `exponential` for ν = 1/2, and approaches exp(−d²/2) for large ν, which is
+    `squared_exponential` of a correlation length that is √2 times as large.
+
+    Raises
+    ------
+    InputError
+        If ν is not above 0, or above 100.
+    """
+
+    nu: float
+
+    def __post_init__(self) -> None:
+        nu = float(numbers("Matern nu", self.nu))
+        if not 0 < nu <= LARGEST_NU:
+            raise InputError(
+                f"Matern nu must be above 0, and {LARGEST_NU:g} or less; got {nu:g} "
+                "(squared_exponential is the limit)"
+            )
+        object.__setattr__(self, "nu", nu)
+
+    def __call__(self, distance: np.ndarray) -> np.ndarray:
+        """Return the correlations."""
+        nu = self.nu
+        s = np.sqrt(2 * nu) * np.abs(finite("distance", distance, rank=None))
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            bessel = kve(nu, s)
+            power = (1 - nu) * np.log(2) - gammaln(nu) + nu * np.log(s) + np.log(bessel) - s
+        near = ~np.isfinite(bessel)  # K_ν overflows, where two terms of its series suffice
+        series = 1 - s**2 / (4 * (nu - 1)) * (1 - s**2 / (8 * (nu - 2))) if nu > 2 else 1.0
+        return np.where(near, series, np.exp(np.where(near, 0.0, power)))
+
+
+def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
+    """Return a user's correlations; raise `InputError` if they are no numbers of this shape."""
+    name = "RandomField correlation"
+    values = finite(name, returned(correlation, distance, name), "numbers", rank=None)
+    if values.shape != distance.shape:
+        raise InputError(f"{name} must return shape {distance.shape}; got {values.shape}")
+    return values
+
+
+def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -> np.ndarray:
+    """Return the correlations of the field at positions x with each other.
+
+    Raises
+    ------
+    InputError
+        If they are not 1 at distance 0 or not symmetric; see `check_eigenvalues` as well.
+    """
+    matrix = correlations(correlation, (x[:, None] - x) / length)
+    if np.abs(np.diagonal(matrix) - 1).max() > ROUNDING:
+        own = np.diagonal(matrix)[np.abs(np.diagonal(matrix) - 1).argmax()]
+        raise InputError(f"RandomField correlation must be 1 at distance 0; got {own:g}")
+    i, j = np.unravel_index(np.abs(matrix - matrix.T).argmax(), matrix.shape)
+    if abs(matrix[i, j] - matrix[j, i]) > ROUNDING:
+        raise InputError(
+            "RandomField correlation must be the same at distances d and -d; got "
+            f"{matrix[i, j]:g} and {matrix[j, i]:g} at {abs(x[i] - x[j]) / length:g}"
+        )
+    return matrix
+
+
+def check_eigenvalues(values: np.ndarray) -> None:
+    """Raise `InputError` if a matrix of correlations is not positive semidefinite."""
+    if values.min() < -ROUNDING * values.max():
+        raise InputError(
+            "RandomField correlation must be positive semidefinite; the matrix of correlations of "
+            f"{len(values)} positions has the eigenvalue {values.min():.3g}"
+        )
+
+
+def twice_differentiable(correlation: Correlation) -> bool:
+    """Return whether fields of this correlation have second derivatives.
+
+    They have if the fourth derivative at distance 0 exists. The difference 3 − 4ρ(h) + ρ(2h) is
+    then proportional to h⁴ for small h.
+    """
+    if isinstance(correlation, Matern):
+        return correlation.nu > 2
+    near = correlations(correlation, np.array([0.005, 0.01, 0.02]))
+    fine, coarse = 3 - 4 * near[:2] + near[1:]
+    return bool(coarse > 0 and abs(fine) < coarse / 2**3.8)

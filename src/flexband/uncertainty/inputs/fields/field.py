@@ -1,0 +1,165 @@
+"""Fields: uncertain functions of the position along a line, or of the time."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexband.errors import InputError, finite, numbers, returned, whole
+from flexband.smoothness import prescribed
+from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval
+
+Profile = float | Callable[[np.ndarray], np.ndarray]
+"""A number, or a function of positions of shape (points,) that returns as many values."""
+
+MAX_REALIZATIONS = 100_000
+
+
+class Field(Input):
+    """An uncertain function of the position along a line [m], or of the time [s].
+
+    A subclass is a frozen dataclass with a field `domain`, positions (start, end) or None, and the
+    functions of an `Input`, of which `value` is defined here.
+
+    Attributes
+    ----------
+    functions : functions by name that fields may be made of, such as means as functions of
+        position. A surrogate can be saved if those of its fields are among them; add yours under a
+        new name before saving and before loading.
+    """
+
+    functions: ClassVar[dict[str, Callable]] = {}
+    domain: tuple[float, float] | None
+
+    def _check_domain(self) -> None:
+        """Raise `InputError` if the domain is none."""
+        if self.domain is not None:
+            start, end = numbers(f"{self.kind} domain [m or s]", self.domain, 2)
+            if start >= end:
+                raise InputError(f"{self.kind} domain must run upwards; got {self.domain}")
+            object.__setattr__(self, "domain", (float(start), float(end)))
+
+    @property
+    def kind(self) -> str:
+        """Name of the class, for messages."""
+        return type(self).__name__
+
+    @property
+    def located(self) -> tuple[float, float]:
+        """The domain; `InputError` if there is none."""
+        if self.domain is None:
+            raise InputError(f"{self.kind} domain must be given here; got None")
+        return self.domain
+
+    @abstractmethod
+    def nominal(self, x: np.ndarray) -> np.ndarray:
+        """Return the mean or the middle of the limits at positions x, shape x.shape."""
+
+    @abstractmethod
+    def samples(self, standard: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return samples, shape (n, points), at positions x of shape (1 or n, points)."""
+
+    @property
+    @abstractmethod
+    def twice_differentiable(self) -> bool:
+        """Whether all samples have a second derivative, so that they may prescribe a motion."""
+
+    @property
+    @abstractmethod
+    def summary(self) -> str:
+        """What the field is made of, for reports."""
+
+    def value(self, standard: np.ndarray) -> FunctionOfPosition:
+        """Return the samples as a function of the position [m] or the time [s].
+
+        The function takes positions of shape (points,), (n, points) or (1, points) and returns
+        shape (n, points); at one position, a number, it returns shape (n,). It raises `InputError`
+        for other positions, those outside the domain, and where it is to prescribe a motion for
+        which the samples are too rough.
+        """
+        start, end = self.located
+        slack = 1e-9 * (end - start)
+
+        def at(x: np.ndarray) -> np.ndarray:
+            given = finite(f"{self.kind}: positions", x, rank=None)
+            own = np.atleast_2d(given)
+            if own.ndim > 2 or len(own) not in (1, len(standard)):
+                shapes = f"(points,) or ({len(standard)}, points)"
+                raise InputError(
+                    f"{self.kind}: positions must have shape {shapes}; got {own.shape}"
+                )
+            outside = (own < start - slack) | (own > end + slack)
+            if np.any(outside):
+                raise InputError(
+                    f"{self.kind} is evaluated at {own[outside][0]:g}, outside its "
+                    f"domain ({start:g}, {end:g}); give a larger domain"
+                )
+            if prescribed() and not self.twice_differentiable:
+                raise InputError(
+                    f"{prescribed()} cannot be prescribed by this {self.kind}, whose samples have "
+                    f"no accelerations: {self._smooth}, or let it enter as a parameter of a "
+                    "ForceLaw"
+                )
+            found = self.samples(standard, own)
+            return found[:, 0] if given.ndim == 0 else found
+
+        return at
+
+    _smooth: ClassVar[str] = ""
+    """What makes samples smooth enough, for the message."""
+
+    def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+        """Return no numbers: the samples are functions."""
+        return {}
+
+    def realizations(self, x: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
+        """Return random samples at positions x of shape (points,), shape (count, points).
+
+        Standard variables of interval fields are drawn uniformly from −1 to 1, to show what the
+        samples look like; that is no statement about probabilities.
+
+        Parameters
+        ----------
+        count, seed : number of samples, and seed of the random numbers.
+        """
+        count = whole(f"{self.kind} count", count, 1, MAX_REALIZATIONS)
+        generator = np.random.default_rng(whole(f"{self.kind} seed", seed, 0))
+        shape = count, self.dimension
+        normal = self.random
+        drawn = generator.standard_normal(shape) if normal else generator.uniform(-1, 1, shape)
+        return self.value(drawn)(x)
+
+
+def profile(name: str, value: Any, x: np.ndarray) -> np.ndarray:
+    """Return a parameter at positions x of shape (…, points), shape x.shape or (n, points).
+
+    It is a `Profile`, one number per sample, shape (n,), or an interval, of which it is the middle.
+
+    Raises
+    ------
+    InputError
+        If the function does not return one finite number per position.
+    """
+    if isinstance(value, Interval):
+        value = (value.lower + value.upper) / 2
+    if not callable(value):
+        own = np.asarray(value, dtype=float)
+        own = own[:, None] if own.ndim else own
+        return np.broadcast_to(own, np.broadcast_shapes(own.shape, np.shape(x)))
+    flat = np.ravel(x)
+    found = finite(name, returned(value, flat, name), rank=None)
+    if found.shape not in ((), flat.shape):
+        raise InputError(
+            f"{name} must return one value per position, shape {flat.shape}; got {found.shape}"
+        )
+    return np.broadcast_to(found, flat.shape).reshape(np.shape(x))
+
+
+def check_profile(name: str, value: Profile) -> Profile:
+    """Return a finite number or a function; raise `InputError` for anything else."""
+    if callable(value) and not isinstance(value, type):
+        return value
+    return float(numbers(name, value))  # pyright: ignore[reportArgumentType]

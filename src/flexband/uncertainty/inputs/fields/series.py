@@ -1,0 +1,91 @@
+"""Expansions of a standardized random field: zero mean, unit variance, homogeneous, Gaussian.
+
+The field is û(x) = Σ ξ_i b_i(x), with independent standard normal ξ_i.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from flexband.errors import InputError
+from flexband.uncertainty.expansions.threads import in_threads
+from flexband.uncertainty.inputs.fields.correlation import Correlation, check_eigenvalues
+
+SMALLEST = 1e-12
+"""Eigenvalue, relative to the largest, that is told from rounding."""
+
+
+@dataclass(frozen=True)
+class Series(ABC):
+    """A truncated expansion on a domain.
+
+    Attributes
+    ----------
+    correlation, length : ρ as a function of distance over the correlation length.
+    domain : start and end.
+    eigenvalues, eigenvectors : the largest ones of a matrix, and vectors in columns.
+    """
+
+    correlation: Correlation
+    length: float
+    domain: tuple[float, float]
+    eigenvalues: np.ndarray
+    eigenvectors: np.ndarray
+
+    def first(self, terms: int) -> Self:
+        """Return the expansion with the first terms only.
+
+        Raises
+        ------
+        InputError
+            If there are not so many.
+        """
+        if terms > len(self.eigenvalues):
+            raise InputError(
+                f"RandomField terms must be {len(self.eigenvalues)} or less here; got {terms}"
+            )
+        values, vectors = self.eigenvalues[:terms], self.eigenvectors[:, :terms]
+        return replace(self, eigenvalues=values, eigenvectors=vectors)
+
+    @abstractmethod
+    def basis(self, x: np.ndarray) -> np.ndarray:
+        """Return b_i at positions x, shape (terms, *x.shape)."""
+
+    @abstractmethod
+    def places(self) -> np.ndarray:
+        """Return positions at which the error is judged, in increasing order."""
+
+    def explained(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return Var[û(x)] and Cov[u(x), û(x)] of the first 1, 2, … terms, (terms, *x.shape).
+
+        They are the same if û(x) is the best linear estimate of u(x) that the ξ_i allow.
+        """
+        variance = np.cumsum(self.basis(x) ** 2, axis=0)
+        return variance, variance
+
+
+Discretization = Callable[[Correlation, float, tuple[float, float], int], Series]
+"""``discretization(correlation, length, domain, nodes)``: the series with all its terms."""
+
+
+def decomposed(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return eigenvalues above rounding, the largest first, and eigenvectors in columns.
+
+    Raises
+    ------
+    InputError
+        If a matrix of correlations is not positive semidefinite.
+    """
+    found = []
+    in_threads(lambda own: found.append(np.linalg.eigh(own)), [matrix])
+    ((values, vectors),) = found
+    if of_correlations:
+        check_eigenvalues(values)
+    values, vectors = values[::-1], vectors[:, ::-1]
+    usable = int(np.sum(values > SMALLEST * values[0]))
+    return values[:usable], vectors[:, :usable]

@@ -56,10 +56,11 @@ def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: 
     runs = count * method.runs(space)
     if runs > most_runs:
         advice = getattr(method, "fitting", None)
-        fitting = f". {advice(space, most_runs // count)}" if callable(advice) else ""
+        sampled = f". {advice(space, most_runs // count)}" if callable(advice) else ""
+        told = sampled or space.advice_on_fields
         raise InputError(
             f"{method!r} would take {_count(runs)} runs, with {space.random_dimension} random and "
-            f"{space.interval_dimension} interval variables; most_runs is {most_runs}{fitting}"
+            f"{space.interval_dimension} interval variables; most_runs is {most_runs}{told}"
         )
 
 

@@ -74,6 +74,18 @@ class Space:
         random = self.of_kind(random=True).values()
         return tuple(one.family for one in random for _ in range(one.dimension))
 
+    @property
+    def advice_on_fields(self) -> str:
+        """Which methods take fields of many terms, as a sentence to append; "" without fields."""
+        fields = [(k, i) for k, i in self.of_kind(random=True).items() if isinstance(i, Field)]
+        if not fields:
+            return ""
+        terms = " and ".join(f"{name} has {one.dimension}" for name, one in fields)
+        return (
+            f". Of the random variables, {terms}; LHSScanning and MonteCarlo take any number of "
+            "them"
+        )
+
     @cached_property
     def factor(self) -> np.ndarray | None:
         """L of z = L ξ for correlated inputs, and 1 for the others; None if there are none."""

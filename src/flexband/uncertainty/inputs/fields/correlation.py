@@ -68,7 +68,7 @@ class Matern:
             power = (1 - nu) * np.log(2) - gammaln(nu) + nu * np.log(s) + np.log(bessel) - s
         near = ~np.isfinite(bessel)  # K_ν overflows, where two terms of its series suffice
         series = 1 - s**2 / (4 * (nu - 1)) * (1 - s**2 / (8 * (nu - 2))) if nu > 2 else 1.0
-        return np.where(near, series, np.exp(np.where(near, 0.0, power)))
+        return np.where(near, series, np.exp(np.minimum(np.where(near, 0.0, power), 0.0)))
 
 
 def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:

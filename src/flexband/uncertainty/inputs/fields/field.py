@@ -82,6 +82,7 @@ class Field(Input):
         """
         start, end = self.located
         slack = 1e-9 * (end - start)
+        prescribed_parts: set[str] = set()
 
         def at(x: np.ndarray) -> np.ndarray:
             given = finite(f"{self.kind}: positions", x, rank=None)
@@ -97,18 +98,24 @@ class Field(Input):
                     f"{self.kind} is evaluated at {own[outside][0]:g}, outside its "
                     f"domain ({start:g}, {end:g}); give a larger domain"
                 )
-            if prescribed() and not self.twice_differentiable:
-                raise InputError(
-                    f"{prescribed()} cannot be prescribed by this {self.kind}, whose samples have "
-                    f"no accelerations: {self._smooth}, or let it enter as a parameter of a "
-                    "ForceLaw"
-                )
+            part = prescribed()
+            if part and part not in prescribed_parts:
+                self.check_motion(part)
+                prescribed_parts.add(part)
             found = self.samples(standard, own)
             return found[:, 0] if given.ndim == 0 else found
 
         return at
 
-    _smooth: ClassVar[str] = ""
+    def check_motion(self, part: str) -> None:
+        """Raise `InputError` if the samples are too rough to prescribe the motion of a part."""
+        if not self.twice_differentiable:
+            raise InputError(
+                f"{part} cannot be prescribed by this {self.kind}, whose samples have no "
+                f"accelerations: {self._smoother}, or let it enter as a parameter of a ForceLaw"
+            )
+
+    _smoother: ClassVar[str] = ""
     """What makes samples smooth enough, for the message."""
 
     def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:

@@ -52,7 +52,7 @@ class IntervalField(Field):
 
     random = False
 
-    _smooth = "take smooth=True"
+    _smoother = "take smooth=True"
 
     def __post_init__(self) -> None:
         super().__post_init__()

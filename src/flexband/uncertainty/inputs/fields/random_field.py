@@ -11,7 +11,16 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from flexband.errors import InputError, function, instance, known, plausible_spread, positive, whole
+from flexband.errors import (
+    InputError,
+    function,
+    instance,
+    known,
+    plausible_spread,
+    positive,
+    warn,
+    whole,
+)
 from flexband.uncertainty.inputs.fields.correlation import (
     Correlation,
     Matern,
@@ -31,6 +40,9 @@ MAX_NODES = 4000
 
 FEW_TERMS = 0.7
 """Share of the tolerance that is met with all nodes, so that a part of the terms meets it."""
+
+LARGEST_ACCELERATION_ERROR = 0.05
+"""Of a field that prescribes a motion, without a warning."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +99,7 @@ class RandomField(Field):
         "Matern": Matern,
     }
 
-    _smooth = (
+    _smoother = (
         "take a correlation function with a fourth derivative at distance 0, such as "
         "squared_exponential or Matern(2.5)"
     )
@@ -221,6 +233,17 @@ class RandomField(Field):
     def twice_differentiable(self) -> bool:
         """Whether the correlation function has a fourth derivative at distance 0."""
         return twice_differentiable(self.correlation)
+
+    def check_motion(self, part: str) -> None:
+        """Raise `InputError` as any `Field`; warn if the terms lack much of the accelerations."""
+        super().check_motion(part)
+        lacking = self.expansion.acceleration_error()
+        if lacking > LARGEST_ACCELERATION_ERROR:
+            warn(
+                f"{part} is prescribed by a RandomField of {self.dimension} terms, which lack "
+                f"{100 * lacking:.2g} % of the variance of its accelerations: they "
+                "need more terms than the field itself, so take a smaller tolerance"
+            )
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return `value`: a field is given by its standard variables, shape (n, terms)."""

@@ -14,10 +14,20 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.threads import in_threads
-from flexband.uncertainty.inputs.fields.correlation import Correlation, check_eigenvalues
+from flexband.uncertainty.inputs.fields.correlation import (
+    Correlation,
+    check_eigenvalues,
+    correlations,
+)
 
 SMALLEST = 1e-12
 """Eigenvalue, relative to the largest, that is told from rounding."""
+
+SMALL_DISTANCE = 0.02
+"""Correlation lengths between values of which second differences are taken."""
+
+POSITIONS = 101
+"""Where second differences are taken."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,16 @@ class Series(ABC):
         """
         variance = np.cumsum(self.basis(x) ** 2, axis=0)
         return variance, variance
+
+    def acceleration_error(self) -> float:
+        """Return what û″ lacks of the variance of u″, relative to it, on average."""
+        start, end = self.domain
+        h = min(SMALL_DISTANCE * self.length, (end - start) / 8)
+        x = np.linspace(start + h, end - h, POSITIONS) + h * np.arange(-1, 2)[:, None]
+        before, here, after = np.moveaxis(self.basis(x), 1, 0)
+        found = np.mean(np.sum((before - 2 * here + after) ** 2, axis=0))
+        near = correlations(self.correlation, np.array([0.0, 1.0, 2.0]) * h / self.length)
+        return 1 - float(found / (near @ [6.0, -8.0, 2.0]))
 
 
 Discretization = Callable[[Correlation, float, tuple[float, float], int], Series]

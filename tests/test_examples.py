@@ -156,6 +156,29 @@ def cable_pendulum(own):
     assert at(result, "kinetic").max() > 0.5  # J
 
 
+def rough_road(own):
+    """The variance of a linear system under a process, as a double integral in time."""
+    bands, k = own.study.run().sel(output="car_Y"), 400
+    s, w = np.polynomial.legendre.leggauss(60)
+    end = float(bands.time[k])
+    s, w = end * (1 + s) / 2, end * w / 2
+    found = []
+    for damping in np.linspace(1200.0, 2000.0, 9):
+        strut = np.outer([1 / own.CAR, -1 / own.WHEEL], [-own.STRUT, own.STRUT])
+        tyre = np.diag([0.0, own.TYRE / own.WHEEL])
+        system = np.block([
+            [np.zeros((2, 2)), np.eye(2)], [strut - tyre, strut * damping / own.STRUT]
+        ])  # fmt: skip
+        rates, shapes = np.linalg.eig(system)
+        force = np.linalg.solve(shapes, [0.0, 0.0, 0.0, own.TYRE / own.WHEEL])
+        impulse = (np.exp(np.outer(end - s, rates)) @ (shapes[0] * force)).real
+        weighted = w * impulse * own.roughness(own.SPEED * s)
+        found.append(weighted @ np.exp(-((own.SPEED / 4 * (s[:, None] - s)) ** 2)) @ weighted)
+    expected = np.sqrt(max(found))
+    lift = own.HEIGHT + own.TRAVEL
+    np.testing.assert_allclose(bands["error_bar"][:, k] - lift, [-expected, expected], rtol=2e-3)
+
+
 def suspension(own):
     """It stands still up to the kerb; later it stands as much higher as the kerb is."""
     result = fb.simulate(own.suspension(4500.0, 45e3), duration=8.0, step=4e-3)
@@ -222,7 +245,7 @@ def machine_mounts(own):
 
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
-    cable_pendulum, suspension, spin_up, leaf_spring, door_stop, balance_wheel,
+    cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, balance_wheel,
     machine_mounts,
 )}  # fmt: skip
 

@@ -169,6 +169,9 @@ def _descents(terms, own, c, sign, lines, points, which, bound, least, place):
             break
         if m > MAX_GRID_DIMENSION:
             descend(terms, own, c, sign, lines, active.copy(), eta)
+            for n in range(lanes):
+                if _same(n, active, hits, place, eta):
+                    hits[n], active[n] = hits[n] + 1, False
         _polish(terms, own, c, sign, active, eta, found)
         _leave(terms, own, c, sign, lines, active, hits, place, eta, found)
         for n in range(lanes):
@@ -202,6 +205,8 @@ def _leave(terms, own, c, sign, lines, active, hits, place, eta, found):
 def _polish(terms, own, c, sign, active, eta, found):
     """Move η of active lanes to the nearby minimum, and fill it."""
     m, lanes = eta.shape
+    if not active.any():
+        return
     points, starts, bound = eta.T.copy(), np.arange(lanes).reshape(1, lanes), np.empty((1, lanes))
     least, place = np.empty(lanes), eta.copy()
     bound[0] = np.where(active, -np.inf, np.inf)

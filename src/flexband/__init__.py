@@ -75,6 +75,8 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.distributions.bounded import Beta, Triangular, Uniform
     from flexband.uncertainty.inputs.distributions.extremes import Gumbel, Weibull
     from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal, TruncatedNormal
+    from flexband.uncertainty.inputs.distributions.samples import Samples
+    from flexband.uncertainty.inputs.distributions.scipy_distribution import ScipyDistribution
     from flexband.uncertainty.inputs.fields.correlation import (
         Matern,
         exponential,

@@ -26,7 +26,7 @@ from flexband.uncertainty.expansions.sequences import DECIMALS
 EXTENSIONS = ((2,), (4, 6), (8,))
 """Numbers of points that are added together; the first that is possible."""
 
-APART = 0.1
+APART = 0.05
 """Least distance of nested points, in standard deviations."""
 
 SYMMETRIC = 1e-9

@@ -55,7 +55,7 @@ class Distribution(Input):
         if isinstance(self.family, Hermite) and (missed := self._missed()) > MISSED:
             warn(
                 f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
-                f"{100 * missed:.2g} % of its variance; LHSScanning does not"
+                f"{100 * missed:.2g} % of its variance; use LHSScanning with many samples"
             )
 
     def __repr__(self) -> str:
@@ -133,9 +133,13 @@ class Distribution(Input):
         terms = (weights * self.at_normal(nodes)) @ polynomials
         return float(1 - np.sum(terms[1:] ** 2) / self.frozen.var())
 
-    @cached_property
+    @property
     def light(self) -> bool:
         """Whether both tails decrease exponentially or faster, as far as numbers go."""
+        return self._light
+
+    @cached_property
+    def _light(self) -> bool:
         near, far = -np.log(ndtr(-NEAR)), -np.log(ndtr(-FAR))
         x = np.abs(
             self.at_normal(np.array([-FAR, -NEAR, 0.0, NEAR, FAR])) - self.at_normal(np.zeros(1))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError
+from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.space import Response, Space
 
 RESERVED = ("bound", "choice", "input", "variable")
@@ -43,8 +43,8 @@ def evaluate(
     collected = None
     for first in range(0, len(xi), batch):
         here = slice(first, min(first + batch, len(xi)))
-        points = xi[here].copy(), eta[here].copy()  # the response may write into its arguments
-        part = _labelled(response(**space.arguments_at(*points)), here.stop - first)
+        points = xi[here], eta[here]
+        part = _labelled(_called(response, space, *points), here.stop - first)
         if labels is None:
             check_labels(part)
             labels = part[:0].copy()
@@ -58,6 +58,45 @@ def evaluate(
         progress(here.stop - first)
     assert collected is not None  # a design has at least one point
     return collected
+
+
+def _called(response: Response, space: Space, xi: np.ndarray, eta: np.ndarray) -> Any:
+    """Return what a response returns; errors tell which inputs have values of the other sign."""
+    try:
+        return response(**space.arguments_at(xi.copy(), eta.copy()))
+    except Exception as error:
+        hint = _of_other_sign(space, xi, eta)
+        if not hint:
+            raise
+        if isinstance(error, RunError):
+            raise type(error)(f"{error}. {hint}", error.failures) from error
+        if isinstance(error, InputError):
+            raise InputError(f"{error}. {hint}") from error
+        error.add_note(hint)
+        raise
+
+
+def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
+    """Return which random inputs have values whose sign is not that of the nominal one, if any.
+
+    It names distributions that have none.
+    """
+    values, nominal = space.values(xi, eta), space.values(*space.nominal())
+    found = []
+    for name, one in space.of_kind(random=True).items():
+        middle, own = nominal[name], values[name]
+        if callable(middle) or callable(own) or one.dimension > 1:
+            continue
+        middle = float(middle[0])
+        worst = float(own[np.argmin(own * np.sign(middle))])
+        if middle * worst < 0:
+            sign, bound = ("negative", "lower") if middle > 0 else ("positive", "upper")
+            other = "A LogNormal or a" if middle > 0 else "A"
+            found.append(
+                f"{name} = {worst:.6g} is a value of {one!r}. {other} TruncatedNormal with "
+                f"{bound}=0 has no {sign} values"
+            )
+    return "; ".join(found)
 
 
 def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
@@ -165,6 +204,8 @@ def _refuse_infinite(values: np.ndarray, space: Space, xi: np.ndarray, eta: np.n
         k = int(np.flatnonzero(bad)[0])
         inputs = space.numbers_at(xi, eta).items()
         shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
+        hint = _of_other_sign(space, xi[bad], eta[bad])
         raise InputError(
             f"the response is not finite in {bad.sum()} of {len(values)} runs, e.g. {shown}"
+            + (f". {hint}" if hint else "")
         )

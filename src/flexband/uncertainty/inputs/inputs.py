@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, numbers, plausible_spread
+from flexband.errors import InputError, non_negative, numbers, plausible_spread
 from flexband.uncertainty.expansions.families import HERMITE, Family
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
@@ -114,6 +114,45 @@ class Interval(Input):
             )
         if self.lower < self.upper:
             plausible_spread("width of the Interval", self.upper - self.lower, self.upper)
+
+    @classmethod
+    def around(
+        cls,
+        nominal: float,
+        *,
+        percent: float | None = None,
+        tolerance: float | None = None,
+        plus: float | None = None,
+        minus: float | None = None,
+    ) -> Interval:
+        """Return the interval around a nominal value, as drawings and data sheets tell it.
+
+        ``around(10, percent=5)`` and ``around(10, tolerance=0.5)`` are 10 ± 0.5, and
+        ``around(10, plus=0.1, minus=0)`` is 10 +0.1/−0. `minus` is how far below, without sign.
+
+        Raises
+        ------
+        InputError
+            If a number is negative, or not exactly one of percent, tolerance, and plus with minus
+            is given.
+        """
+        nominal = float(numbers("Interval nominal", nominal))
+        given = {"percent": percent, "tolerance": tolerance, "plus": plus, "minus": minus}
+        given = {name: value for name, value in given.items() if value is not None}
+        if list(given) not in (["percent"], ["tolerance"], ["plus", "minus"]):
+            raise InputError(
+                "Interval.around must have either percent, or tolerance, or plus and minus; "
+                f"got {', '.join(given) or 'none'}"
+            )
+        sizes = [
+            float(non_negative(f"Interval {name}", numbers(f"Interval {name}", value)))
+            for name, value in given.items()
+        ]
+        if percent is not None:
+            if nominal == 0:
+                raise InputError("Interval percent must be given as tolerance around 0")
+            sizes = [abs(nominal) * sizes[0] / 100]
+        return cls(nominal - sizes[-1], nominal + sizes[0])
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""

@@ -9,6 +9,7 @@ from flexband.errors import InputError, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.pbox import PBox
 
@@ -46,6 +47,10 @@ def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:
 
 def _as_input(name: str, one: Any) -> Input:
     """Return an input, or a number as a constant."""
+    try:
+        one = as_input(one)
+    except InputError as error:
+        raise InputError(f"input {name!r}: {error}") from None
     if is_number(one):
         return Constant(one)
     if not isinstance(one, Input):

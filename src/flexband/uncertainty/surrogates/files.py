@@ -22,6 +22,7 @@ from flexband.errors import InputError, instance, shown
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Choice, cases
 from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
@@ -97,7 +98,7 @@ def _recorded_inputs(inputs: Mapping[str, Any]) -> dict[str, Any]:
     found = {}
     for name, one in inputs.items():
         try:
-            found[name] = _recorded(one)
+            found[name] = _recorded(as_input(one))
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     return found

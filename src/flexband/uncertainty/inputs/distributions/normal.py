@@ -12,7 +12,8 @@ from flexband.errors import InputError, numbers, positive
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.inputs.distribution import Spread
 
-LARGEST_LOGARITHM = 300.0
+LARGEST_LOGARITHM, LARGEST_VARIATION = 300.0, 100.0
+"""|mean| + variance of a logarithm, and std over mean, of a lognormal number."""
 
 LEAST_PROBABILITY = 1e-100
 """Of the values of a normal distribution that truncation leaves."""
@@ -115,6 +116,11 @@ class LogNormal(Spread):
         """Raise `InputError` if a parameter is not positive."""
         positive("LogNormal mean", self.mean)
         super().check()
+        if self.spread > LARGEST_VARIATION * self.mean:
+            raise InputError(
+                f"LogNormal std must be {LARGEST_VARIATION:g} times the mean {self.mean:g} or "
+                f"less; got {self.spread:g}"
+            )
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the number at a standard normal variable."""

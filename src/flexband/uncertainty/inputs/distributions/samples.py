@@ -1,0 +1,135 @@
+"""Measured values, smoothed by a kernel density."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import hermite_e
+from scipy.optimize import elementwise
+from scipy.special import ndtr, ndtri
+
+from flexband.errors import InputError, finite, numbers, positive, warn
+from flexband.uncertainty.inputs.distribution import Distribution
+
+FEWEST, FEW = 5, 30
+"""Values that are refused, and remarked on, if there are fewer."""
+
+GROUP = 0.05
+"""Values nearer to each other than this part of the bandwidth share a kernel."""
+
+AT_ONCE = 10**6
+"""Numbers in memory when kernels are summed."""
+
+
+class Kernels(NamedTuple):
+    """Equal normal densities: their centres, weights of sum one, and standard deviation."""
+
+    centres: np.ndarray
+    weights: np.ndarray
+    width: float
+
+
+@dataclass(frozen=True, repr=False)
+class Samples(Distribution):
+    """Measured values of a random number, smoothed by normal kernels.
+
+    Mean and standard deviation are those of the values (with n − 1): the kernels, which would add
+    their own variance, are moved towards the mean (Silverman and Young, 1987).
+
+    Parameters
+    ----------
+    values : independent measurements, shape (n,).
+    bandwidth : standard deviation of the kernels before that, in the unit of the values; by
+        default Silverman's 0.9 min(s, quartile range/1.34) n^(−1/5).
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 5 values, one is not finite, or all are equal.
+    """
+
+    values: Any
+    bandwidth: float | None = None
+
+    def __repr__(self) -> str:
+        """Return the number of the values and their range."""
+        low, high = self.values[0], self.values[-1]
+        return f"Samples({len(self.values)} values from {low:g} to {high:g})"
+
+    def check(self) -> None:
+        """Raise `InputError` if the values tell no distribution; remark on few values."""
+        values = np.sort(finite("Samples values", self.values, rank=None), axis=None)
+        if np.ndim(self.values) != 1 or len(values) < FEWEST:
+            raise InputError(
+                f"Samples values must be {FEWEST} numbers or more, shape (n,); "
+                f"got shape {np.shape(self.values)}"
+            )
+        if not np.ptp(values) > 1e-12 * np.abs(values).max():
+            raise InputError(f"Samples values must differ; all {len(values)} are {values[0]:g}")
+        object.__setattr__(self, "values", tuple(values.tolist()))
+        if self.bandwidth is not None:
+            width = float(positive("Samples bandwidth", numbers("bandwidth", self.bandwidth)))
+            object.__setattr__(self, "bandwidth", width)
+        n = len(values)
+        if n < FEW:
+            warn(
+                f"{self!r} are few: their mean is uncertain by {100 / np.sqrt(n):.2g} % of the "
+                f"standard deviation, and the standard deviation by {100 / np.sqrt(2 * n - 2):.2g} "
+                "%; a distribution whose parameters are Intervals says so"
+            )
+
+    @property
+    def frozen(self) -> Any:
+        """None: SciPy has no such distribution."""
+        return None
+
+    @property
+    def light(self) -> bool:
+        """Whether tails are light: those of kernels are normal."""
+        return True
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """No bounds: kernels are normal."""
+        return -np.inf, np.inf
+
+    @cached_property
+    def kernels(self) -> Kernels:
+        """The kernels, one for values that are almost equal."""
+        x = np.array(self.values)
+        mean, std = x.mean(), x.std(ddof=1)
+        quartiles = np.ptp(np.quantile(x, [0.25, 0.75])) / 1.34
+        width = self.bandwidth or 0.9 * min(std, quartiles or std) * len(x) ** -0.2
+        group = np.unique(np.round((x - mean) / (GROUP * width)), return_inverse=True)[1]
+        count = np.bincount(group)
+        centres, weights = np.bincount(group, x - mean) / count, count / len(x)
+        shrink = std / np.sqrt(weights @ centres**2 + width**2)
+        return Kernels(mean + shrink * centres, weights, float(shrink * width))
+
+    def to_normal(self, value: np.ndarray) -> np.ndarray:
+        """Return z of values: the inverse of `at_normal`."""
+        value = np.asarray(value, dtype=float)
+        centres, weights, width = self.kernels
+        parts = np.array_split(value.ravel(), 1 + value.size * len(centres) // AT_ONCE)
+        apart = [(own[:, None] - centres) / width for own in parts]
+        below, above = (np.concatenate([ndtr(s * d) @ weights for d in apart]) for s in (1, -1))
+        z = np.where(below < 0.5, ndtri(below), -ndtri(above))
+        return z.reshape(value.shape)
+
+    def at_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at a standard normal z, between those of the outermost kernels."""
+        z = np.asarray(z, dtype=float)
+        centres, _, width = self.kernels
+        ends = centres.min() + width * (z - 1e-9), centres.max() + width * (z + 1e-9)
+        found = elementwise.find_root(lambda x, z: self.to_normal(x) - z, ends, args=(z,))
+        return found.x
+
+    def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return Gauss points of all kernels, and weights; polynomials are integrated exactly."""
+        centres, weights, width = self.kernels
+        t, w = hermite_e.hermegauss(count + 1)
+        points = centres[:, None] + width * t
+        return points.ravel(), np.outer(weights, w / w.sum()).ravel()

@@ -1,0 +1,135 @@
+"""Any continuous distribution of `scipy.stats`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import InputError, numbers
+from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distributions.bounded import Uniform
+from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
+from flexband.uncertainty.inputs.distributions.tabulated import Tabulated
+
+
+@dataclass(frozen=True, repr=False)
+class ScipyDistribution(Tabulated):
+    """A number with a continuous distribution of `scipy.stats`, which stands in `inputs` itself.
+
+    Parameters
+    ----------
+    distribution : its name in `scipy.stats`.
+    parameters : pairs of a name and a number, of its shapes, `loc` and `scale`.
+
+    Raises
+    ------
+    InputError
+        If `scipy.stats` has no such continuous distribution, a parameter is not its own or out of
+        its range, or the variance is not finite.
+    """
+
+    distribution: str
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    def __repr__(self) -> str:
+        """Return how SciPy writes it."""
+        given = ", ".join(f"{name}={value!r}" for name, value in self.parameters)
+        return f"scipy.stats.{self.distribution}({given})"
+
+    @property
+    def name(self) -> str:
+        """Its name in SciPy."""
+        return self.distribution
+
+    @property
+    def frozen(self) -> Any:
+        """The distribution of SciPy."""
+        return _named(self.distribution)(**dict(self.parameters))
+
+    def exact(self, z: np.ndarray) -> np.ndarray:
+        """Return SciPy's quantiles."""
+        return Distribution.at_normal(self, z)
+
+    def check(self) -> None:
+        """Raise `InputError` if there is no such distribution."""
+        known = [*_shapes(_named(self.distribution)), "loc", "scale"]
+        checked = []
+        for pair in self.parameters:
+            if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in known:
+                raise InputError(
+                    f"parameters of scipy.stats.{self.distribution} must be pairs of a name, one "
+                    f"of {', '.join(known)}, and a number; got {pair!r}"
+                )
+            name, value = pair
+            checked.append((name, float(numbers(f"{self.distribution} {name}", value))))
+        object.__setattr__(self, "parameters", tuple(checked))
+        missing = set(known[:-2]) - dict(checked).keys()
+        if missing:
+            raise InputError(f"{self!r} needs {', '.join(sorted(missing))}")
+        own = self.frozen
+        if np.isnan(own.support()).any():
+            raise InputError(f"{self!r} has parameters out of their range")
+        with np.errstate(all="ignore"):
+            mean, variance = own.stats("mv")
+        if not np.isfinite([mean, variance]).all() or variance <= 0:
+            raise InputError(
+                f"{self!r} must have a finite variance; its mean is {mean:g}, and its "
+                f"variance {variance:g}: the response would have none either"
+            )
+
+
+def as_input(value: Any) -> Any:
+    """Return a frozen distribution of `scipy.stats` as an input, and anything else as it is.
+
+    Raises
+    ------
+    InputError
+        If it is not frozen, discrete, or not one that `scipy.stats` has by name.
+    """
+    if not type(value).__module__.startswith("scipy.stats."):
+        return value
+    from scipy import stats  # noqa: PLC0415
+
+    if isinstance(value, stats.rv_continuous | stats.rv_discrete):
+        raise InputError(f"{value.name} must have parameters, as scipy.stats.norm(10.0, 0.5) has")
+    generator = getattr(value, "dist", None)
+    if isinstance(generator, stats.rv_discrete):
+        raise InputError(
+            f"{generator.name} is discrete; a Choice has an expansion for each of its options"
+        )
+    if not isinstance(generator, stats.rv_continuous):
+        return value
+    if type(getattr(stats, str(generator.name), None)) is not type(generator):
+        raise InputError(
+            f"{generator.name} must be a distribution that scipy.stats has by this name; "
+            "Samples take values of any other"
+        )
+    names = [*_shapes(generator), "loc", "scale"]
+    parameters = {"loc": 0.0, "scale": 1.0}
+    parameters |= dict(zip(names, value.args, strict=False)) | value.kwds
+    one = ScipyDistribution(generator.name, tuple((k, parameters[k]) for k in names))
+    loc, scale = (dict(one.parameters)[name] for name in ("loc", "scale"))
+    if one.distribution == "norm":
+        return Normal(loc, scale)
+    if one.distribution == "uniform":
+        return Uniform(loc, loc + scale)
+    if one.distribution == "lognorm" and loc == 0:
+        return LogNormal.of_logarithm(np.log(scale), dict(one.parameters)["s"])
+    return one
+
+
+def _named(name: str) -> Any:
+    """Return a continuous distribution of SciPy."""
+    from scipy import stats  # noqa: PLC0415
+
+    found = getattr(stats, name, None) if isinstance(name, str) else None
+    if not isinstance(found, stats.rv_continuous):
+        raise InputError(f"scipy.stats has no continuous distribution {name!r}")
+    return found
+
+
+def _shapes(generator: Any) -> list[str]:
+    """Return the names of the shapes of a distribution."""
+    return [name.strip() for name in (generator.shapes or "").split(",") if name.strip()]

@@ -1,0 +1,344 @@
+"""Distributions: their polynomials against closed forms, moments against quadrature, bad input."""
+
+import re
+
+import numpy as np
+import pytest
+import scipy.stats as ss
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import loggamma, roots_genlaguerre, roots_jacobi
+
+import flexband as fb
+from flexband.uncertainty.expansions.densities import DensityPolynomials
+from flexband.uncertainty.expansions.families import HERMITE, transform
+from flexband.uncertainty.expansions.sequences import GENZ_KEISTER, PATTERSON
+from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
+from flexband.uncertainty.phases.rules import rule
+
+DATA = np.random.default_rng(5).gamma(6.0, 0.5, 60)
+KINDS = {
+    "weibull": fb.Weibull(2.0, 3.0, 1.0),
+    "gumbel": fb.Gumbel(4.0, cv=0.2),
+    "beta": fb.Beta(2.0, 5.0, -1.0, 3.0),
+    "singular": fb.Beta(0.5, 0.7),
+    "triangular": fb.Triangular(1.0, 1.5, 4.0),
+    "truncated": fb.TruncatedNormal(1.0, 0.5, lower=0.2),
+    "scipy": as_input(ss.gamma(3.0, loc=1.0, scale=0.5)),
+    "lognormal": fb.LogNormal(2.0, cv=0.3),
+    "heavy": as_input(ss.t(8.0, loc=5.0, scale=0.3)),
+    "samples": fb.Samples(DATA),
+}
+ALL = pytest.mark.parametrize("kind", KINDS)
+OWN = pytest.mark.parametrize("kind", [k for k in KINDS if k not in ("lognormal", "heavy")])
+
+
+def own_polynomials(one):
+    return DensityPolynomials(one)
+
+
+@pytest.mark.parametrize(("a", "b"), [(2.0, 5.0), (0.5, 0.5), (0.7, 30.0)])
+def test_polynomials_of_a_beta_variable_are_those_of_jacobi(a, b):
+    family = fb.Beta(a, b).family
+    for count in (3, 12, 40):
+        x, w = roots_jacobi(count, b - 1, a - 1)
+        mean, std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
+        found = family.gauss(count)
+        np.testing.assert_allclose(found[0], ((x + 1) / 2 - mean) / std, atol=1e-12)
+        np.testing.assert_allclose(found[1], w / w.sum(), atol=1e-12)
+
+
+def test_polynomials_of_exponential_and_gamma_variables_are_those_of_laguerre():
+    for one, shape in ((fb.Weibull(1.0, 1.0), 1.0), (as_input(ss.gamma(2.5)), 2.5)):
+        x, w = roots_genlaguerre(5, shape - 1)
+        found = one.family.gauss(5)
+        np.testing.assert_allclose(found[0], (x - shape) / np.sqrt(shape), rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(found[1], w / w.sum(), rtol=1e-6)
+
+
+def test_nested_points_of_normal_and_uniform_densities_are_the_published_ones():
+    x = own_polynomials(fb.Normal(3.0, 2.0)).sequence(9)
+    np.testing.assert_allclose(np.sort(x[1::2]), np.sort(GENZ_KEISTER), atol=1e-9)
+    np.testing.assert_allclose(x[2::2], -x[1::2], atol=1e-9)
+    x = own_polynomials(fb.Uniform(-1.0, 1.0)).sequence(15) / np.sqrt(3)
+    np.testing.assert_allclose(np.sort(x[1::2]), np.sort(PATTERSON), atol=1e-9)
+
+
+@OWN
+def test_polynomials_are_orthogonal_and_nested_points_stable(kind):
+    family = KINDS[kind].family
+    x, w = family.gauss(12)
+    P = family.values(10, x) / np.sqrt(family.norms(10))
+    np.testing.assert_allclose((P * w[:, None]).T @ P, np.eye(11), atol=1e-10)
+    assert np.abs(family.values(10, family.of_normal(np.linspace(-4.5, 4.5, 99)))).max() < 1.001
+    own = family.values(4, family.gauss(5)[0])
+    np.testing.assert_allclose(transform(family, 4) @ own, np.eye(5), atol=1e-12)
+    points = family.sequence(family.highest + 1)
+    low, high = (KINDS[kind].support - np.array(family.scale[0])) / family.scale[1]
+    assert points[0] == 0
+    assert low < points.min() < points.max() < high
+    assert np.diff(np.sort(points)).min() > 0.01
+    assert family.highest in range(6, 21, 2)
+    mean = np.linalg.inv(family.values(2, points[:3]))[0]  # the rule of three points
+    third = mean @ points[:3] ** 3 - w @ x**3
+    assert abs(third) < 1e-9
+
+
+@ALL
+def test_values_have_the_distribution(kind):
+    """Values, normal variables and ξ belong together; mean and std by quadrature are SciPy's."""
+    one = KINDS[kind]
+    z = np.linspace(-6, 5, 56)
+    x = one.at_normal(z)
+    assert np.all(np.diff(x) > 0)
+    np.testing.assert_allclose(one.to_normal(x), z, atol=1e-4 if kind == "scipy" else 1e-7)
+    xi = one.family.of_normal(z)
+    np.testing.assert_allclose(one.value(xi[:, None]), x, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(one.standard(x), xi, atol=1e-6)
+    points, w = one.quantiles.rule(2)
+    x = one.at_normal(points)
+    mean, std = (DATA.mean(), DATA.std(ddof=1)) if kind == "samples" else one.frozen.stats("mv")
+    std = std if kind == "samples" else np.sqrt(std)
+    assert w @ x == pytest.approx(mean, rel=1e-8)
+    assert np.sqrt(w @ (x - w @ x) ** 2) == pytest.approx(
+        std, rel=1e-5 if kind == "heavy" else 1e-8
+    )
+
+
+@given(
+    st.sampled_from(["beta", "weibull", "triangular", "truncated", "gumbel"]),
+    st.floats(0.05, 0.95),
+    st.floats(0.05, 0.95),
+    st.integers(1, 8),
+)
+@settings(max_examples=30, deadline=None)
+def test_gauss_points_integrate_polynomials_of_any_density(kind, u, v, count):
+    """E x^j with count points, j < 2 count, against SciPy's quantiles on a fine rule."""
+    one = {
+        "beta": lambda: fb.Beta(0.2 + 8 * u, 0.2 + 8 * v),
+        "weibull": lambda: fb.Weibull(1.0, 1 + 9 * u),
+        "triangular": lambda: fb.Triangular(0.0, u, 1.0),
+        "truncated": lambda: fb.TruncatedNormal(0.0, 1.0, -4 * u, 3 * v),
+        "gumbel": lambda: fb.Gumbel(u, v),
+    }[kind]()
+    family = one.family
+    x, w = family.gauss(count)
+    fine, weights = one.quantiles.rule(40)
+    fine = family.of_normal(fine)
+    for j in range(2 * count):
+        size = weights @ np.abs(fine) ** j
+        assert w @ x**j == pytest.approx(weights @ fine**j, abs=1e-10 * size)
+    assert len(set(family.sequence(family.highest + 1))) == family.highest + 1
+
+
+FUNCTIONS = [lambda x: 1 / (1 + (x / 6) ** 2), lambda x: np.tanh(x / 4), lambda x: x**2 - x]
+
+
+def exact(one, f):
+    """Return mean and standard deviation of a function, by adaptive quadrature over the density."""
+    if one.frozen is None:  # normal kernels
+        c, p, h = one.kernels
+        t = np.linspace(-8, 8, 801)
+        x, w = c[:, None] + h * t, p[:, None] * np.exp(-t * t / 2)
+        w /= w.sum()
+        mean = np.sum(w * f(x))
+        return mean, np.sqrt(np.sum(w * (f(x) - mean) ** 2))
+    low, high = one.frozen.ppf([1e-14, 1 - 1e-14])
+    pdf, kinks = one.frozen.pdf, [one.frozen.mean(), getattr(one, "mode", one.frozen.median())]
+    if one == KINDS["singular"]:  # no density at the ends
+        low, high, pdf, kinks = 0.0, 1.0, lambda u: 1.0, []
+        own, f = f, lambda u: own(one.frozen.ppf(u))
+    mean = quad(lambda x: f(x) * pdf(x), low, high, points=kinks, limit=200)[0]
+    var = quad(lambda x: (f(x) - mean) ** 2 * pdf(x), low, high, points=kinks, limit=200)[0]
+    return mean, np.sqrt(var)
+
+
+@ALL
+def test_moments_of_functions(kind):
+    """By tensor, adaptive and sampling methods; a quadratic function is exact for own densities."""
+    one = KINDS[kind]
+    mean, std = np.transpose([exact(one, f) for f in FUNCTIONS])
+
+    def response(x):
+        return np.stack([f(x) for f in FUNCTIONS], axis=1)[:, :, None]
+
+    heavy = kind in ("heavy", "lognormal", "gumbel")
+    limits = {
+        fb.ImprovedPCCI(8, 1): 2e-3 if heavy else 1e-5,
+        fb.AdaptivePCCI(1e-3): 1e-2 if heavy else 1e-3,
+        fb.LHSScanning(2000, 2, 1): 0.03,
+    }
+    for method, limit in limits.items():
+        low, high = fb.propagate(response, {"x": one}, method)["error_bar"].values[..., 0]
+        np.testing.assert_allclose(((low + high) / 2 - mean) / std, 0, atol=limit)
+        np.testing.assert_allclose((high - low) / 2 / std, 1, atol=limit)
+    if one.family is not HERMITE:
+        low, high = fb.propagate(response, {"x": one}, fb.PCCI(2, 1))["error_bar"].values[..., 0]
+        assert (low + high)[2] / 2 == pytest.approx(mean[2], rel=1e-6)
+        assert (high - low)[2] / 2 == pytest.approx(std[2], rel=1e-6)
+
+
+B, C = np.sqrt(6) / np.pi, np.sqrt(3)
+WAVES = {
+    "gumbel": (
+        fb.Gumbel(0.0, 1.0),
+        lambda t: np.exp(loggamma(1 - 1j * B * t) - 1j * t * B * np.euler_gamma),
+    ),
+    "laplace": (as_input(ss.laplace(scale=0.5**0.5)), lambda t: 1 / (1 + t * t / 2)),
+    "logistic": (as_input(ss.logistic(scale=C / np.pi)), lambda t: C * t / np.sinh(C * t)),
+    "beta": (fb.Beta(1.0, 1.0, -1.0, 1.0), lambda t: np.sinc(t / np.pi)),
+}
+
+
+@pytest.mark.parametrize("kind", WAVES)
+def test_rules_for_phases_against_characteristic_functions(kind):
+    one, wave = WAVES[kind]
+    family = one.family
+    mean, std = family.scale
+    for t in (0.3, 1.0, 5.0, 20.0):
+        reach = t * std * np.abs(family.of_normal(np.array([-4.5, 4.5]))).max()
+        xi, w = rule(family, 2, reach / 2)
+        assert w @ np.exp(1j * t * (mean + std * xi)) == pytest.approx(wave(t), abs=2e-4)
+        assert len(xi) < 40 + 2 * reach
+
+
+@pytest.mark.parametrize("one", [fb.Gumbel(0.0, 0.2), fb.Beta(2.0, 2.0, -1.0, 1.0)])
+def test_a_frequency_with_the_distribution(one):
+    """E cos((10 + x) t) over many periods, against quadrature."""
+    times = np.linspace(0.0, 10.0, 161)
+    bands = fb.propagate(lambda x: np.cos((10 + x[:, None]) * times), {"x": one}, fb.AdaptivePCCI())
+    z, w = one.quantiles.rule(60)
+    mean = w @ np.cos((10 + one.at_normal(z)[:, None]) * times)
+    square = w @ np.cos((10 + one.at_normal(z)[:, None]) * times) ** 2
+    np.testing.assert_allclose(bands["mean"][0], mean, atol=2e-3)
+    np.testing.assert_allclose(bands["error_bar"][1], mean + np.sqrt(square - mean**2), atol=2e-3)
+
+
+def test_the_logarithm_of_a_lognormal_number_represents_it_and_its_density_does_not():
+    """Ernst et al., 2012: E 1/x² − projection, with 12 orders of a number whose cv is 1.
+
+    In the logarithm the misfit is e^{−…}/12!; polynomials of the number leave 17 % and more.
+    """
+    one = fb.LogNormal(1.0, cv=1.0)
+    points, w = one.quantiles.rule(30)
+    x = one.at_normal(points)
+    f = 1 / (1 + x)
+    variance = w @ f**2 - (w @ f) ** 2
+    left = []
+    for family in (own_polynomials(one), HERMITE):
+        P = family.values(12, family.of_normal(points)) / np.sqrt(family.norms(12))
+        terms = (w * f) @ P
+        left.append(np.sqrt(1 - np.sum(terms[1:] ** 2) / variance))
+    assert left[0] > 50 * left[1]
+
+
+def test_scipy_distributions_are_inputs(tmp_path):
+    assert as_input(ss.norm(3.0, 0.2)) == fb.Normal(3.0, 0.2)
+    assert as_input(ss.uniform(1.0, 2.0)) == fb.Uniform(1.0, 3.0)
+    assert as_input(ss.lognorm(0.2, scale=3.0)).frozen.median() == pytest.approx(3.0)
+    inputs = {"g": ss.gamma(4.0, scale=0.5), "e": fb.Interval(0.0, 1.0), "s": KINDS["samples"]}
+    surrogate = fb.expand(lambda g, e, s: g * (1 + e) + s, inputs, fb.ImprovedPCCI(1, 1))
+    fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        mean = own.bands()["mean"] - DATA.mean()
+        np.testing.assert_allclose(mean, [2.0, 4.0], rtol=1e-8)
+        assert own.evaluate(g=1.5, e=0.0, s=4.0) == pytest.approx(5.5)
+
+
+def test_mean_and_spread_of_samples_are_those_of_the_data():
+    for data in (DATA, np.repeat([1.0, 2.0, 2.5, 7.0], 9), np.append(np.zeros(40), 1.0)):
+        family = fb.Samples(data).family
+        np.testing.assert_allclose(family.scale, [data.mean(), data.std(ddof=1)], rtol=1e-12)
+    with pytest.warns(fb.FlexbandWarning, match=r"their mean is uncertain by 35 % .* by 27 %"):
+        fb.Samples(DATA[:8])
+    assert fb.Samples(DATA) == fb.Samples(DATA[::-1].tolist())
+    third = np.mean((DATA - DATA.mean()) ** 3)
+    x, w = fb.Samples(DATA, bandwidth=1e-3).family.gauss(8)
+    assert w @ x**3 * DATA.std(ddof=1) ** 3 == pytest.approx(third, rel=0.03)
+
+
+def test_intervals_around_a_nominal_value():
+    assert fb.Interval.around(10, percent=5) == fb.Interval(9.5, 10.5)
+    assert fb.Interval.around(-10, percent=5) == fb.Interval(-10.5, -9.5)
+    assert fb.Interval.around(10, tolerance=0.2) == fb.Interval(9.8, 10.2)
+    assert fb.Interval.around(10, plus=0.1, minus=0) == fb.Interval(10.0, 10.1)
+
+
+def test_cv_and_std_say_the_same():
+    for kind in (fb.Normal, fb.LogNormal, fb.Gumbel, fb.TruncatedNormal):
+        assert kind(5.0, cv=0.2) == kind(5.0, 1.0)
+        assert repr(kind(5.0, cv=0.2)) == f"{kind.__name__}(mean=5.0, std=1.0)"
+    mean, std = fb.LogNormal(5.0, cv=0.2).frozen.stats("mv")
+    assert (mean, std) == pytest.approx((5.0, 1.0))
+    inputs = {"e": fb.LogNormal(fb.Interval(4.8, 5.2), cv=0.1)}
+    bands = fb.propagate(lambda e: e, inputs, fb.ImprovedPCCI(4, 2))
+    np.testing.assert_allclose(bands["error_bar"], [4.8 * 0.9, 5.2 * 1.1], rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: fb.Normal(1.0), "Normal must have either std or cv; got std=None, cv=None"),
+        (lambda: fb.Normal(1.0, 2.0, cv=0.1), "Normal must have either std or cv; got std=2.0"),
+        (lambda: fb.Normal(0.0, cv=0.1), "Normal cv must be given as std where the mean is 0"),
+        (lambda: fb.Normal(1.0, "a"), "Normal std must be finite numbers; got 'a'"),
+        (lambda: fb.LogNormal(-1.0, 1.0), "LogNormal mean must be positive; got -1"),
+        (lambda: fb.LogNormal(1.0, cv=-0.1), "LogNormal cv must be positive; got -0.1"),
+        (lambda: fb.LogNormal(1.0, 1e9), "LogNormal std must be 100 times the mean 1 or less"),
+        (lambda: fb.LogNormal.of_logarithm(0.0, 1e3), "must be smaller for the LogNormal to be"),
+        (lambda: fb.LogNormal(fb.Interval(-1.0, 1.0), 1.0), "LogNormal mean must be positive; got"),
+        (lambda: fb.Weibull(0.0, 2.0), "Weibull scale must be positive; got 0"),
+        (lambda: fb.Weibull(1.0, 0.1), "Weibull shape must be between 0.2 and 10000; got 0.1"),
+        (lambda: fb.Gumbel(1.0, 0.0), "Gumbel std must be positive; got 0"),
+        (lambda: fb.Beta(-2.0, 1.0), "Beta alpha must be positive; got -2"),
+        (lambda: fb.Beta(2.0, 1e-4), "Beta beta must be 0.02 or more; got 0.0001"),
+        (lambda: fb.Beta(2.0, 1.0, 3.0, 3.0), "Beta lower 3 must be below upper 3"),
+        (lambda: fb.Triangular(0.0, 2.0, 1.0), "Triangular mode must be between lower 0 and u"),
+        (lambda: fb.TruncatedNormal(0.0, 1.0, 3.0, 2.0), "TruncatedNormal lower 3 must be below"),
+        (lambda: fb.TruncatedNormal(0.0, 1.0, upper=-50.0), "limits are 50 standard deviations"),
+        (lambda: fb.TruncatedNormal(0.0, 1.0, np.inf), "TruncatedNormal lower must be finite"),
+        (lambda: fb.Samples([1.0, 2.0]), r"Samples values must be 5 numbers or more.*\(2,\)"),
+        (lambda: fb.Samples([3.0] * 9), "Samples values must differ; all 9 are 3"),
+        (lambda: fb.Samples([1, 2, 3, 4, np.nan]), "Samples values must be finite numbers"),
+        (lambda: fb.Samples(DATA, bandwidth=0.0), "Samples bandwidth must be positive; got 0"),
+        (lambda: fb.ScipyDistribution("os", ()), "scipy.stats has no continuous distribution 'os'"),
+        (lambda: fb.ScipyDistribution("gamma", ()), r"scipy.stats.gamma\(\) needs a"),
+        (lambda: fb.ScipyDistribution("norm", (("x", 1.0),)), "one of loc, scale, and a number"),
+        (lambda: as_input(ss.cauchy()), "must have a finite variance"),
+        (lambda: as_input(ss.gamma(-1.0)), "has parameters out of their range"),
+        (lambda: as_input(ss.poisson(3.0)), "poisson is discrete; a Choice has"),
+        (lambda: as_input(ss.norm), "norm must have parameters"),
+        (lambda: fb.Interval.around(10), "must have either percent, or tolerance, or plus"),
+        (lambda: fb.Interval.around(10, plus=0.1), "or plus and minus; got plus"),
+        (lambda: fb.Interval.around(0, percent=5), "percent must be given as tolerance around 0"),
+        (lambda: fb.Interval.around(1, plus=1, minus=-1), "minus must be zero or positive; got -1"),
+    ],
+)  # fmt: skip
+def test_impossible_distributions_are_refused(call, text):
+    with pytest.raises(fb.InputError, match=text):
+        call()
+
+
+def test_heavy_tails_are_remarked():
+    with pytest.warns(fb.FlexbandWarning, match=r"order 8 miss 3\.4 % of its variance"):
+        as_input(ss.pareto(2.5))
+
+
+@pytest.mark.parametrize("response", ["refuses", "is infinite", "raises"])
+def test_values_of_the_other_sign_are_explained(response):
+    def modulus(e):
+        if response == "refuses" and np.any(e <= 0):
+            raise fb.InputError("E must be positive")
+        if response == "raises" and np.any(e <= 0):
+            raise ZeroDivisionError("E")
+        return np.where(e > 0, e, np.inf)
+
+    text = r"e = -\S+ is a value of Normal\(mean=1.0, std=0.5\). A LogNormal or a TruncatedNormal"
+    error = ZeroDivisionError if response == "raises" else fb.InputError
+    with pytest.raises(error) as caught:
+        fb.propagate(modulus, {"e": fb.Normal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
+    told = [str(caught.value), *getattr(caught.value, "__notes__", [])]
+    assert any(re.search(text, line) for line in told)
+    bands = fb.propagate(modulus, {"e": fb.LogNormal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
+    np.testing.assert_allclose(bands["error_bar"], [0.5, 1.5], rtol=1e-5)

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs
 
 install: .venv/installed
 
@@ -45,6 +45,9 @@ paper: install
 
 gallery: install
 	$(BIN)/python examples/gallery.py
+
+inputs: install
+	$(BIN)/python benchmarks/inputs_pictures.py
 
 validate: install
 	$(BIN)/python validation/table.py

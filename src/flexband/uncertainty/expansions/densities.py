@@ -75,9 +75,18 @@ class DensityPolynomials:
     @cached_property
     def scale(self) -> tuple[float, float]:
         """Mean and standard deviation of x."""
-        x, w = self.density.rule(2)
+        x, w = self._rule
         mean = float(w @ x)
         return mean, float(np.sqrt(w @ (x - mean) ** 2))
+
+    @cached_property
+    def _rule(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.density.rule(BLOCK)
+
+    @cached_property
+    def _usual(self) -> np.ndarray:
+        """Values of ξ between which all but few are."""
+        return self.of_normal(np.linspace(-USUAL, USUAL, 8 * BLOCK + 1))
 
     def standardized(self, x: np.ndarray) -> np.ndarray:
         """Return ξ of x."""
@@ -116,18 +125,19 @@ class DensityPolynomials:
 
     @cached_property
     def _sequence(self) -> np.ndarray:
-        ends = self.of_normal(np.array([-USUAL, USUAL]))
-        usual = self.of_normal(np.linspace(-USUAL, USUAL, 8 * BLOCK + 1))
-        return nested(self._recurrence(BLOCK - 1), ends, usual, HIGHEST + 1)
+        usual = self._usual
+        return nested(self._recurrence(BLOCK - 1), usual[[0, -1]], usual, HIGHEST + 1)
 
     def _recurrence(self, order: int) -> Recurrence:
         """Return the recurrence up to this order or a higher one, a multiple of `BLOCK`."""
         count = BLOCK * (1 + order // BLOCK)
         if count not in self._known:
-            x, w = self.density.rule(count)
+            x, w = self._rule if count == BLOCK else self.density.rule(count)
             own = Recurrence(*stieltjes(self.standardized(x), w, count), np.zeros(0))
             before = self._recurrence(order - BLOCK).sizes if order >= BLOCK else np.zeros(0)
-            usual = self.of_normal(np.linspace(-USUAL, USUAL, 8 * count + 1))
+            usual = self._usual
+            if count > BLOCK:
+                usual = self.of_normal(np.linspace(-USUAL, USUAL, 8 * count + 1))
             sizes = np.abs(orthonormal(own, count - 1, usual)[:, len(before) :]).max(axis=0)
             self._known[count] = own._replace(sizes=np.append(before, sizes))
         return self._known[count]

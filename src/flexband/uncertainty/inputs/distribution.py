@@ -85,8 +85,13 @@ class Distribution(Input):
     @property
     def support(self) -> tuple[float, float]:
         """The lowest and the highest possible value; infinite if there is none."""
-        low, high = self.frozen.support()
+        low, high = self._frozen.support()
         return float(low), float(high)
+
+    @cached_property
+    def _frozen(self) -> Any:
+        """The frozen distribution: SciPy takes a millisecond to make one."""
+        return self.frozen
 
     @property
     def bounded(self) -> bool:
@@ -114,7 +119,7 @@ class Distribution(Input):
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        own = self.frozen
+        own = self._frozen
         with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
             warnings.simplefilter("ignore")
             low, high = own.ppf(ndtr(np.minimum(z, 0.0))), own.isf(ndtr(-np.maximum(z, 0.0)))
@@ -122,7 +127,7 @@ class Distribution(Input):
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         """Return z of values, (n,): the inverse of `at_normal`."""
-        below, above = self.frozen.cdf(value), self.frozen.sf(value)
+        below, above = self._frozen.cdf(value), self._frozen.sf(value)
         return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
     def _missed(self) -> float:

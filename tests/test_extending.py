@@ -72,6 +72,15 @@ def test_input(page, tmp_path):
     np.testing.assert_allclose(exact.value(exact.standard(np.array([0.1, 7.0]))), [0.1, 7.0])
 
 
+def test_distribution(page):
+    """A Rayleigh variable has the mean s √(π/2) and the standard deviation s √(2 − π/2)."""
+    inputs = {"a": page.Rayleigh(fb.Interval(1.0, 2.0))}
+    bands = fb.propagate(lambda a: a, inputs, fb.ImprovedPCCI(1, 1))
+    mean, std = np.sqrt(np.pi / 2), np.sqrt(2 - np.pi / 2)
+    np.testing.assert_allclose(bands["mean"], [mean, 2 * mean], rtol=1e-9)
+    np.testing.assert_allclose(bands["error_bar"], [mean - std, 2 * (mean + std)], rtol=1e-9)
+
+
 def test_methods(page):
     """μ = a and σ = 0.1 (1 + a²) over a ∈ [−1, 1]."""
     inputs = {"a": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 0.1)}
@@ -79,7 +88,7 @@ def test_methods(page):
     def response(a, x):
         return a + (1 + a**2) * x
 
-    for method, tolerance in ((page.LobattoPCCI(2, 2), 1e-9), (page.SobolScanning(256, 5), 0.01)):
+    for method, tolerance in ((page.LobattoPCCI(2, 2), 1e-9), (page.HaltonScanning(256, 5), 0.01)):
         bands = fb.propagate(response, inputs, method)
         np.testing.assert_allclose(bands["mean"], [-1.0, 1.0], atol=tolerance)
         np.testing.assert_allclose(bands["error_bar"], [-1.2, 1.2], atol=tolerance)

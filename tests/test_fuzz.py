@@ -64,6 +64,7 @@ OWN = {
     ("PrescribedPath", "x"): np.sin,
     ("PrescribedPath", "y"): np.cos,
     ("Beam", "height"): 0.1,
+    ("Choice", "other"): 2.0,
     ("Beam", "width"): 0.1,
     ("Weld", "axis"): False,
     ("RigidBody", "points"): {},
@@ -105,7 +106,12 @@ def callables():
                     yield f"{name}.{own}", member
 
 
-CALLABLES = dict(callables())
+def choice(option, other):
+    """Return a choice, whose parameters have no names."""
+    return fb.Choice(option, other)
+
+
+CALLABLES = dict(callables()) | {"Choice": choice}
 
 
 def parameters(name):

@@ -40,4 +40,7 @@ def is_number(value: object) -> bool:
     """Return whether an object is a plain finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return False
-    return bool(np.isfinite(value))
+    try:
+        return bool(np.isfinite(float(value)))
+    except OverflowError:  # of an int
+        return False

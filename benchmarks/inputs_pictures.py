@@ -15,6 +15,7 @@ from scipy import stats
 
 import flexband as fb
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
+from flexband.uncertainty.inputs.space import Space
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images" / "inputs"
 LOOK = {"font.size": 8.0, "legend.frameon": False, "svg.hashsalt": "flexband"}
@@ -51,6 +52,56 @@ def interval(axes: Axes) -> None:
     axes.set(xlabel="length [mm]", yticks=[], ylim=(-1, 1))
 
 
+def correlated(axes: Axes) -> None:
+    """Draw samples of two springs of one batch."""
+    spring = fb.LogNormal(40.0, cv=0.08)
+    space = Space({"springs": fb.Correlated({"front": spring, "rear": spring}, 0.8)})
+    xi = np.random.default_rng(0).standard_normal((400, 2))
+    values = space.values(xi, np.zeros((400, 0)))
+    axes.plot(values["front"], values["rear"], ".", color=COLOUR, ms=2)
+    axes.set(xlabel="front spring [kN/m]", ylabel="rear [kN/m]")
+
+
+def p_box(axes: Axes) -> None:
+    """Draw distribution functions of a normal whose mean is an interval."""
+    x = np.linspace(45.0, 55.0, 301)
+    low, middle, high = (fb.Normal(mean, 1.0).frozen.cdf(x) for mean in (48.0, 50.0, 52.0))
+    axes.fill_between(x, low, high, color=COLOUR, alpha=0.3, lw=0)
+    axes.plot(x, middle, color=MARKED, lw=0.8, ls=":")
+    axes.set(xlabel="Normal(Interval(48, 52), 1)", ylabel="probability", ylim=(0, 1))
+
+
+def choice(axes: Axes) -> None:
+    """Draw the bands of a response with either option, and those over both."""
+    t, rate = np.linspace(0.0, 1.0, 101), {"steel": 1.0, "aluminium": 2.5}
+
+    def response(material, load):
+        decay = np.array([rate[one] for one in material])
+        return load[:, None] * np.exp(-decay[:, None] * t)
+
+    inputs = {"material": fb.Choice(*rate), "load": fb.Interval(0.9, 1.1)}
+    bands = fb.propagate(response, inputs, fb.ImprovedPCCI(1, 2))
+    for option, color in zip(rate, (COLOUR, MARKED), strict=True):
+        own = bands["mean_by_choice"].sel(choice=option)
+        axes.fill_between(t, *own, color=color, alpha=0.4, label=option, lw=0)
+    axes.plot(t, bands["mean"].T, color="0.1", lw=0.9)
+    axes.legend()
+    axes.set(xlabel="time [s]", ylabel="bands")
+
+
+def realizations(one: fb.RandomField | fb.IntervalField, label: str) -> Callable[[Axes], None]:
+    """Return a function that draws some realizations of a field."""
+
+    def draw(axes: Axes) -> None:
+        x = np.linspace(0.0, 0.4, 161)
+        if isinstance(one, fb.IntervalField):
+            axes.fill_between(x, *one.limits(x), color=COLOUR, alpha=0.2, lw=0)
+        axes.plot(x, one.realizations(x, 6, 0).T, color=COLOUR, lw=0.8)
+        axes.set(xlabel="position [m]", ylabel=label)
+
+    return draw
+
+
 KINDS: dict[str, Callable[[Axes], None]] = {
     "interval": interval,
     "normal": density(fb.Normal(210.0, cv=0.05), "E [GPa]"),
@@ -63,6 +114,18 @@ KINDS: dict[str, Callable[[Axes], None]] = {
     "gumbel": density(fb.Gumbel(25.0, cv=0.15), "wind of a year [m/s]"),
     "scipy": density(as_input(stats.skewnorm(5.0, loc=2.0, scale=0.4)), "mass [kg]"),
     "samples": density(fb.Samples(MEASURED), "c [N·s/m]"),
+    "correlated": correlated,
+    "p_box": p_box,
+    "choice": choice,
+    "random_field": realizations(fb.RandomField(69.0, 3.5, 0.1, (0.0, 0.4)), "E [GPa]"),
+    "rough_field": realizations(
+        fb.RandomField(69.0, 3.5, 0.1, (0.0, 0.4), tolerance=0.1, correlation=fb.exponential),
+        "E [GPa]",
+    ),
+    "lognormal_field": realizations(
+        fb.RandomField(1.0, 0.4, 0.1, (0.0, 0.4), distribution="lognormal"), "damage"
+    ),
+    "interval_field": realizations(fb.IntervalField(0.9, 1.1, 0.1, (0.0, 0.4)), "height [mm]"),
 }
 """What draws each kind, by the name of its picture."""
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import scipy.stats
 
 import flexband as fb
 
@@ -13,7 +14,7 @@ PAGE = (DOCS / "inputs.md").read_text(encoding="utf-8")
 
 def test_the_code_runs():
     for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
-        exec(code, {"fb": fb, "np": np})
+        exec(code, {"fb": fb, "np": np, "scipy": scipy})
 
 
 def test_every_kind_of_the_table_is_public():

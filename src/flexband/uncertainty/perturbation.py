@@ -36,8 +36,8 @@ class PerturbationChebyshev:
 
     with central differences. u(E ξ) and ∂u/∂ξ_i are expanded in Chebyshev polynomials of the
     interval variables. What is linearized is the response as a function of the standard variables
-    ξ. It is exact where the response is linear in them; the curvature of the response moves the
-    mean, which this method does not see.
+    ξ. It is exact where the response is linear in them. Curvature moves the mean, which this method
+    does not see; that of a skewed input itself, such as `LogNormal`, counts too.
 
     Parameters
     ----------

@@ -187,3 +187,15 @@ def test_compare_refuses_a_reference_and_leaves_out_methods_with_too_many_runs()
     assert [one.runs for one in results] == [16 * 2**7, 20, 5 * 2**7]
     for one in results[1:]:
         assert float(one.errors["mean"]) < 0.05
+
+
+def test_choices_are_compared_too():
+    inputs = {"x": fb.Interval(0, 1), "a": fb.Normal(0, 1), "c": fb.Choice(1.0, 3.0)}
+    study = fb.Study(lambda x, a, c: c * (x + a), inputs, fb.AdaptivePCCI())
+    reference = fb.LHSScanning(1000, 2)
+    methods = usual_methods(study, reference, [(1, 1)])
+    _, *found = compare(study, reference, methods)
+    assert len(found) == len(methods)
+    for one in found:
+        np.testing.assert_allclose(one.bands["error_bar"], [-3.0, 6.0], atol=0.3)
+    assert found[0].runs == 2 * 4

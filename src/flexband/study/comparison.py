@@ -12,7 +12,7 @@ import xarray as xr
 from flexband.errors import InputError, warn
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.choices import cases, first_case
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.least_squares import RegressionPCCI
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI, Method
@@ -85,9 +85,9 @@ def compare(
         If the reference would take too many runs.
     """
     study = study.located()
-    space = Space(study.inputs)
-    check_runs(reference, space)
-    methods = [method for method in methods if _affordable(method, space)]
+    space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
+    check_runs(reference, space, count=count)
+    methods = [method for method in methods if _affordable(method, space, count)]
     warm_up(study, (reference, *methods))
     results: list[Comparison] = []
     for method in (reference, *methods):
@@ -117,7 +117,7 @@ def usual_methods(
     found += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI()]
     found += [RegressionPCCI(p) for p in dict.fromkeys(max(own) for own in orders)]
     found += [PerturbationChebyshev(q) for q in dict.fromkeys(q for _, q in orders)]
-    if Space(study.located().inputs).random_dimension:
+    if Space(first_case(study.located().inputs)).random_dimension:
         fewer = max(2, reference.samples // 4)
         kinds = (LHSScanning, SobolScanning, MonteCarlo)
         found += [
@@ -128,10 +128,10 @@ def usual_methods(
     return found
 
 
-def _affordable(method: Method, space: Space) -> bool:
-    """Return whether a method can be run; warn if it cannot."""
+def _affordable(method: Method, space: Space, count: int) -> bool:
+    """Return whether a method can be run for so many combinations of options; warn if not."""
     try:
-        check_runs(method, space)
+        check_runs(method, space, count=count)
     except InputError as error:
         warn(f"left out: {error}")
         return False

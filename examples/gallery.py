@@ -1,8 +1,8 @@
 """Draw every example and write docs/gallery.md (`make gallery`).
 
-An example is a script with a function `picture(drawing, plot)`, which draws the mechanism on the
-first axes and results on the second. The first line of its docstring is the title of its section,
-and the paragraph below is the text. Given names of examples, it draws these only.
+An example has a function `picture(drawing, plot)`, which draws the mechanism on the first axes and
+results on the second. The first line of its docstring is the title of its section, the paragraph
+below is the text. Given names of examples, it draws these only.
 """
 
 import runpy

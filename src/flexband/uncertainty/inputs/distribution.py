@@ -111,6 +111,8 @@ class Distribution(Input):
 
     def at(self, parameters: Mapping[str, Any]) -> Self:
         """Return the distributions at values of parameters, numbers or of shape (n,)."""
+        if not parameters:
+            return self
         own = object.__new__(type(self))
         for one in fields(self):  # pyright: ignore[reportArgumentType]
             value = parameters.get(one.name, getattr(self, one.name))

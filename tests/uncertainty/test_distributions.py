@@ -112,7 +112,7 @@ def test_values_have_the_distribution(kind):
     st.floats(0.05, 0.95),
     st.integers(1, 8),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_gauss_points_integrate_polynomials_of_any_density(kind, u, v, count):
     """E x^j with count points, j < 2 count, against SciPy's quantiles on a fine rule."""
     one = {

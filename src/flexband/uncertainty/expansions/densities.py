@@ -77,7 +77,8 @@ class DensityPolynomials:
         """Mean and standard deviation of x."""
         x, w = self._rule
         mean = float(w @ x)
-        return mean, float(np.sqrt(w @ (x - mean) ** 2))
+        size = float(np.abs(x - mean).max())  # squares of tiny and huge numbers are none
+        return mean, size * float(np.sqrt(w @ ((x - mean) / size) ** 2))
 
     @cached_property
     def _rule(self) -> tuple[np.ndarray, np.ndarray]:

@@ -65,6 +65,15 @@ OWN = {
     ("PrescribedPath", "y"): np.cos,
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
+    **{
+        (name, parameter): value
+        for name in ("eole", "karhunen_loeve", "orthogonal_series")
+        for parameter, value in (
+            ("correlation", fb.exponential),
+            ("domain", (0.0, 1.0)),
+            ("nodes", 5),
+        )
+    },
     ("Beam", "width"): 0.1,
     ("Weld", "axis"): False,
     ("RigidBody", "points"): {},

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln, kve
 
-from flexband.errors import InputError, finite, numbers, returned
+from flexband.errors import InputError, finite, function, numbers, positive, returned, whole
 
 Correlation = Callable[[np.ndarray], np.ndarray]
 
 LARGEST_NU = 100.0
 """Of `Matern`: above it, the function is the limit up to 0.005."""
+
+MAX_NODES = 4000
+"""Of a field: the correlations of more do not fit into the memory of a small computer."""
 
 ROUNDING = 1e-8
 """Of eigenvalues of a matrix of correlations, relative to the largest."""
@@ -78,6 +81,18 @@ def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
     if values.shape != distance.shape:
         raise InputError(f"{name} must return shape {distance.shape}; got {values.shape}")
     return values
+
+
+def equidistant(
+    correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
+) -> np.ndarray:
+    """Return equidistant nodes on the domain; raise `InputError` for what no field can have."""
+    function("RandomField correlation", correlation)
+    positive("RandomField correlation_length", numbers("RandomField correlation_length", length))
+    start, end = numbers("RandomField domain", domain, 2)
+    if start >= end:
+        raise InputError(f"RandomField domain must run upwards; got {domain}")
+    return np.linspace(start, end, whole("RandomField nodes", nodes, 2, MAX_NODES))
 
 
 def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from flexband.uncertainty.inputs.fields.correlation import (
     Correlation,
     correlation_matrix,
     correlations,
+    equidistant,
 )
 from flexband.uncertainty.inputs.fields.series import Series, decomposed
 
@@ -28,9 +29,9 @@ def eole(correlation: Correlation, length: float, domain: tuple[float, float], n
     Raises
     ------
     InputError
-        If the correlations at the nodes are impossible.
+        If an argument or the correlations at the nodes are impossible.
     """
-    x = np.linspace(*domain, nodes)
+    x = equidistant(correlation, length, domain, nodes)
     matrix = correlation_matrix(correlation, length, x)
     values, vectors = decomposed(matrix, of_correlations=True)
     return Eole(correlation, length, domain, values, vectors, x)

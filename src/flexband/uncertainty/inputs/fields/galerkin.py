@@ -22,6 +22,7 @@ from flexband.uncertainty.inputs.fields.correlation import (
     check_eigenvalues,
     correlation_matrix,
     correlations,
+    equidistant,
 )
 from flexband.uncertainty.inputs.fields.series import Series, decomposed
 
@@ -51,9 +52,9 @@ def karhunen_loeve(
     Raises
     ------
     InputError
-        If the correlations are impossible.
+        If an argument or the correlations are impossible.
     """
-    return galerkin(correlation, length, domain, nodes, elements=-(-nodes // POLYNOMIALS))
+    return galerkin(correlation, length, domain, nodes, POLYNOMIALS)
 
 
 def orthogonal_series(
@@ -65,27 +66,32 @@ def orthogonal_series(
     independent. Parameters and errors are those of `karhunen_loeve`; `nodes` is the number of
     polynomials.
     """
-    return galerkin(correlation, length, domain, nodes, elements=1)
+    return galerkin(correlation, length, domain, nodes, nodes)
 
 
 def galerkin(
-    correlation: Correlation, length: float, domain: tuple[float, float], nodes: int, elements: int
+    correlation: Correlation,
+    length: float,
+    domain: tuple[float, float],
+    nodes: int,
+    polynomials: int,
 ) -> Legendre:
-    """Return the expansion in polynomials on equal elements, at least `nodes` in all."""
-    start, end = domain
-    width, count = (end - start) / length / elements, -(-nodes // elements)
-    at_nodes = correlation_matrix(correlation, length, np.linspace(start, end, nodes))
+    """Return the expansion in so many polynomials on each element, at least `nodes` in all."""
+    x = equidistant(correlation, length, domain, nodes)
+    elements = -(-nodes // polynomials)
+    width, count = (x[-1] - x[0]) / length / elements, -(-nodes // elements)
+    at_nodes = correlation_matrix(correlation, length, x)
     check_eigenvalues(np.linalg.eigvalsh(at_nodes))
-    polynomials = Polynomials(elements, count, width)
-    first, total = polynomials.starts, elements * width
+    basis = Polynomials(elements, count, width)
+    first, total = basis.starts, elements * width
     inside = [np.clip(kink, first, first + width) for kink in sorted((1.0, total - 1.0))]
     s, weights = _gauss(np.stack([first, *inside, first + width], axis=-1), POINTS + count)
-    loads = polynomials.loads(correlation, s.ravel()).reshape(*s.shape, -1)
-    at_places = polynomials.at((s - first[:, None]) / width)
+    loads = basis.loads(correlation, s.ravel()).reshape(*s.shape, -1)
+    at_places = basis.at((s - first[:, None]) / width)
     matrix = np.einsum("egj,egk->ejk", weights[..., None] * at_places, loads)
     matrix = matrix.reshape(elements * count, -1)
     values, vectors = decomposed((matrix + matrix.T) / 2, of_correlations=False)
-    return Legendre(correlation, length, domain, values * length, vectors, polynomials)
+    return Legendre(correlation, length, domain, values * length, vectors, basis)
 
 
 class Polynomials(NamedTuple):

@@ -22,6 +22,7 @@ from flexband.errors import (
     whole,
 )
 from flexband.uncertainty.inputs.fields.correlation import (
+    MAX_NODES,
     Correlation,
     Matern,
     exponential,
@@ -34,9 +35,6 @@ from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profi
 from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
 from flexband.uncertainty.inputs.fields.series import Discretization, Series
 from flexband.uncertainty.inputs.inputs import Interval
-
-MAX_NODES = 4000
-"""Of a field: the correlations of more do not fit into the memory of a small computer."""
 
 FEW_TERMS = 0.7
 """Share of the tolerance that is met with all nodes, so that a part of the terms meets it."""

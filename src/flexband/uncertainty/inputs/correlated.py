@@ -72,8 +72,8 @@ class Correlated:
     inputs : name -> distribution. The response takes each by its name.
     correlation : of all pairs, a number; of some pairs, ``{("a", "b"): 0.8}``, where others are
         independent; or a matrix in the order of the inputs.
-    of : what the correlation is measured on: "values" (Pearson's), "ranks" (Spearman's) or
-        "scores", the normal variables of the copula.
+    of : what the correlation is measured on: "values" (Pearson's; at the midpoints of parameters
+        that are intervals), "ranks" (Spearman's) or "scores", the normal variables of the copula.
 
     Raises
     ------

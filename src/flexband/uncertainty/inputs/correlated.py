@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -21,7 +22,6 @@ from numpy.polynomial import polynomial
 from scipy.optimize import brentq
 
 from flexband.errors import InputError, finite, instance, known, shown
-from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
@@ -98,14 +98,14 @@ class Correlated:
         known("Correlated of", self.of, ("values", "ranks", "scores"))
         object.__setattr__(self, "inputs", named)
         object.__setattr__(self, "correlation", _matrix(list(named), self.correlation))
-        _ = self.factor
+        _ = self.factor  # refuses impossible correlations
 
     @property
     def members(self) -> dict[str, Input]:
         """The inputs as functions of scores, in the order of their names."""
         return {name: Score(one) for name, one in sorted(self.inputs.items())}
 
-    @property
+    @cached_property
     def factor(self) -> np.ndarray:
         """L, which makes scores of independent variables, in the order of the names."""
         names = list(self.inputs)
@@ -126,8 +126,9 @@ class Correlated:
             return sought
         if self.of == "ranks":
             return 2 * np.sin(np.pi * sought / 6)
-        coefficients = [_coefficients(one.midpoint()) for _, one in (first, second)]
-        a, b = (own / np.linalg.norm(own) for own in coefficients)
+        members = (one.midpoint() for _, one in (first, second))
+        varying = (one.hermite_coefficients(TERMS, 2 * TERMS)[1:] for one in members)
+        a, b = (own / np.linalg.norm(own) for own in varying)
         series = np.concatenate([[-sought], a * b])
         low, high = polynomial.polyval([-NEARLY_ONE, NEARLY_ONE], series)
         if low > 0 or high < 0:
@@ -136,13 +137,6 @@ class Correlated:
                 f"and {high + sought:.3g} for these distributions; got {sought:g}"
             )
         return float(brentq(lambda r: polynomial.polyval(r, series), -NEARLY_ONE, NEARLY_ONE))  # pyright: ignore[reportArgumentType]
-
-
-def _coefficients(one: Distribution) -> np.ndarray:
-    """Return the coefficients of orthonormal Hermite polynomials of orders 1 … TERMS."""
-    nodes, weights = HERMITE.gauss(2 * TERMS)
-    scaled = HERMITE.values(TERMS, nodes) / np.sqrt(HERMITE.norms(TERMS))
-    return (scaled.T * weights @ one.at_normal(nodes))[1:]
 
 
 def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:

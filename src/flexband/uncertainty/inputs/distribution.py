@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import product
 from typing import Any, Self
@@ -132,12 +132,19 @@ class Distribution(Input):
         below, above = self._frozen.cdf(value), self._frozen.sf(value)
         return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
+    def hermite_coefficients(self, order: int, points: int) -> np.ndarray:
+        """Return the coefficients of the number in orthonormal Hermite polynomials, (order + 1,).
+
+        The polynomials are those of the normal variable of `at_normal`, and `points` the number of
+        Gauss points.
+        """
+        nodes, weights = HERMITE.gauss(points)
+        polynomials = HERMITE.values(order, nodes) / np.sqrt(HERMITE.norms(order))
+        return (weights * self.at_normal(nodes)) @ polynomials
+
     def _missed(self) -> float:
         """Return the part of the variance that Hermite polynomials of the highest order miss."""
-        nodes, weights = HERMITE.gauss(RULE)
-        orders = HERMITE.highest
-        polynomials = HERMITE.values(orders, nodes) / np.sqrt(HERMITE.norms(orders))
-        terms = (weights * self.at_normal(nodes)) @ polynomials
+        terms = self.hermite_coefficients(HERMITE.highest, RULE)
         return float(1 - np.sum(terms[1:] ** 2) / self.frozen.var())
 
     @property
@@ -195,8 +202,14 @@ class Distribution(Input):
         return Quantiles.of(self.at_normal, REACH, self.kinks)
 
 
+@dataclass(frozen=True, repr=False)
 class Spread(Distribution):
     """A distribution that is given by its mean and its standard deviation or variation.
+
+    Parameters
+    ----------
+    mean, std : mean and standard deviation.
+    cv : coefficient of variation, the standard deviation over |mean|, instead of `std`.
 
     Raises
     ------
@@ -204,14 +217,14 @@ class Spread(Distribution):
         If the standard deviation is not positive, or not exactly one of `std` and `cv` is given.
     """
 
-    mean: Any
-    std: Any
-    cv: Any
+    mean: float
+    std: float | None = None
+    cv: float | None = field(default=None, kw_only=True)
 
     @property
     def spread(self) -> Any:
         """The standard deviation."""
-        return self.cv * np.abs(self.mean) if self.std is None else self.std
+        return self.cv * np.abs(self.mean) if self.std is None else self.std  # pyright: ignore[reportOptionalOperand]
 
     def check(self) -> None:
         """Raise `InputError` if the spread is impossible; give `std` the number that `cv` tells."""

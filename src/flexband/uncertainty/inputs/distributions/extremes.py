@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -68,10 +68,6 @@ class Gumbel(Spread):
     InputError
         If a number is not finite, the spread is not positive, or both or none are given.
     """
-
-    mean: float
-    std: float | None = None
-    cv: float | None = field(default=None, kw_only=True)
 
     @property
     def frozen(self) -> Any:

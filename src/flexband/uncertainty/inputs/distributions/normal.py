@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,10 +33,6 @@ class Normal(Spread):
     InputError
         If a number is not finite, the spread is not positive, or both or none are given.
     """
-
-    mean: float
-    std: float | None = None
-    cv: float | None = field(default=None, kw_only=True)
 
     @property
     def frozen(self) -> Any:
@@ -76,10 +72,6 @@ class LogNormal(Spread):
     InputError
         If a number is not positive, or both or none of `std` and `cv` are given.
     """
-
-    mean: float
-    std: float | None = None
-    cv: float | None = field(default=None, kw_only=True)
 
     @classmethod
     def of_logarithm(cls, mean: float, std: float) -> LogNormal:
@@ -149,11 +141,8 @@ class TruncatedNormal(Spread):
         If the spread is not positive, or the limits leave nothing of the normal distribution.
     """
 
-    mean: float
-    std: float | None = None
     lower: float | None = None
     upper: float | None = None
-    cv: float | None = field(default=None, kw_only=True)
 
     @property
     def frozen(self) -> Any:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.stats as ss
 
 import flexband as fb
 
@@ -50,6 +51,18 @@ def test_the_ranks_of_two_uniforms_have_the_correlation_of_their_values():
     assert bands["mean"].values[0] == pytest.approx(0.5 + 0.7 * 8 / 12, abs=0.01)
 
 
+def test_scipy_distributions_are_correlated(tmp_path):
+    """A linear response has the variance of its parts and of their covariance."""
+    two = {"a": ss.gamma(4.0, scale=0.5), "b": ss.norm(3.0, 0.5)}
+    inputs = {"both": fb.Correlated(two, 0.5)}
+    surrogate = fb.expand(lambda a, b: 2 * a - b, inputs, fb.ImprovedPCCI(12, 1))
+    fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    for one in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        np.testing.assert_allclose(one.bands()["mean"], 2 * [1.0], rtol=1e-8)
+        variance = 4 * 1.0 + 0.25 - 2 * 2 * 0.5 * 1.0 * 0.5
+        np.testing.assert_allclose(std(one.bands()), 2 * [variance**0.5], rtol=1e-6)
+
+
 def test_a_surrogate_takes_values_and_is_saved(tmp_path):
     inputs = {"both": fb.Correlated(TWO, 0.5), "e": fb.Interval(1.0, 2.0), "k": 3.0}
     surrogate = fb.expand(lambda a, b, e, k: k * a + b * e, inputs, fb.ImprovedPCCI(1, 1))
@@ -74,6 +87,12 @@ def test_a_surrogate_takes_values_and_is_saved(tmp_path):
         (lambda: fb.Correlated(TWO, {("a", "x"): 0.5}), "must be 'a' or 'b'; got 'x'"),
         (lambda: fb.Correlated({"a": TWO["a"]}, 0.5), "two or more"),
         (lambda: fb.Correlated({**TWO, "e": fb.Interval(0, 1)}, 0.5), "input 'e' must be a random"),
+        (lambda: fb.Correlated({**TWO, "n": 3.0}, 0.5), "input 'n' must be a random number"),
+        (lambda: fb.Correlated({**TWO, "p": ss.poisson(3)}, 0.5), "input 'p': poisson is discrete"),
+        (
+            lambda: fb.Correlated({**TWO, "f": fb.RandomField(1.0, 0.1, 1.0)}, 0.5),
+            r"input 'f' must be a random number; got RandomField. Let the response combine",
+        ),
         (lambda: fb.Correlated(TWO, 0.5, of="tau"), "must be 'values', 'ranks' or 'scores'"),
         (
             lambda: fb.Correlated({**TWO, "c": TWO["a"]}, -0.6),

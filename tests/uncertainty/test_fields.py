@@ -1,11 +1,13 @@
 """EOLE against published errors and Karhunen–Loève eigenvalues."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.report.tables import remarks
 
 
 def test_the_papers_field():
@@ -315,9 +317,12 @@ def test_methods_for_many_terms_are_named():
     def response(road):
         return road(np.linspace(0, 10, 3))
 
-    text = r"road has \d+; LHSScanning and MonteCarlo take any number"
-    with pytest.raises(fb.InputError, match=text):
-        fb.propagate(response, inputs, fb.PCCI(1, 0))
+    text = r"road has \d+; LHSScanning, SobolScanning and MonteCarlo take any number"
+    for method in (fb.PCCI(1, 0), fb.RegressionPCCI(3), fb.AdaptivePCCI(max_runs=40)):
+        with pytest.raises(fb.InputError, match=text):
+            fb.propagate(response, inputs, method)
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=41))
+    assert any(re.search(f"NOT met.*{text}", line) for line in remarks(bands))
     bands = fb.propagate(response, inputs, fb.LHSScanning(200, 2))
     np.testing.assert_allclose(bands["error_bar"], [[-1] * 3, [1] * 3], atol=0.2)
 

@@ -141,7 +141,7 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
     if exceeded and error > share:
         lines.append(
             f"{unmet} NOT met: allow more runs (--max-runs) or leave out the outputs that converge "
-            "too slowly"
+            f"too slowly{own.get('advice', '')}"
         )
         lines.append(f"Most is missed {own['largest_miss']}")
     if own["refined"] and finer > (share if chosen else max(tolerance, error)):

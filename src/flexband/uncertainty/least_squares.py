@@ -83,7 +83,10 @@ class RegressionPCCI:
     def index(self, space: Space) -> np.ndarray:
         """Return the orders of the terms in every variable, η first, shape (terms, m + n)."""
         dimension = space.interval_dimension + space.random_dimension
-        return bounded_terms(dimension, self.order, self.q_norm, MAX_TERMS)
+        try:
+            return bounded_terms(dimension, self.order, self.q_norm, MAX_TERMS)
+        except InputError as error:
+            raise InputError(f"{error}{space.advice_on_fields}") from None
 
     def runs(self, space: Space) -> int:
         """Return the number of terms times `oversampling`, rounded up."""

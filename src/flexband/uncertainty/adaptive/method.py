@@ -8,6 +8,7 @@ import xarray as xr
 
 from flexband.errors import InputError, flag, numbers, positive, warn, whole
 from flexband.uncertainty.adaptive.adaptation import FEWEST_HELD, Adaptation, fewest_fitted
+from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import surrogate_of
 from flexband.uncertainty.inputs.space import Space
@@ -48,8 +49,8 @@ class AdaptivePCCI:
     ------
     InputError
         Where the tolerance is not positive or the budget no whole number; in `propagate`, where the
-        budget is below 18 runs and below one a variable and three more, or times are not
-        equidistant.
+        budget is below 18 runs and below one a variable and three more, or, where inputs are random
+        fields, below one a variable; or if times are not equidistant.
     """
 
     tolerance: float = 0.01
@@ -80,13 +81,18 @@ class AdaptivePCCI:
         Raises
         ------
         InputError
-            Where the budget is too small for the space.
+            Where the budget is too small for the space, or for the terms of random fields.
         """
         variables = space.interval_dimension + space.random_dimension
         least = fewest_fitted(variables) + FEWEST_HELD
         if self.max_runs < least:
             raise InputError(
                 f"max_runs must be {least} or more for {variables} variables; got {self.max_runs}"
+            )
+        if space.advice_on_fields and self.max_runs <= variables:
+            raise InputError(
+                f"max_runs must be above the number of variables, {variables}, whose terms of "
+                f"order 1 alone take as many runs; got {self.max_runs}{space.advice_on_fields}"
             )
         return self.max_runs
 
@@ -115,6 +121,8 @@ class AdaptivePCCI:
             return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
 
         course, told = solved(begin, evaluate, self.tolerance)
+        if isinstance(course.design, SampledDesign) and space.advice_on_fields:
+            told["advice"] = space.advice_on_fields
         return surrogate_of(course).telling(tolerance=self.tolerance, **told)
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:

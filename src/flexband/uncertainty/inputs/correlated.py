@@ -23,6 +23,8 @@ from scipy.optimize import brentq
 
 from flexband.errors import InputError, finite, instance, known, shown
 from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
+from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
 TERMS = 40
@@ -69,7 +71,8 @@ class Correlated:
 
     Parameters
     ----------
-    inputs : name -> distribution. The response takes each by its name.
+    inputs : name -> distribution, also a frozen one of `scipy.stats`. The response takes each by
+        its name.
     correlation : of all pairs, a number; of some pairs, ``{("a", "b"): 0.8}``, where others are
         independent; or a matrix in the order of the inputs.
     of : what the correlation is measured on: "values" (Pearson's; at the midpoints of parameters
@@ -82,19 +85,17 @@ class Correlated:
         these correlations.
     """
 
-    inputs: Mapping[str, Distribution]
+    inputs: Mapping[str, Any]
     correlation: Any
     of: str = "values"
 
     def __post_init__(self) -> None:
-        named = dict(self.inputs) if isinstance(self.inputs, Mapping | tuple) else {}
+        given = dict(self.inputs) if isinstance(self.inputs, Mapping | tuple) else {}
+        named = {name: _member(name, one) for name, one in given.items()}
         if len(named) < 2:
             raise InputError(
                 f"Correlated inputs must be a dict of two or more; got {shown(self.inputs)}"
             )
-        for name, one in named.items():
-            allowed = "a random input with a distribution: an interval or a field has none"
-            instance(f"Correlated input {name!r}", one, Distribution, allowed)
         known("Correlated of", self.of, ("values", "ranks", "scores"))
         object.__setattr__(self, "inputs", named)
         object.__setattr__(self, "correlation", _matrix(list(named), self.correlation))
@@ -137,6 +138,23 @@ class Correlated:
                 f"and {high + sought:.3g} for these distributions; got {sought:g}"
             )
         return float(brentq(lambda r: polynomial.polyval(r, series), -NEARLY_ONE, NEARLY_ONE))  # pyright: ignore[reportArgumentType]
+
+
+def _member(name: Any, one: Any) -> Any:
+    """Return an input that can be correlated; raise `InputError` if it has no distribution."""
+    own = f"Correlated input {name!r}"
+    try:
+        one = as_input(one)
+    except InputError as error:
+        raise InputError(f"{own}: {error}") from None
+    if isinstance(one, Field) and one.random:
+        raise InputError(
+            f"{own} must be a random number; got {one.kind}. Let the response combine independent "
+            "fields f and g: r f + √(1 − r²) g has the correlation r with f"
+        )
+    allowed = "a random number with a distribution: nothing is known of how intervals go together"
+    instance(own, one, Distribution, allowed)
+    return one
 
 
 def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:

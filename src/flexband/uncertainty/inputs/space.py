@@ -82,8 +82,8 @@ class Space:
             return ""
         terms = " and ".join(f"{name} has {one.dimension}" for name, one in fields)
         return (
-            f". Of the random variables, {terms}; LHSScanning and MonteCarlo take any number of "
-            "them"
+            f". Of the random variables, {terms}; LHSScanning, SobolScanning and MonteCarlo take "
+            "any number of them"
         )
 
     @cached_property

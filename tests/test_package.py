@@ -35,6 +35,7 @@ ROOMS = [
     "mechanics.response",
     "mechanics.configuration",
     "mechanics.description",
+    "models",
     "uncertainty.expansions",
     "uncertainty.inputs",
     "uncertainty.phases",

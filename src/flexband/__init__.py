@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.sensors.sections import SectionForces, Strain, Stress
     from flexband.mechanics.simulate import simulate
+    from flexband.models.samplewise import samplewise
     from flexband.report.drawing.draw import draw
     from flexband.report.notebook import load_ipython_extension
     from flexband.study.study import Study

@@ -1,0 +1,1 @@
+"""Other people's models as responses: functions of one sample, programs, FMUs, UM-Bridge."""

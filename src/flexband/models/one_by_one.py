@@ -1,0 +1,154 @@
+"""Responses that compute one sample after another."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, shown
+
+
+class OneByOne(ABC):
+    """A response that is made of the results of single samples.
+
+    A subclass is a frozen dataclass that holds nothing but what describes the model, so that it can
+    be sent to other processes.
+
+    Attributes
+    ----------
+    one_by_one : flexband calls the response with one sample at a time: results are recorded, and
+        distributed to processes, sample by sample.
+    """
+
+    one_by_one: ClassVar[bool] = True
+
+    @abstractmethod
+    def sample(self, **values: Any) -> Any:
+        """Return the result of one sample: a number, an array or a `xarray.DataArray`.
+
+        Parameters
+        ----------
+        values : every input by name: a number or text, or a function of position that returns one
+            value per position.
+        """
+
+    def __call__(self, **values: Any) -> np.ndarray | xr.DataArray:
+        """Return the results of all samples, shape (n, ...), dims (sample, ...).
+
+        Parameters
+        ----------
+        values : every input by name: an array of shape (n,), or a function of position that returns
+            shape (n, points).
+
+        Raises
+        ------
+        InputError
+            If a sample returns no real numbers, or not the shape and the labels of the first one;
+            if the values are not equally many.
+        """
+        rows = _Rows(values)
+        results: list[np.ndarray | xr.DataArray] = []
+        while len(results) < rows.count:
+            k = len(results)
+            own = rows.row(k)
+            try:
+                result = result_of_one(self.sample(**own))
+                results.append(_like_first(result, results[0]) if results else result)
+            except Exception as error:
+                if rows.count > 1:
+                    numbers = ", ".join(f"{n} = {v}" for n, v in own.items() if not callable(v))
+                    error.add_note(f"in sample {k}: {numbers}")
+                raise
+        stack = np.stack([np.asarray(result) for result in results])
+        first = results[0]
+        if isinstance(first, xr.DataArray):
+            return xr.DataArray(stack, dims=("sample", *first.dims), coords=first.coords)
+        return stack
+
+
+class _Rows:
+    """Values of several samples, one sample at a time.
+
+    How many samples functions of position have is known when one of them is first evaluated.
+    """
+
+    def __init__(self, values: Mapping[str, Any]):
+        self.values = {k: v if callable(v) else np.atleast_1d(v) for k, v in values.items()}
+        self.count = 1
+        for name, own in self.values.items():
+            if not callable(own):
+                self._grow(name, len(own))
+
+    def _grow(self, name: str, count: int) -> None:
+        if count != self.count and 1 not in (count, self.count):
+            raise InputError(f"{name} has {count} samples; others have {self.count}")
+        self.count = max(count, self.count)
+
+    def row(self, k: int) -> dict[str, Any]:
+        """Return the values of sample k: Python's own numbers and texts, and functions."""
+        return {
+            name: self._function(name, own, k) if callable(own) else _one(own, k)
+            for name, own in self.values.items()
+        }
+
+    def _function(self, name: str, function: Callable, k: int) -> Callable:
+        def of_one(x: Any) -> Any:
+            found = np.asarray(function(x))
+            self._grow(name, len(found))
+            return _one(found, k)
+
+        return of_one
+
+
+def _one(rows: np.ndarray, k: int) -> Any:
+    """Return a row, or the only one; a single value as a number or text of Python."""
+    row = rows[k if len(rows) > 1 else 0]
+    return row.item() if np.ndim(row) == 0 else row
+
+
+def result_of_one(result: Any) -> np.ndarray | xr.DataArray:
+    """Return the result of one sample as an array; raise `InputError` if it is none."""
+    allowed = "the function of one sample must return a number, an array or a DataArray"
+    if isinstance(result, np.ma.MaskedArray):
+        raise InputError(f"{allowed}; got a masked array: fill it first")
+    if result is None or callable(result) or isinstance(result, xr.Dataset | Mapping | set | str):
+        raise InputError(f"{allowed}; got {shown(result)}")
+    if isinstance(result, xr.DataArray) and "sample" in result.dims:
+        if result.sizes["sample"] != 1:
+            raise InputError(f"{allowed} of this sample; got {result.sizes['sample']} samples")
+        result = result.isel(sample=0, drop=True)
+    try:
+        array = result if isinstance(result, xr.DataArray) else np.asarray(result)
+    except ValueError as error:
+        raise InputError(f"{allowed}; got {shown(result)}: {error}") from None
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"{allowed} of real numbers; got {shown(result)}")
+    return array
+
+
+def _like_first(
+    result: np.ndarray | xr.DataArray, first: np.ndarray | xr.DataArray
+) -> np.ndarray | xr.DataArray:
+    """Return a result in the order of the dims of the first one; refuse other dims and labels."""
+    if isinstance(result, xr.DataArray) != isinstance(first, xr.DataArray):
+        raise InputError("the samples must return either arrays or DataArrays; got both")
+    if isinstance(result, xr.DataArray) and isinstance(first, xr.DataArray):
+        if set(result.dims) != set(first.dims):
+            raise InputError(
+                f"all samples must have the dims of the first one, {first.dims}; got {result.dims}"
+            )
+        result = result.transpose(*first.dims)
+    if result.shape != first.shape:
+        raise InputError(
+            f"all samples must have the shape of the first one, {first.shape}; got {result.shape}"
+        )
+    if isinstance(result, xr.DataArray) and isinstance(first, xr.DataArray):
+        for name in dict.fromkeys([*first.coords, *result.coords]):
+            both = name in first.coords and name in result.coords
+            if not both or not result.coords[name].variable.equals(first.coords[name].variable):
+                raise InputError(f"coordinate {name!r} must be the same in all samples")
+    return result

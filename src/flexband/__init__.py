@@ -18,8 +18,12 @@ if TYPE_CHECKING:
         FlexbandWarning,
         InputError,
         ResolutionWarning,
+        RunError,
         SimulationError,
+        StoreError,
     )
+    from flexband.execution.processes import Processes
+    from flexband.execution.store import Store, open_runs
     from flexband.mechanics.bodies.beam import Beam
     from flexband.mechanics.bodies.cable import Cable
     from flexband.mechanics.bodies.point_mass import PointMass

@@ -32,6 +32,10 @@ class ResolutionWarning(FlexbandWarning):
     """Steps or elements are too large; the message states where, and by how much."""
 
 
+class StoreError(RuntimeError):
+    """The folder of a study cannot be used; the message states why, and what can be done."""
+
+
 class RunError(RuntimeError):
     """Some runs failed; the message states the inputs, the time and the reason of each.
 
@@ -39,11 +43,16 @@ class RunError(RuntimeError):
     ----------
     failures : dict
         Number of the sample in the batch -> (time [s], reason).
+    results : DataArray or None
+        The values of all runs of the batch, NaN for those that failed.
     """
 
-    def __init__(self, message: str, failures: dict[int, tuple[float, str]]):
+    def __init__(self, message: str, failures: dict[int, tuple[float, str]], results: Any = None):
         super().__init__(message)
-        self.failures = failures
+        self.failures, self.results = failures, results
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.failures, self.results)
 
 
 class AssemblyError(RunError):

@@ -208,7 +208,7 @@ def test_bands_do_not_depend_on_the_batch():
         decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: reported.append(done)
     )
     np.testing.assert_array_equal(whole["mean"], parts["mean"])
-    assert reported == [(5, 17), (10, 17), (15, 17), (16, 17), (17, 17)]
+    assert reported == [(0, 17), (5, 17), (10, 17), (15, 17), (16, 17), (17, 17)]
 
 
 @pytest.mark.parametrize(

@@ -83,6 +83,12 @@ class DynamicResponse:
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
     @property
+    def identity(self) -> tuple[object, ...]:
+        """What the motion depends on: all but the number of threads."""
+        parts = self.step_parts, self.element_parts, self.given_step
+        return self.builder, self.duration, self.output_step, self.integrator, *parts
+
+    @property
     def __wrapped__(self) -> Callable[..., Mechanism]:
         """The function that reads the arguments."""
         return self.builder
@@ -131,7 +137,7 @@ class DynamicResponse:
                     for s in list(error.failures)[:5]
                 ]
                 text = "\n".join([str(error), about, *lines])
-                raise type(error)(text, error.failures) from None
+                raise type(error)(text, error.failures, error.results) from None
         if "halved_step" in motion.attrs:
             warn(
                 f"{len(motion.attrs['halved_step'])} of {samples} runs diverged with steps of "

@@ -8,6 +8,7 @@ import xarray as xr
 from flexband.errors import (
     InputError,
     ResolutionWarning,
+    RunError,
     affordable,
     function,
     instance,
@@ -72,8 +73,8 @@ def simulate(
     AssemblyError
         If the constraints cannot be met at the start or do not determine their multipliers.
     SimulationError
-        If a sample diverges or a force law fails, also with half the step; there are no results
-        then.
+        If a sample diverges or a force law fails, also with half the step. Its attribute `results`
+        has the outputs, NaN for the samples that failed.
     """
     motion = simulated(
         mechanism,
@@ -133,9 +134,6 @@ def simulated(
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
-    raise_failures(batch.failures, system, times)
-    changes = report(system, batch.corrections)
-    warn_of_large_steps(batch.turned, system, times, integrator)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -144,8 +142,15 @@ def simulated(
             "unit": ("output", system.units),
             "time": ("time", _times(duration, step, 1), {"units": "s"}),
         },
-        attrs=changes,
     )
+    try:
+        raise_failures(batch.failures, system, times)
+    except RunError as error:
+        batch.outputs[list(error.failures)] = np.nan
+        error.results = result
+        raise
+    warn_of_large_steps(batch.turned, system, times, integrator)
+    result.attrs |= report(system, batch.corrections)
     if len(again):  # all are completed
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:

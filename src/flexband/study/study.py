@@ -13,8 +13,8 @@ from typing import Any, cast
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.evaluations import Evaluations
 from flexband.uncertainty.inputs.choices import first_case
-from flexband.uncertainty.inputs.evaluation import evaluate
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
@@ -88,8 +88,10 @@ class Study:
     def nominal(self) -> xr.DataArray:
         """Return the response with every input at its mean or midpoint: ξ = 0, η = 0."""
         space = Space(first_case(self.located().inputs))
-        values = evaluate(self.response, space, *space.nominal(), 1, lambda runs: None)
-        return values.isel(sample=0)
+        nominal = space.nominal()
+        found = Evaluations()(self.response, space, "", nominal, None, lambda runs: None)
+        assert found.values is not None
+        return found.values.isel(sample=0)
 
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, numbers, whole
+from flexband.errors import InputError, RunError, numbers, whole
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
@@ -58,6 +58,7 @@ class RegressionPCCI:
     seed: int = 0
 
     name = "regression PCCI"
+    leaves_out_failed = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "order", whole("order", self.order, 0, MAX_ORDER))
@@ -103,6 +104,11 @@ class RegressionPCCI:
         index, m = self.index(space), space.interval_dimension
         points = nested_points(self.runs(space), m, space.families, self.seed)
         values = evaluate(*points)
+        good = np.isfinite(series(values)).all(axis=(1, 2))
+        if not good.all():
+            values, points = values[good], (points[0][good], points[1][good])
+        if len(values) <= len(index):
+            raise RunError(f"{len(values)} runs are left, too few for {len(index)} terms", {})
         terms = normalized_values(index, *points, space.families)
         factor = _correction(terms)
         signal = series(values)

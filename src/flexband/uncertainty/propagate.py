@@ -24,6 +24,9 @@ def propagate(
     sigmas: float = 1.0,
     batch: int = 2048,
     most_runs: int = MOST_RUNS,
+    store: Any = None,
+    executor: Any = None,
+    failed: str = "stop",
     progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
     """Return interval mean and interval error bar of a response.
@@ -43,6 +46,16 @@ def propagate(
     sigmas : k of the error bar.
     batch : most runs in one call of the response. Bands do not depend on it.
     most_runs : a method that takes more runs is refused before it starts.
+    store : folder, or `Store`, in which every run is recorded as soon as it is finished. Runs that
+        are there are not made again: a study that was stopped or killed goes on, and another method
+        or other limits use what there is.
+    executor : where runs are made: None for this process, `Processes` for several on this machine,
+        an executor of `concurrent.futures`, or a Dask client or its address. Bands do not depend on
+        it.
+    failed : what to do about a run that fails, by an error or by values that are not finite:
+        "stop"; try "half step", a quarter and an eighth, and stop if these fail too; or "leave out"
+        and go on without, which regression and the scanning methods can, others only where they
+        hold runs out.
     progress : called as ``progress(done, total)`` after every batch.
 
     Returns
@@ -60,14 +73,20 @@ def propagate(
         `sigmas` is not a positive number, or the response returns NaN, no real numbers, the wrong
         shape, or not the same dims and coordinates in every call (another order is put in order);
         if samples of a batch change each other, or the same inputs give other values each time.
+    RunError
+        If runs fail that are not left out.
+    StoreError
+        If the store cannot be used: see `Store`.
     """
     sigmas = checked_sigmas(sigmas)
+    options = {"batch": batch, "store": store, "executor": executor, "failed": failed}
 
     def solved(runs: Runs) -> xr.Dataset:
-        return method.solve(runs.space, runs.start, sigmas).assign_attrs(runs.attributes())
+        bands = method.solve(runs.space, runs.start, sigmas)
+        return bands.assign_attrs(runs.attributes(bands.attrs.get("not_trusted", "")))
 
     check_method(method)
-    found = in_cases(solved, response, inputs, method, batch, most_runs, progress)
+    found = in_cases(solved, response, inputs, method, most_runs, progress, options)
     return found[""] if len(found) == 1 else over_choices(inputs, found)
 
 
@@ -78,6 +97,9 @@ def expand(
     *,
     batch: int = 2048,
     most_runs: int = MOST_RUNS,
+    store: Any = None,
+    executor: Any = None,
+    failed: str = "stop",
     progress: Callable[[int, int], object] | None = None,
 ) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
@@ -90,8 +112,12 @@ def expand(
     if not callable(getattr(method, "expand", None)):
         raise InputError(f"method must be one that expands the response; got {method!r}")
 
-    def expanded(runs: Runs) -> Surrogate:
-        return method.expand(runs.space, runs.start).telling(**runs.attributes())
+    options = {"batch": batch, "store": store, "executor": executor, "failed": failed}
 
-    found = in_cases(expanded, response, inputs, method, batch, most_runs, progress)
+    def expanded(runs: Runs) -> Surrogate:
+        surrogate = method.expand(runs.space, runs.start)
+        doubts = surrogate.diagnostics.attrs.get("not_trusted", "")
+        return surrogate.telling(**runs.attributes(doubts))
+
+    found = in_cases(expanded, response, inputs, method, most_runs, progress, options)
     return found[""] if len(found) == 1 else SurrogateOfChoices(inputs, found)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from importlib.metadata import version
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,16 +13,18 @@ import xarray as xr
 from flexband.errors import (
     InputError,
     ResolutionWarning,
+    RunError,
     function,
     warn,
     whole,
     without_warnings,
 )
+from flexband.execution.store import versions
+from flexband.uncertainty.evaluations import evaluations, setting
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
-from flexband.uncertainty.inputs.evaluation import evaluate
-from flexband.uncertainty.inputs.repetition import check_repetition, middle
+from flexband.uncertainty.inputs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
@@ -33,8 +34,8 @@ Result = TypeVar("Result")
 
 MOST_RUNS = 1_000_000
 
-PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
-"""Those whose versions are told in results."""
+MOST_FAILED = 0.05
+"""Above this part of runs that failed and were left out, results are not trusted."""
 
 
 def _count(runs: int) -> str:
@@ -69,28 +70,35 @@ def in_cases(
     response: Response,
     inputs: Mapping[str, Any],
     method: Method,
-    batch: int,
     most_runs: int,
     progress: Callable[[int, int], object] | None,
+    options: Mapping[str, Any],
 ) -> dict[str, Result]:
     """Return what is solved for every combination of options, by its label.
 
-    The other arguments and errors are those of `propagate`.
+    The other arguments and errors are those of `propagate`; `options` are those of `evaluations`.
     """
-    found: dict[str, Result] = {}
-    finished, labels, all_inputs = 0, None, cases(inputs)
     if progress is not None:
         function("progress", progress)
+    function("response", response)
+    check_names(response, inputs)
+    with without_warnings(ResolutionWarning):
+        located, explored = locate_fields(response, inputs)
+    all_inputs = cases(located)
+    found: dict[str, Result] = {}
+    finished, labels = 0, None
 
     def advance(done: int, total: int) -> None:
         if progress is not None:
             progress(finished + done, finished + total * (len(all_inputs) - len(found)))
 
-    for label, own in all_inputs.items():
-        runs = Runs(response, own, method, batch, most_runs, len(all_inputs), advance)
-        runs.labels = labels
-        found[label] = solve(runs)
-        labels, finished = runs.labels, finished + runs.done
+    with evaluations(response, located, **options) as evaluate:
+        for label, own in all_inputs.items():
+            runs = Runs(response, own, method, evaluate, most_runs, len(all_inputs), advance)
+            runs.labels, runs.case, runs.explored = labels, label, explored
+            runs.check_left_out()
+            found[label] = solve(runs)
+            labels, finished = runs.labels, finished + runs.done
     return found
 
 
@@ -101,29 +109,28 @@ Call = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Runs:
     """Evaluations of the response and of its refinements, counted."""
 
-    def __init__(self, response, inputs, method, batch, most_runs, count, progress):
+    def __init__(self, response, inputs, method, evaluations, most_runs, count, progress):
         """Check the arguments of `propagate`, and find the domains of fields.
 
         `count` is the number of combinations of options, each with runs of its own.
         """
-        batch = whole("batch", batch, 1)
         whole("most_runs", most_runs, 1)
-        function("response", response)
-        check_names(response, inputs)
-        with without_warnings(ResolutionWarning):
-            located, self.explored = locate_fields(response, inputs)
-        self.space = space = Space(located)
+        self.space = space = Space(inputs)
         self.done, self.total, self.labels = 0, method.runs(space), None
         check_runs(method, space, most_runs, count)
         self.total += 1  # one run is made again
-        self.response, self.method, self.batch = response, method, batch
-        self.progress = progress
+        self.response, self.method, self.evaluations = response, method, evaluations
+        self.progress, self.case, self.explored = progress, "", 0
+        self.stored: np.ndarray | None = None
         self.calls: list[tuple[Response, list[Call]]] = []
         self.repeated = 0
+
+    def check_left_out(self) -> None:
+        """Raise `InputError` if the method cannot choose what the response leaves out."""
         left_out = self.start.left_out
-        if left_out and not getattr(method, "finds_discretization", False):
+        if left_out and not getattr(self.method, "finds_discretization", False):
             raise InputError(
-                f"{' and '.join(left_out)} must be given for {method!r}; "
+                f"{' and '.join(left_out)} must be given for {self.method!r}; "
                 "only AdaptivePCCI chooses them"
             )
 
@@ -132,17 +139,44 @@ class Runs:
         """The response as it is given."""
         return Level(self, self.response)
 
-    def __call__(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        """Evaluate the response, or one that differs from it by the discretization."""
+    def __call__(
+        self,
+        response: Response,
+        finer: tuple[str, ...],
+        xi: np.ndarray,
+        eta: np.ndarray,
+        *,
+        recorded: bool = True,
+    ) -> xr.DataArray:
+        """Evaluate the response, or one whose discretization is `finer`."""
         self.total = max(self.total, self.done + len(xi))
-        values = evaluate(response, self.space, xi, eta, self.batch, self._advance, self.labels)
-        self.labels = values[:0]
-        return values
+        if not self.done:
+            self.progress(0, self.total)
+        known = setting(self.case, finer)
+        found = self.evaluations(
+            response, self.space, known, (xi, eta), self.labels, self._advance, recorded=recorded
+        )
+        assert found.values is not None
+        if found.failed and not getattr(self.method, "leaves_out_failed", False):
+            run, reason = next(iter(found.failed.items()))
+            raise RunError(
+                f"{self.method!r} needs every run of its design; {len(found.failed)} of {len(xi)} "
+                f"runs failed, e.g. run {run}: {reason}\nRegressionPCCI and the scanning methods "
+                "go on without them",
+                {k: (0.0, why) for k, why in found.failed.items()},
+            )
+        if self.stored is None and recorded:
+            self.stored = found.stored
+        self.labels = found.values[:0]
+        return found.values
 
     def keep(self, response: Response, call: Call) -> None:
-        """Keep runs; of the first ones, one is made again."""
+        """Keep runs that succeeded; of the first ones, one is made again."""
         if not self.calls:
             self._repeat(response, *call)
+        good = np.isfinite(call[2].reshape(len(call[2]), -1)).all(axis=1)
+        if not good.all():
+            call = call[0][good], call[1][good], call[2][good]
         own = [calls for kept, calls in self.calls if kept is response]
         if own:
             own[0].append(call)
@@ -152,14 +186,31 @@ class Runs:
     def _repeat(
         self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
     ) -> None:
-        """Make one of the runs again, alone, and refuse or remark what makes a difference."""
+        """Make one of the runs again, alone, and refuse or remark what makes a difference.
+
+        Of runs that a store has kept, two are made again, once for a store.
+        """
+        record, stored = self.evaluations.record, self.stored
+        if getattr(response, "elsewhere", False):
+            return
+        if record is not None and stored is not None and len(stored):
+            if not record.confirmed:
+                chosen = np.unique([stored[0], stored[-1]])
+                self.repeated += len(chosen)
+                with without_warnings():
+                    new = self(response, (), xi[chosen], eta[chosen], recorded=False).values
+                check_stored(values, chosen, new, record.store)
+                record.confirmed = True
+            return
+        good = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        xi, eta, values = xi[good], eta[good], values[good]
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:
             self.repeated += copies
             points = (np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta))
             with without_warnings():
-                return self(response, *points).values
+                return self(response, (), *points, recorded=False).values
 
         samples = not callable(getattr(self.method, "expand", None))
         check_repetition(values, again, run, noise_allowed=samples)
@@ -168,22 +219,28 @@ class Runs:
         self.done += runs
         self.progress(self.done, self.total)
 
-    def attributes(self) -> dict[str, object]:
+    def attributes(self, doubts: str = "") -> dict[str, object]:
         """Return the number of runs and the method, and report that all runs are done.
 
-        Inputs that change no output are warned of.
+        `doubts` say why the method does not trust its results. Inputs that change no output are
+        warned of.
         """
         self._check_inputs()
         if self.done < self.total:
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
         told = {
             "method": repr(self.method),
             "inputs": in_words(self.space.given),
-            "versions": versions,
+            "versions": versions(),
         }
+        failed = self.evaluations.failures
+        if failed:
+            counts["runs_failed"] = failed
+        if failed > MOST_FAILED * self.done:
+            why = f"{failed} of {self.done} runs failed, and what fails is rarely random"
+            told["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
         return {**counts, **told, **reached(xi)}
 
     def _check_inputs(self) -> None:
@@ -195,7 +252,7 @@ class Runs:
         further = probes(self.space, likely)
         if likely and self.done + len(further[0]) <= self.total:
             with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
-                values = self(response, *further).values
+                values = self(response, (), *further).values
                 still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
         for name, one in self.space.inputs.items():
@@ -216,13 +273,13 @@ class Runs:
 class Level:
     """The response on one discretization, as a function of ξ and η."""
 
-    def __init__(self, runs: Runs, response: Response):
-        self.runs, self.response = runs, response
+    def __init__(self, runs: Runs, response: Response, finer: tuple[str, ...] = ()):
+        self.runs, self.response, self.finer = runs, response, finer
         self.left_out: list[str] = self._of_nominal("left_out", [])
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
-            values = self.runs(self.response, xi, eta)
+            values = self.runs(self.response, self.finer, xi, eta)
         self.runs.keep(self.response, (xi, eta, values.values))
         return values
 
@@ -231,7 +288,10 @@ class Level:
         refined = getattr(self.response, "refined", None)
         whole = {"discretization": refined()} if callable(refined) else {}
         finer = self._of_nominal("refinements", whole)
-        return {name: Level(self.runs, response) for name, response in finer.items()}
+        return {
+            name: Level(self.runs, response, (*self.finer, name))
+            for name, response in finer.items()
+        }
 
     def discretization(self) -> dict[str, float]:
         """Return the numbers of the discretization, such as the step, by name."""

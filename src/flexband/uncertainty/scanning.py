@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.errors import whole
+from flexband.errors import RunError, whole
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
@@ -26,6 +26,7 @@ class Scanning:
     seed: int = 0
 
     name = ""
+    leaves_out_failed = True
     lost = 1
     """What N is reduced by in the mean square of the deviations: 1 as in Eq. (10), or 0."""
 
@@ -78,9 +79,14 @@ class Scanning:
         eta = tensor_points([np.linspace(-1, 1, self.points)] * m)
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
         flat = values.values.reshape(len(eta), len(xi), -1)
-        mean = flat.mean(axis=1)
-        std = (
-            np.stack([v.std(axis=0, ddof=self.lost) for v in flat]) if len(xi) > 1 else np.zeros(1)
+        good = np.asarray(np.isfinite(flat).all(axis=2))
+        few = np.flatnonzero(good.sum(axis=1) < min(2, len(xi)))
+        if len(few):
+            raise RunError(f"all runs failed at {len(few)} of {len(eta)} points of the scan", {})
+        samples = [v[own] for v, own in zip(flat, good, strict=True)]
+        mean = np.stack([v.mean(axis=0) for v in samples])
+        std = np.stack(
+            [v.std(axis=0, ddof=self.lost) if len(xi) > 1 else 0 * v[0] for v in samples]
         )
         found = []
         for c in SIGMAS:

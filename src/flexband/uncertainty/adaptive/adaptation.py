@@ -67,10 +67,11 @@ class Adaptation:
         self.design = _first_design(m, families, most - self.generic)
         points = zip(self.design.points, generic_points(0, self.generic, m, families), strict=True)
         xi, eta = map(np.concatenate, points)
-        values = evaluate(xi, eta)
+        values, count = evaluate(xi, eta), len(self.design)
         self.labels, self.phase_resolved = values[:0], phase_resolved
         self.dt = step(values) if phase_resolved else 1.0
-        runs, count = Runs(xi, eta, series(values)), len(self.design)
+        runs = _succeeded(Runs(xi, eta, series(values)), count)
+        self.generic = len(runs.values) - count
         self.fitted = Runs(*(v[:count] for v in runs))
         self.held = Runs(*(v[count:] for v in runs))
         self.places = np.zeros((0, m))
@@ -147,7 +148,8 @@ class Adaptation:
         self.design = self.design.extended(min(count, left), split)
         if len(self.design) == known:
             return "all orders are in use"
-        self.fitted += self._run(*(v[known:] for v in self.design.points))
+        new = tuple(v[known:] for v in self.design.points)
+        self.fitted += self._run(*new, needed=len(new[0]))
         self._judge()
         return ""
 
@@ -169,8 +171,8 @@ class Adaptation:
         self._judge()
         return True
 
-    def _run(self, xi: np.ndarray, eta: np.ndarray) -> Runs:
-        return Runs(xi, eta, series(self.evaluate(xi, eta)))
+    def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> Runs:
+        return _succeeded(Runs(xi, eta, series(self.evaluate(xi, eta))), needed)
 
     def discretization(self) -> dict[str, np.ndarray]:
         """Return the error that is due to each part of the discretization.
@@ -185,7 +187,8 @@ class Adaptation:
             self.finer = {}
             try:
                 for name, response in refinements(self.evaluate).items():
-                    self.finer[name] = series(response(*few))
+                    finer = Runs(few[0], few[1], series(response(*few)))
+                    self.finer[name] = _succeeded(finer, len(few[0])).values
             except RunError as error:
                 if getattr(self.evaluate, "left_out", []):
                     raise
@@ -200,6 +203,23 @@ class Adaptation:
             error = discretization_error(self.design, self.choice, stages, fine)
             self.of_finer[name] = running(error, self.error.window)
         return self.of_finer
+
+
+def _succeeded(runs: Runs, needed: int) -> Runs:
+    """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
+    good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
+    failed = np.flatnonzero(~good[:needed])
+    left = int(good[needed:].sum())
+    if len(failed) or (needed < len(good) and left < FEWEST_HELD):
+        which = (
+            f"{len(failed)} of {needed} runs that are fitted" if len(failed) else "held-out runs"
+        )
+        raise RunError(
+            f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "
+            "scanning methods go on without them",
+            dict.fromkeys(failed.tolist(), (0.0, "failed")),
+        )
+    return Runs(*(v[good] for v in runs))
 
 
 def _first_design(m: int, families: Sequence[Family], most: int) -> Design:

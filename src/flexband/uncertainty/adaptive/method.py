@@ -59,6 +59,7 @@ class AdaptivePCCI:
 
     name = "adaptive PCCI"
     finds_discretization = True
+    leaves_out_failed = True
 
     def __post_init__(self) -> None:
         positive("tolerance", numbers("tolerance", self.tolerance))

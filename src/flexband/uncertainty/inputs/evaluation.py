@@ -1,16 +1,16 @@
-"""The values of a response: run in batches, checked, and aligned with those of its first runs."""
+"""What a response returns: checked, labelled, and aligned with its first runs."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
 
 RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
@@ -19,61 +19,20 @@ LARGEST = 1e150
 """Squares of larger values overflow."""
 
 
-def evaluate(
-    response: Response,
-    space: Space,
-    xi: np.ndarray,
-    eta: np.ndarray,
-    batch: int,
-    progress: Callable[[int], object],
-    labels: xr.DataArray | None = None,
-) -> xr.DataArray:
-    """Return the response at all points, dims (sample, ...), in batches of runs.
-
-    Parameters
-    ----------
-    labels : earlier runs, whose dims and coordinates the response must have.
-
-    Raises
-    ------
-    InputError
-        If the response does not return finite real numbers of shape (n, ...), or if the dims or
-        the coordinates of a batch are not those of the first one.
-    """
-    collected = None
-    for first in range(0, len(xi), batch):
-        here = slice(first, min(first + batch, len(xi)))
-        points = xi[here], eta[here]
-        part = _labelled(_called(response, space, *points), here.stop - first)
-        if labels is None:
-            check_labels(part)
-            labels = part[:0].copy()
-        else:
-            part = _aligned(part, labels)
-        if collected is None:
-            empty = np.empty((len(xi), *labels.shape[1:]))
-            collected = xr.DataArray(empty, dims=labels.dims, coords=labels.coords)
-        collected[here] = part.values
-        _refuse_infinite(collected.values[here], space, xi[here], eta[here])
-        progress(here.stop - first)
-    assert collected is not None  # a design has at least one point
-    return collected
-
-
-def _called(response: Response, space: Space, xi: np.ndarray, eta: np.ndarray) -> Any:
-    """Return what a response returns; errors tell which inputs have values of the other sign."""
-    try:
-        return response(**space.arguments_at(xi.copy(), eta.copy()))
-    except Exception as error:
-        hint = _of_other_sign(space, xi, eta)
-        if not hint:
-            raise
-        if isinstance(error, RunError):
-            raise type(error)(f"{error}. {hint}", error.failures) from error
-        if isinstance(error, InputError):
-            raise InputError(f"{error}. {hint}") from error
+def explained(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -> Exception:
+    """Return an error of a response, which tells inputs whose values have the other sign."""
+    hint = _of_other_sign(space, xi, eta)
+    if not hint:
+        return error
+    if isinstance(error, RunError):
+        found: Exception = type(error)(f"{error}. {hint}", error.failures, error.results)
+    elif isinstance(error, InputError):
+        found = InputError(f"{error}. {hint}")
+    else:
         error.add_note(hint)
-        raise
+        return error
+    found.__cause__ = error
+    return found
 
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
@@ -104,7 +63,7 @@ def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
     return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
 
 
-def _labelled(result: Any, runs: int) -> xr.DataArray:
+def labelled(result: Any, runs: int) -> xr.DataArray:
     """Return a response as a `DataArray` of real numbers with first dim "sample"."""
     kind = type(result).__name__
     if _is_masked(result):
@@ -155,7 +114,7 @@ def check_labels(part: xr.DataArray) -> None:
             raise InputError(f"{name} of the response must differ; got {twice[0]!r} twice")
 
 
-def _aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
+def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
     """Return a batch with the order of dims and of labels of the first one.
 
     Raises
@@ -197,15 +156,19 @@ def _shown(dims: tuple[Hashable, ...]) -> str:
     return f"({', '.join(map(str, dims))})"
 
 
-def _refuse_infinite(values: np.ndarray, space: Space, xi: np.ndarray, eta: np.ndarray) -> None:
-    """Raise `InputError` with the inputs of a run whose values are not finite."""
-    bad = ~(np.abs(values.reshape(len(values), -1)) <= LARGEST).all(axis=1)
-    if bad.any():
-        k = int(np.flatnonzero(bad)[0])
-        inputs = space.numbers_at(xi, eta).items()
-        shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
-        hint = _of_other_sign(space, xi[bad], eta[bad])
-        raise InputError(
-            f"the response is not finite in {bad.sum()} of {len(values)} runs, e.g. {shown}"
-            + (f". {hint}" if hint else "")
-        )
+def not_finite(
+    values: np.ndarray, space: Space, xi: np.ndarray, eta: np.ndarray
+) -> tuple[str, np.ndarray]:
+    """Return in words, with the inputs of one, which runs have values that are not finite.
+
+    The text is "" if all are finite.
+    """
+    bad = np.asarray(~(np.abs(values.reshape(len(values), -1)) <= LARGEST).all(axis=1))
+    if not bad.any():
+        return "", bad
+    k = int(np.flatnonzero(bad)[0])
+    inputs = space.numbers_at(xi, eta).items()
+    shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
+    hint = _of_other_sign(space, xi[bad], eta[bad])
+    text = f"the response is not finite in {bad.sum()} of {len(values)} runs, e.g. {shown}"
+    return text + (f". {hint}" if hint else ""), bad

@@ -12,7 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flexband.errors import InputError, warn
+from flexband.errors import InputError, StoreError, warn
+from flexband.execution.store import Store
 
 ROUNDING = 1e-6
 """Differences up to this part of the variation over all runs are rounding."""
@@ -80,6 +81,34 @@ def check_repetition(
         )
         if off > LARGE:
             raise InputError(text)
+    warn(text)
+
+
+def check_stored(values: np.ndarray, runs: np.ndarray, new: np.ndarray, store: Store) -> None:
+    """Compare runs of a store, which were made again, with what it has.
+
+    Parameters
+    ----------
+    values : of all runs, shape (runs, …).
+    runs, new : numbers of those that were made again, and their new values.
+
+    Raises
+    ------
+    StoreError
+        If they differ by more than `LARGE`; a warning says if they differ by more than `ROUNDING`.
+    """
+    off = max(_apart(values, values[run], one) for run, one in zip(runs, new, strict=True))
+    if off <= ROUNDING:
+        return
+    part = f"{100 * off:.2g} % of the variation" if np.isfinite(off) else "more than runs vary"
+    text = (
+        f"runs in {store.folder} were made again and differ by {part}: the response has changed in "
+        "a way that its code does not show, or is noisy"
+    )
+    if off > LARGE and not store.insist:
+        raise StoreError(
+            f"{text}. Take another folder, or insist=True (--insist) to use the runs nevertheless"
+        )
     warn(text)
 
 

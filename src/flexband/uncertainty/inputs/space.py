@@ -143,6 +143,21 @@ class Space:
                 found |= one.as_numbers(name, own)
         return found
 
+    def recorded_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
+        """Return all numbers that tell runs apart, each of shape (runs,).
+
+        They are those of `numbers_at`, the standard variables of random fields, and constants.
+        """
+        found: dict[str, np.ndarray] = {}
+        for name, (one, own) in self._placed(xi, eta).items():
+            if isinstance(one, Constant):
+                if not isinstance(one.constant, str):
+                    found[name] = np.full(len(xi), float(one.constant))
+            else:
+                numbers = one.as_numbers(name, own)
+                found |= numbers or {f"{name}[{k}]": column for k, column in enumerate(own.T)}
+        return found
+
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 

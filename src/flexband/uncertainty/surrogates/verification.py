@@ -14,12 +14,15 @@ inequality it exceeds 1/α with a probability below α, whatever the distributio
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
+from flexband.uncertainty.evaluations import Evaluations, evaluations, setting
 from flexband.uncertainty.expansions.expansion import extremes_of
-from flexband.uncertainty.inputs.evaluation import coordinates, evaluate
+from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
@@ -64,6 +67,8 @@ def verify(
     runs: int = RUNS,
     sigmas: float = 1.0,
     seed: int = 0,
+    store: Any = None,
+    executor: Any = None,
 ) -> xr.Dataset:
     """Return how far new runs of a response are from its surrogate, and a verdict in words.
 
@@ -77,6 +82,7 @@ def verify(
     runs : number of new runs, whatever the number of outputs.
     sigmas : k of the error bar μ ± kσ.
     seed : seed of the random numbers.
+    store, executor : as in `propagate`.
 
     Returns
     -------
@@ -95,22 +101,40 @@ def verify(
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
     function("response", response)
-    if isinstance(surrogate, SurrogateOfChoices):
-        one_each = {
-            label: verify(one, response, runs=runs, sigmas=sigmas, seed=seed)
-            for label, one in surrogate.surrogates.items()
-        }
-        return verified_choices(one_each)
-    instance("surrogate", surrogate, Surrogate)
+    instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns")
     runs, seed = whole("runs", runs, 2, MOST_RUNS), whole("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
+    several = isinstance(surrogate, SurrogateOfChoices)
+    own = surrogate.surrogates if several else {"": surrogate}
+    given = next(iter(own.values())).space.given
+    check_names(response, given)
+    with evaluations(response, given, batch=BATCH, store=store, executor=executor) as evaluate:
+        found = {
+            label: _verified(one, response, label, evaluate, runs, sigmas, seed)
+            for label, one in own.items()
+        }
+    return verified_choices(found) if several else found[""]
+
+
+def _verified(
+    surrogate: Surrogate,
+    response: Response,
+    case: str,
+    evaluate: Evaluations,
+    runs: int,
+    sigmas: float,
+    seed: int,
+) -> xr.Dataset:
+    """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
-    check_names(response, space.given)
     times = labels.shape[-1] if labels.ndim > 1 else 1
     xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
     with without_warnings(ResolutionWarning):
-        response = _as_expanded(surrogate, response)
-        F = evaluate(response, space, xi, eta, min(runs, BATCH), lambda done: None, labels).values
+        response, halved = _as_expanded(surrogate, response)
+        known = setting(case, halved)
+        made = evaluate(response, space, known, (xi, eta), labels, lambda done: None)
+    assert made.values is not None
+    F = made.values.values
     missed = np.abs(F - surrogate.standard(xi, eta)).reshape(runs, -1, times)
     round_off = ROUND_OFF * np.abs(F).reshape(missed.shape).max(axis=(0, 2)) + TINY
     width = np.maximum(width, round_off)
@@ -145,14 +169,16 @@ def verify(
     return checked.assign_attrs(told | _verdict(checked, labels))
 
 
-def _as_expanded(surrogate: Surrogate, response: Response) -> Response:
-    """Return the response on the discretization that the method chose, if it left it out."""
+def _as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
+    """Return the response on the discretization that the method chose, and what is finer in it."""
+    halved: list[str] = []
     space, left_out = surrogate.space, getattr(response, "left_out", None)
     values = space.arguments_at(*space.nominal())
     if callable(left_out) and left_out(**values):
-        for name in surrogate.diagnostics.attrs.get("halved", []):
+        halved = list(surrogate.diagnostics.attrs.get("halved", []))
+        for name in halved:
             response = response.refinements(**values)[name]  # pyright: ignore
-    return response
+    return response, halved
 
 
 def _points(

@@ -1,0 +1,193 @@
+"""Where runs are made: in this process, or by any executor of `concurrent.futures`, Dask included.
+
+A task is one call of the response. Its outcome is what it returned or raised, with its wall time
+and its warnings, which are issued again in the process of the study.
+"""
+
+from __future__ import annotations
+
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any, NamedTuple, Protocol
+
+import cloudpickle
+
+from flexband.errors import FlexbandWarning, InputError, warn
+
+Arguments = dict[str, Any]
+
+IN_FLIGHT = 256
+"""Tasks that an executor is given before the first one is finished."""
+
+
+class Outcome(NamedTuple):
+    """What one call of a response came to."""
+
+    value: Any
+    error: Exception | None
+    seconds: float
+    remarks: tuple[tuple[str, type[FlexbandWarning]], ...] = ()
+
+
+class Performing(Protocol):
+    """Performs tasks: yields their numbers and outcomes as they finish."""
+
+    def __call__(
+        self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+    ) -> Iterator[tuple[int, Outcome]]: ...
+
+
+def perform(response: Callable[..., Any], arguments: Arguments) -> Outcome:
+    """Call the response; `SystemExit` is an error as any other."""
+    begin = time.perf_counter()
+    try:
+        value, error = response(**arguments), None
+    except Exception as raised:
+        value, error = None, raised
+    except SystemExit as raised:
+        value, error = None, RuntimeError(f"the response called sys.exit({raised.code!r})")
+    return Outcome(value, error, time.perf_counter() - begin)
+
+
+def in_process(
+    response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+) -> Iterator[tuple[int, Outcome]]:
+    """Perform one task after another in this process."""
+    for number, arguments in enumerate(tasks):
+        yield number, perform(response, arguments())
+
+
+@lru_cache(maxsize=4)
+def unpickled(response: bytes) -> Callable[..., Any]:
+    """Return a response that another process of the same study has pickled."""
+    return cloudpickle.loads(response)
+
+
+def perform_elsewhere(response: bytes, arguments: bytes) -> bytes:
+    """Perform a task that another process of the same study has pickled; return its outcome."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", FlexbandWarning)
+        try:
+            found = perform(unpickled(response), cloudpickle.loads(arguments))
+        except Exception as error:  # a module that is missing there
+            found = Outcome(None, error, 0.0)
+    own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
+    found = found._replace(remarks=tuple((str(w.message), w.category) for w in own))
+    if found.error is not None:
+        lines = traceback.format_exception(found.error)
+        found.error.add_note(f"In a worker process:\n{''.join(lines)}")
+    try:
+        return _returning(found)
+    except Exception as reason:
+        error = found.error or reason
+        plain = RuntimeError(f"{type(error).__name__}: {error}")
+        return cloudpickle.dumps(found._replace(value=None, error=plain))
+
+
+def _returning(found: Outcome) -> bytes:
+    data = cloudpickle.dumps(found)
+    if found.error is not None:
+        cloudpickle.loads(data)  # some errors can be pickled, but not made again
+    return data
+
+
+def received(data: bytes) -> Outcome:
+    """Return an outcome of `perform_elsewhere`, and issue its warnings."""
+    found: Outcome = cloudpickle.loads(data)
+    for text, kind in found.remarks:
+        warn(text, kind)
+    return found
+
+
+def with_executor(executor: Executor) -> Performing:
+    """Return what performs tasks by an executor, with up to `IN_FLIGHT` of them at a time."""
+
+    def performing(
+        response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+    ) -> Iterator[tuple[int, Outcome]]:
+        shared = isinstance(executor, ThreadPoolExecutor)
+        pickled = b"" if shared else cloudpickle.dumps(response)
+        running: dict[Future, int] = {}
+        waiting = iter(range(len(tasks)))
+
+        def submit(number: int) -> None:
+            own = tasks[number]()
+            if shared:
+                running[executor.submit(perform, response, own)] = number
+            else:
+                dumped = cloudpickle.dumps(own)
+                running[executor.submit(perform_elsewhere, pickled, dumped)] = number
+
+        try:
+            for number, _ in zip(waiting, range(IN_FLIGHT), strict=False):
+                submit(number)
+            while running:
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield running.pop(future), _outcome(future, shared=shared)
+                    if (following := next(waiting, None)) is not None:
+                        submit(following)
+        finally:
+            for future in running:
+                future.cancel()
+
+    return performing
+
+
+def _outcome(future: Future, *, shared: bool) -> Outcome:
+    try:
+        return future.result() if shared else received(future.result())
+    except Exception as error:  # of the executor: a worker that died again and again
+        return Outcome(None, error, 0.0)
+
+
+@contextmanager
+def performing(executor: Any) -> Iterator[Performing]:
+    """Give what performs the tasks of a study, by what a user passed as `executor`.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if executor is None:
+        yield in_process
+    elif isinstance(executor, Executor):
+        yield with_executor(executor)
+    elif callable(getattr(executor, "open", None)):
+        with executor.open() as found:
+            yield found
+    elif isinstance(executor, str) or hasattr(executor, "get_executor"):
+        with _dask(executor) as found:
+            yield with_executor(found)
+    else:
+        raise InputError(
+            "executor must be None, Processes(…), an executor of concurrent.futures, or a Dask "
+            f"client or its address; got {executor!r}"
+        )
+
+
+@contextmanager
+def _dask(client: Any) -> Iterator[Executor]:
+    """Give the executor of a Dask client, or of a new client for an address."""
+    if not isinstance(client, str):
+        yield client.get_executor(pure=False)
+        return
+    try:
+        from dask.distributed import Client  # noqa: PLC0415
+    except ImportError:
+        raise InputError(
+            f"executor {client!r} requires Dask: pip install 'flexband[dask]'"
+        ) from None
+    try:
+        opened = Client(client, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"executor {client!r} is no Dask scheduler: {error}") from None
+    with opened:
+        yield opened.get_executor(pure=False)

@@ -1,0 +1,209 @@
+"""What the values of a response depend on, as hashes: its code, what it calls, its data.
+
+Functions and classes of the response's own package, or of the files beside it, count by their
+compiled code, without docstrings, comments and line numbers. Those of other packages count by their
+name, and flexband's mechanics as a whole by the content of its files. Numbers, texts and arrays
+that functions refer to count by their values. What a program may change while it runs does not
+count: lists, dicts, sets, attributes, and variables that the code itself assigns, such as counters.
+A store makes two of its runs again, which tells of changes there.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import hashlib
+import sys
+import sysconfig
+import types
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+PACKAGE = Path(__file__).parents[1]
+"""Folder of flexband."""
+
+PLAIN = (type(None), bool, int, float, complex, str, bytes, np.generic, type(...), range, slice)
+
+
+def fingerprint(response: object) -> str:
+    """Return a hash of a response: it changes with its code and its data, not with its comments."""
+    walk = _Walk(response)
+    walk.visit(response)
+    return walk.hash.hexdigest()[:16]
+
+
+@cache
+def mechanics_fingerprint() -> str:
+    """Return a hash of the files that simulate mechanisms."""
+    found = hashlib.sha256()
+    for file in sorted((PACKAGE / "mechanics").rglob("*.py")):
+        found.update(file.read_bytes())
+    return found.hexdigest()[:16]
+
+
+class _Walk:
+    """One walk over all objects that a response consists of."""
+
+    def __init__(self, response: object):
+        self.hash = hashlib.sha256()
+        self.seen: dict[int, int] = {}
+        self.kept: list[object] = []  # an object that was freed could give its number to another
+        while isinstance(response, functools.partial):
+            response = response.func
+        self.package = str(getattr(response, "__module__", "")).partition(".")[0]
+
+    def text(self, *words: object) -> None:
+        self.hash.update("\0".join(map(str, words)).encode() + b"\1")
+
+    def visit(self, one: Any) -> None:
+        if isinstance(one, PLAIN):
+            self.text(type(one).__name__, repr(one))
+        elif id(one) in self.seen:
+            self.text("seen", self.seen[id(one)])
+        else:
+            self.seen[id(one)] = len(self.seen)
+            self.kept.append(one)
+            if not (self.data(one) or self.program(one)):
+                self.instance(one)
+
+    def data(self, one: Any) -> bool:
+        """Visit arrays and containers; return whether it is one."""
+        if isinstance(one, np.ndarray):
+            self.text("array", one.dtype, one.shape)
+            if one.dtype.kind != "O":
+                self.hash.update(np.ascontiguousarray(one).tobytes())
+        elif isinstance(one, xr.DataArray):
+            self.visit((one.dims, one.values, *(c.values for c in one.coords.values())))
+        elif isinstance(one, tuple | frozenset):
+            self.text("sequence", len(one))
+            for part in sorted(one, key=repr) if isinstance(one, frozenset) else one:
+                self.visit(part)
+        elif isinstance(one, list | Mapping | set):
+            self.text(type(one).__name__)
+        else:
+            return False
+        return True
+
+    def program(self, one: Any) -> bool:
+        """Visit functions, classes and what wraps them; return whether it is one."""
+        if isinstance(one, types.FunctionType):
+            self.function(one)
+        elif isinstance(one, type):
+            self.type(one)
+        elif isinstance(one, types.CodeType):
+            self.code(one)
+        elif isinstance(one, types.ModuleType):
+            self.text("module", one.__name__)
+        elif isinstance(one, types.MethodType):
+            self.visit((one.__func__, one.__self__))
+        elif isinstance(one, functools.partial):
+            self.visit((one.func, one.args, *sorted(one.keywords.items())))
+        elif isinstance(one, property):
+            self.visit((one.fget, one.fset))
+        elif isinstance(one, staticmethod | classmethod):
+            self.visit(one.__func__)
+        elif hasattr(one, "py_func"):  # compiled by Numba
+            self.visit(one.py_func)
+        else:
+            return False
+        return True
+
+    def instance(self, one: Any) -> None:
+        """Visit the class of an object, and what does not change of its attributes."""
+        self.text("object", getattr(one, "__module__", ""), getattr(one, "__name__", ""))
+        self.visit(type(one))
+        if hasattr(one, "identity"):
+            self.visit(one.identity)
+        elif is_dataclass(one) and one.__dataclass_params__.frozen:  # pyright: ignore
+            self.visit(tuple(getattr(one, field.name) for field in fields(one)))
+
+    def function(self, one: types.FunctionType) -> None:
+        if not self.own(one.__module__, one.__code__.co_filename):
+            self.text("function", one.__module__, one.__qualname__)
+            return
+        self.text("function", one.__qualname__)
+        self.visit((one.__defaults__, *sorted((one.__kwdefaults__ or {}).items())))
+        assigned = _assigned(one.__code__)
+        for name, cell in zip(one.__code__.co_freevars, one.__closure__ or (), strict=True):
+            try:
+                self.visit("assigned" if name in assigned else cell.cell_contents)
+            except ValueError:  # it has no value yet
+                self.text("empty")
+        self.code(one.__code__, one.__doc__)
+        names = _names(one.__code__)
+        for name in sorted((names & one.__globals__.keys()) - assigned):
+            value = one.__globals__[name]
+            self.text(name)
+            self.visit(value)
+            if isinstance(value, types.ModuleType) and self.own(value.__name__, _file(value)):
+                for part in sorted(names & vars(value).keys()):
+                    self.visit(vars(value)[part])
+
+    def code(self, one: types.CodeType, doc: str | None = None) -> None:
+        constants = one.co_consts
+        if doc is not None and constants[:1] == (doc,):
+            constants = constants[1:]
+        self.hash.update(one.co_code)
+        self.text(one.co_names, one.co_varnames, one.co_freevars, one.co_flags)
+        for constant in constants:
+            self.visit(constant)
+
+    def type(self, one: type) -> None:
+        self.text("class", one.__module__, one.__qualname__)
+        if not self.own(one.__module__, _file(sys.modules.get(one.__module__))):
+            return
+        for base in one.__bases__:
+            self.visit(base)
+        members = dict(vars(one))
+        for name in ("__dict__", "__weakref__", "__doc__", "__module__", "__firstlineno__"):
+            members.pop(name, None)
+        for name in sorted(name for name in members if not name.startswith("_abc")):
+            self.text(name)
+            self.visit(members[name])
+
+    def own(self, module: str | None, file: str | None) -> bool:
+        """Return whether a module belongs to the user's code, not to a package he installed."""
+        top = str(module).partition(".")[0]
+        if top == "flexband" or top in sys.builtin_module_names:
+            return False
+        if top == self.package:
+            return True
+        if not file or top in sys.stdlib_module_names:
+            return False
+        return not any(str(file).startswith(folder) for folder in _installed())
+
+
+def _names(code: types.CodeType) -> set[str]:
+    """Return all names that code looks up, in the functions inside it as well."""
+    found = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            found |= _names(constant)
+    return found
+
+
+def _assigned(code: types.CodeType) -> set[str]:
+    """Return the variables outside of a function that it, or a function inside it, assigns."""
+    stores = ("STORE_GLOBAL", "STORE_DEREF")
+    found = {one.argval for one in dis.get_instructions(code) if one.opname in stores}
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            found |= _assigned(constant)
+    return found
+
+
+@cache
+def _installed() -> tuple[str, ...]:
+    """Return the folders of installed packages."""
+    paths = sysconfig.get_paths()
+    return tuple({paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")})
+
+
+def _file(module: types.ModuleType | None) -> str | None:
+    return getattr(module, "__file__", None)

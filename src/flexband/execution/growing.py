@@ -1,0 +1,341 @@
+"""Arrays that grow along the dim "run", in Zarr's format, and survive whatever kills a program.
+
+Chunks are written to new files, synced and renamed. The sizes of all arrays are in one file, the
+consolidated metadata of their group, which is replaced last: whoever opens the group, at any
+moment, finds every array with the same number of runs. A chunk that was written before its group
+knows of it is written again. Chunks end with a checksum, so that damaged ones are found.
+
+The format is written here, since Zarr's own library neither syncs nor changes several arrays at
+once, and takes several milliseconds for each change. See zarr-specs.readthedocs.io, version 3.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import google_crc32c
+import numpy as np
+
+from flexband.errors import InputError, StoreError
+
+FORMAT = 1
+"""Of the store; a program refuses stores with a larger number."""
+
+CHUNK = 1_000_000
+"""Size of the chunks of outputs [bytes], unless a run is larger."""
+
+ROWS = 4096
+"""Most runs in a chunk."""
+
+FILL: dict[str, Any] = {"float64": "NaN", "int64": 0, "int8": 0, "bool": False, "string": ""}
+EMPTY = struct.pack("<I", 0)
+"""An empty text."""
+
+CODES = {"float64": "<f8", "int64": "<i8", "int8": "|i1", "bool": "|b1"}
+
+
+@dataclass(frozen=True)
+class Array:
+    """What an array is: one with the first dim "run" grows.
+
+    Attributes
+    ----------
+    kind : a key of `FILL`.
+    dims, shape : of all dims, the number of runs left at 0.
+    """
+
+    kind: str
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    attrs: Mapping[str, Any]
+
+    @property
+    def grows(self) -> bool:
+        """Whether there is one entry a run."""
+        return self.dims[:1] == ("run",)
+
+    @cached_property
+    def rows(self) -> int:
+        """Runs in a chunk."""
+        size = 8 * int(np.prod(self.shape[1:], dtype=float))
+        return max(1, min(ROWS, CHUNK // max(1, size))) if self.grows else 0
+
+    @property
+    def chunk(self) -> tuple[int, ...]:
+        """Shape of a chunk."""
+        own = (self.rows, *self.shape[1:]) if self.grows else self.shape
+        return tuple(max(1, n) for n in own)
+
+    def metadata(self, runs: int) -> dict[str, Any]:
+        """Return the content of zarr.json."""
+        shape = (runs, *self.shape[1:]) if self.grows else self.shape
+        numbers = {"name": "bytes", "configuration": {"endian": "little"}}
+        texts = {"name": "vlen-utf8", "configuration": {}}
+        return {
+            "zarr_format": 3,
+            "node_type": "array",
+            "shape": list(shape),
+            "data_type": self.kind,
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+            "fill_value": FILL[self.kind],
+            "codecs": [texts if self.kind == "string" else numbers, {"name": "crc32c"}],
+            "attributes": dict(self.attrs),
+            "dimension_names": list(self.dims),
+            "storage_transformers": [],
+        }
+
+    @classmethod
+    def of(cls, metadata: Mapping[str, Any]) -> Array:
+        """Return the array of a zarr.json."""
+        dims, shape = tuple(metadata["dimension_names"]), tuple(metadata["shape"])
+        if dims[:1] == ("run",):
+            shape = (0, *shape[1:])
+        return cls(metadata["data_type"], dims, shape, metadata["attributes"])
+
+    def encoded(self, values: np.ndarray) -> bytes:
+        """Return the content of a chunk with these first entries; the others are the fill value."""
+        if self.kind == "string":
+            texts, count = values.ravel(), int(np.prod(self.chunk))
+            known = {text: str(text).encode() for text in set(texts)}
+            framed = {text: struct.pack("<I", len(own)) + own for text, own in known.items()}
+            parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
+            content = b"".join(parts) + EMPTY * (count - len(texts))
+        else:
+            whole = np.full(self.chunk, np.nan if self.kind == "float64" else 0, CODES[self.kind])
+            whole[tuple(map(slice, values.shape))] = values
+            content = whole.tobytes()
+        return content + struct.pack("<I", google_crc32c.value(content))
+
+    def decoded(self, data: bytes) -> np.ndarray:
+        """Return the values of a chunk; raise `ValueError` if it is damaged."""
+        content, checksum = data[:-4], data[-4:]
+        if struct.pack("<I", google_crc32c.value(content)) != checksum:
+            raise ValueError("the checksum is wrong")
+        if self.kind != "string":
+            return np.frombuffer(content, CODES[self.kind]).reshape(self.chunk).copy()
+        texts, place = [], 4
+        for _ in range(struct.unpack("<I", content[:4])[0]):
+            end = place + 4 + struct.unpack("<I", content[place : place + 4])[0]
+            texts.append(content[place + 4 : end].decode())
+            place = end
+        return np.array(texts, dtype=object).reshape(self.chunk)
+
+
+class GrowingArrays:
+    """A group of arrays in a folder, and the number of runs that they have."""
+
+    def __init__(self, folder: Path):
+        """Open the group, or begin one that has no arrays; nothing is written yet."""
+        self.folder, self.runs = folder, 0
+        self.attrs: dict[str, Any] = {"format": FORMAT}
+        self.arrays: dict[str, Array] = {}
+        self._last: dict[str, np.ndarray] = {}
+        if (folder / "zarr.json").exists():
+            self._read_metadata()
+
+    def _read_metadata(self) -> None:
+        try:
+            found = json.loads((self.folder / "zarr.json").read_text(encoding="utf-8"))
+            self.attrs, members = found["attributes"], found["consolidated_metadata"]["metadata"]
+            newest = self.attrs["format"]
+            if newest <= FORMAT:
+                if _checksum(found) != self.attrs["checksum"]:
+                    raise ValueError("its checksum is wrong")
+                self.arrays = {name: Array.of(own) for name, own in members.items()}
+                grown = [
+                    members[name]["shape"][0] for name, own in self.arrays.items() if own.grows
+                ]
+                self.runs = max(grown, default=0)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise StoreError(
+                f"{self.folder / 'zarr.json'} is damaged: {error}. The runs are in the other files "
+                "of this folder; put back a copy of this one, or take another folder"
+            ) from None
+        if newest > FORMAT:
+            raise StoreError(
+                f"{self.folder} was written by a newer version of flexband (format {newest}, this "
+                f"one reads {FORMAT})"
+            )
+
+    def add(self, name: str, array: Array, values: np.ndarray | None = None) -> None:
+        """Add an array; `values` are those of one that does not grow."""
+        self.arrays[name] = array
+        folder = self.folder / name
+        _write(folder / "zarr.json", _json(array.metadata(self.runs)))
+        if values is not None and values.size:
+            _write(self._file(name, 0), array.encoded(np.asarray(values)))
+
+    def append(self, columns: Mapping[str, np.ndarray]) -> None:
+        """Append runs; arrays that are not named get their fill value."""
+        count = len(next(iter(columns.values())))
+        files: dict[Path, bytes] = {}
+        last = dict(self._last)
+        for name, values in columns.items():
+            array, done = self.arrays[name], 0
+            while done < count:
+                chunk, used = divmod(self.runs + done, array.rows)
+                part = values[done : done + array.rows - used]
+                if used:
+                    before = last.get(name)
+                    if before is None or len(before) != used:
+                        before = self._stored(name, chunk)[:used]
+                    part = np.concatenate([before, part])
+                file = self._file(name, chunk)
+                if array.kind != "string" or np.any(part != "") or file.exists():
+                    files[file] = array.encoded(part)
+                done += len(part) - used
+                last[name] = part
+        _write_together(files)
+        self._last = last
+        self.runs += count
+        self.commit()
+
+    def commit(self) -> None:
+        """Write the metadata of the group, which tells the number of runs and the attributes."""
+        members = {name: array.metadata(self.runs) for name, array in self.arrays.items()}
+        consolidated = {"kind": "inline", "must_understand": False, "metadata": members}
+        found = {
+            "zarr_format": 3,
+            "node_type": "group",
+            "attributes": self.attrs,
+            "consolidated_metadata": consolidated,
+        }
+        self.attrs["checksum"] = _checksum(found)
+        _write(self.folder / "zarr.json", _json(found))
+
+    def finish(self) -> None:
+        """Write the metadata of every array, for readers that do not know that of the group."""
+        for name, array in self.arrays.items():
+            _write(self.folder / name / "zarr.json", _json(array.metadata(self.runs)))
+
+    def read(self, name: str, runs: np.ndarray | None = None) -> np.ndarray:
+        """Return the values of an array, of all or of some runs."""
+        array = self.arrays[name]
+        if not array.grows:
+            empty = 0 in array.shape
+            return np.zeros(array.shape) if empty else self._stored(name, 0)
+        chosen = np.arange(self.runs) if runs is None else np.asarray(runs)
+        found = np.empty((len(chosen), *array.shape[1:]), CODES.get(array.kind, object))
+        chunks = chosen // array.rows
+        for chunk in np.unique(chunks):
+            here = chunks == chunk
+            found[here] = self._stored(name, int(chunk))[chosen[here] - chunk * array.rows]
+        return found
+
+    def replace(self, name: str, runs: np.ndarray, value: Any) -> None:
+        """Give some runs another value."""
+        array = self.arrays[name]
+        for chunk in np.unique(runs // array.rows):
+            values = self._stored(name, int(chunk))
+            values[runs[runs // array.rows == chunk] - chunk * array.rows] = value
+            _write(self._file(name, int(chunk)), array.encoded(values))
+        self._last.pop(name, None)
+
+    def damaged(self) -> np.ndarray:
+        """Return which runs are in a damaged chunk; its content is replaced by the fill value.
+
+        Files that were not finished are removed.
+        """
+        for file in self.folder.rglob("*.partial"):
+            file.unlink(missing_ok=True)
+        bad = np.zeros(self.runs, bool)
+        for name, array in self.arrays.items():
+            for chunk in range(-(-self.runs // array.rows) if array.grows else 0):
+                try:
+                    self._stored(name, chunk)
+                except StoreError:
+                    bad[chunk * array.rows : (chunk + 1) * array.rows] = True
+                    _write(self._file(name, chunk), array.encoded(np.zeros((0, *array.chunk[1:]))))
+        return bad
+
+    def _stored(self, name: str, chunk: int) -> np.ndarray:
+        file, array = self._file(name, chunk), self.arrays[name]
+        try:
+            return array.decoded(file.read_bytes())
+        except FileNotFoundError as error:
+            if array.kind == "string":  # all are empty
+                return np.full(array.chunk, "", dtype=object)
+            raise StoreError(f"{file} is missing") from error
+        except (OSError, ValueError, struct.error, IndexError) as error:
+            raise StoreError(f"{file} is damaged: {error}") from None
+
+    def _file(self, name: str, chunk: int) -> Path:
+        places = [chunk, *(0 for _ in self.arrays[name].shape[1:])]
+        return (self.folder / name / "c").joinpath(*map(str, places[: len(self.arrays[name].dims)]))
+
+
+def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, Any]]:
+    """Return the kind, the stored values and the attributes of a coordinate."""
+    kind = values.dtype.kind
+    if kind in "fiub":
+        own = {"f": "float64", "b": "bool"}.get(kind, "int64")
+        return own, values.astype(CODES[own]), {}
+    if kind in "Mm":
+        since = {"units": "nanoseconds" + " since 1970-01-01" * (kind == "M")}
+        return "int64", values.astype(f"{kind}8[ns]").astype("int64"), since
+    texts = [str(one) for one in values.ravel()]
+    if texts != list(values.ravel()):
+        raise InputError(f"coordinate {name!r} must be numbers, times or texts to be recorded")
+    return "string", np.array(texts, dtype=object).reshape(values.shape), {}
+
+
+def _checksum(found: Mapping[str, Any]) -> int:
+    attrs = {k: v for k, v in found["attributes"].items() if k != "checksum"}
+    return google_crc32c.value(_json({**found, "attributes": attrs}))
+
+
+def _json(content: Any) -> bytes:
+    return json.dumps(content, sort_keys=True).encode()
+
+
+def _write(file: Path, content: bytes) -> None:
+    """Write a file so that it is there as a whole, or as it was, whatever happens."""
+    _write_together({file: content})
+
+
+def _write_together(files: Mapping[Path, bytes]) -> None:
+    """Write files, each of which is there as a whole, or as it was, whatever happens.
+
+    They are synced at the same time, since a disk does that at once.
+    """
+    partials = {file: file.with_name(f"{file.name}-{uuid4().hex}.partial") for file in files}
+    try:
+        for file, content in files.items():
+            try:
+                partials[file].write_bytes(content)
+            except FileNotFoundError:
+                file.parent.mkdir(parents=True, exist_ok=True)
+                partials[file].write_bytes(content)
+        _together(partials.values())
+        for file, partial in partials.items():
+            partial.replace(file)
+        if os.name == "posix":
+            _together({file.parent for file in files})
+    except OSError:
+        for partial in partials.values():
+            partial.unlink(missing_ok=True)
+        raise
+
+
+def _together(paths: Iterable[Path]) -> None:
+    """Sync files or folders."""
+    with ThreadPoolExecutor(16) as threads:
+        list(threads.map(_sync, paths))
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

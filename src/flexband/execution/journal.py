@@ -1,0 +1,117 @@
+"""Runs on disk at once, before they are in the arrays: records appended to a file.
+
+Whatever is appended survives the end of the process. Arrays are written from time to time only;
+then a new file begins, and the old ones are removed once the arrays are on disk.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from pathlib import Path
+from typing import NamedTuple
+
+import google_crc32c
+import numpy as np
+
+FRAME = struct.Struct("<QI")
+"""Length and checksum of a record."""
+
+
+class Finished(NamedTuple):
+    """Runs that are finished together: all done, or all failed for a reason."""
+
+    setting: str
+    inputs: np.ndarray  # (runs, inputs)
+    values: np.ndarray | None  # (runs, …)
+    reason: str
+    seconds: float  # a run
+    time: float  # when, since 1970 [s]
+
+
+class Journal:
+    """The files of a folder whose names begin with "journal"."""
+
+    def __init__(self, folder: Path):
+        """Find the files that there are; a new one begins with the first record."""
+        self.folder = folder
+        self.number = max((_number(file) for file in self._files()), default=0)
+        self._file = None
+
+    def read(self, runs: int) -> list[Finished]:
+        """Return the records of runs from this number on; the end of a file may be damaged."""
+        found = []
+        for file in self._files():
+            data, place = file.read_bytes(), 0
+            while place + FRAME.size <= len(data):
+                length, checksum = FRAME.unpack_from(data, place)
+                body = data[place + FRAME.size : place + FRAME.size + length]
+                if len(body) < length or google_crc32c.value(body) != checksum:
+                    break
+                first, one = _decoded(body)
+                if first >= runs:
+                    found.append(one)
+                place += FRAME.size + length
+        return found
+
+    def append(self, first: int, finished: Finished, *, sync: bool) -> None:
+        """Append a record, whose runs have the numbers from `first` on; perhaps sync the file."""
+        body = _encoded(first, finished)
+        if self._file is None:
+            self.number += 1
+            self._file = (self.folder / f"journal-{self.number:06d}").open("ab", buffering=0)
+        end = self._file.tell()
+        try:
+            whole = memoryview(FRAME.pack(len(body), google_crc32c.value(body)) + body)
+            while whole:
+                whole = whole[self._file.write(whole) :]
+            if sync:
+                os.fsync(self._file.fileno())
+        except OSError:
+            self._file.truncate(end)
+            raise
+
+    def rotate(self) -> list[Path]:
+        """Begin a new file with the next record; return the files that there are."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        return self._files()
+
+    def _files(self) -> list[Path]:
+        return sorted(self.folder.glob("journal-*"), key=_number)
+
+
+def _number(file: Path) -> int:
+    end = file.name.removeprefix("journal-")
+    return int(end) if end.isdecimal() else 0
+
+
+def _encoded(first: int, one: Finished) -> bytes:
+    about = {
+        "first": first,
+        "setting": one.setting,
+        "inputs": one.inputs.shape,
+        "values": None if one.values is None else one.values.shape,
+        "reason": one.reason,
+        "seconds": one.seconds,
+        "time": one.time,
+    }
+    header = json.dumps(about).encode()
+    arrays = [one.inputs] if one.values is None else [one.inputs, one.values]
+    parts = [np.ascontiguousarray(v, "<f8").tobytes() for v in arrays]
+    return b"".join([struct.pack("<I", len(header)), header, *parts])
+
+
+def _decoded(body: bytes) -> tuple[int, Finished]:
+    length = struct.unpack_from("<I", body)[0]
+    about = json.loads(body[4 : 4 + length])
+    numbers = np.frombuffer(body, "<f8", offset=4 + length)
+    rows, columns = about["inputs"]
+    inputs = numbers[: rows * columns].reshape(rows, columns)
+    values = None
+    if about["values"] is not None:
+        values = numbers[rows * columns :].reshape(about["values"])
+    own = (about["setting"], inputs, values, about["reason"], about["seconds"], about["time"])
+    return about["first"], Finished(*own)

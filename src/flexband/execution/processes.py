@@ -1,0 +1,240 @@
+"""Local worker processes, for responses that are not vectorized.
+
+Each worker has a connection of its own and one task at a time. It is therefore known which task
+ended a process, or takes too long: that worker is replaced, and the others go on.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, Listener
+from multiprocessing.connection import wait as wait_for
+from typing import Any
+
+import cloudpickle
+
+from flexband.errors import InputError, numbers, positive, whole
+from flexband.execution.executors import Arguments, Outcome, Performing, received
+
+ATTEMPTS = 2
+"""How often a task is tried whose process dies."""
+
+START = 60.0
+"""Time [s] in which a worker must have started."""
+
+SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that keep libraries from using all cores in every worker."""
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Local worker processes, as an `executor`.
+
+    They serve responses that run one sample at a time, as `samplewise` makes them; a vectorized
+    response is called with a whole `batch` by each worker. A worker that dies is replaced, and its
+    task is tried once more.
+
+    Parameters
+    ----------
+    workers : number of processes, or None for one per core.
+    time_limit : time [s] that one call of the response may take; then its process is killed, and
+        the runs have failed.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+    """
+
+    workers: int | None = None
+    time_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.workers is not None:
+            whole("workers", self.workers, 1, 4096)
+        if self.time_limit is not None:
+            positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
+
+    @contextmanager
+    def open(self) -> Iterator[Performing]:
+        """Give what performs tasks; the processes end with the context."""
+        if hasattr(os, "sched_getaffinity"):
+            cores = len(os.sched_getaffinity(0))
+        else:
+            cores = os.cpu_count() or 1
+        pool = _Pool(self.workers or cores, self.time_limit)
+        try:
+            yield pool.perform
+        finally:
+            pool.close()
+
+
+class _Worker:
+    """A process, its connection, and what it does."""
+
+    def __init__(self, listener: Listener, key: bytes):
+        environment = {**dict.fromkeys(SINGLE, "1"), **os.environ}
+        address = listener.address
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "flexband.execution.worker"],
+            stdin=subprocess.PIPE,
+            stdout=2,  # what a response prints is no result
+            env=environment,
+        )
+        assert self.process.stdin is not None
+        with suppress(BrokenPipeError):
+            self.process.stdin.write(cloudpickle.dumps((address, key, os.getpid(), sys.path)))
+            self.process.stdin.close()
+        self.connection: Connection = self._accepted(listener)
+        self.task: int | None = None
+        self.response: int | None = None
+        self.deadline = float("inf")
+
+    def _accepted(self, listener: Listener) -> Connection:
+        """Return the connection that the process opens, unless it ends before."""
+        found: list[Connection] = []
+        accepting = threading.Thread(target=lambda: found.append(listener.accept()), daemon=True)
+        accepting.start()
+        end = time.monotonic() + START
+        while not found and time.monotonic() < end and self.process.poll() is None:
+            accepting.join(0.1)
+        if not found:
+            self.process.kill()
+            raise RuntimeError(
+                f"a worker process did not start; its exit status is {self.process.wait()}"
+            )
+        return found[0]
+
+    def end(self) -> str:
+        """Kill the process if it lives; return in words how it ended."""
+        with suppress(OSError):
+            self.connection.close()
+        status = None
+        with suppress(subprocess.TimeoutExpired):
+            status = self.process.wait(0.5)
+        if status is None:
+            self.process.kill()
+            self.process.wait()
+            return "it was killed"
+        return f"signal {-status} ended it" if status < 0 else f"its exit status is {status}"
+
+
+class _Pool:
+    """Workers, each with a task or idle."""
+
+    def __init__(self, count: int, limit: float | None):
+        self.limit, self.key = limit, secrets.token_bytes(32)
+        self.listener = Listener(authkey=self.key)
+        self.workers: list[_Worker] = []
+        self.count = count
+
+    def close(self) -> None:
+        """End all processes at once."""
+        for worker in self.workers:
+            worker.process.kill()
+        for worker in self.workers:
+            worker.end()
+        self.workers = []
+        self.listener.close()
+
+    def perform(
+        self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+    ) -> Iterator[tuple[int, Outcome]]:
+        """Perform tasks; tasks that are left when the caller stops are ended."""
+        pickled = cloudpickle.dumps(response)
+        waiting, attempts = deque(range(len(tasks))), [0] * len(tasks)
+        done = 0
+        try:
+            while done < len(tasks):
+                self._give(waiting, tasks, attempts, pickled)
+                for worker in self._ready():
+                    number = worker.task
+                    assert number is not None
+                    heard = self._heard(worker)
+                    if isinstance(heard, str):
+                        if attempts[number] < ATTEMPTS:
+                            waiting.appendleft(number)
+                            continue
+                        heard = Outcome(None, RuntimeError(heard), 0.0)
+                    if heard is not None:
+                        done += 1
+                        yield number, heard
+        finally:
+            for worker in [worker for worker in self.workers if worker.task is not None]:
+                worker.process.kill()
+                self._replace(worker)
+
+    def _give(
+        self,
+        waiting: deque[int],
+        tasks: list[Callable[[], Arguments]],
+        attempts: list[int],
+        pickled: bytes,
+    ) -> None:
+        """Give every idle worker a task; start workers as long as there are fewer than asked."""
+        while waiting:
+            idle = [worker for worker in self.workers if worker.task is None]
+            if not idle:
+                if len(self.workers) == self.count:
+                    return
+                self.workers.append(_Worker(self.listener, self.key))
+                continue
+            worker, number = idle[0], waiting.popleft()
+            worker.task = number
+            attempts[number] += 1
+            known = worker.response == hash(pickled)
+            worker.response = hash(pickled)
+            with suppress(OSError):  # a worker that is dead is found when it is waited for
+                worker.connection.send_bytes(b"" if known else pickled)
+                worker.connection.send_bytes(cloudpickle.dumps(tasks[number]()))
+
+    def _ready(self) -> list[_Worker]:
+        """Wait until workers have something to say, died, or used up their time; return these."""
+        busy = [worker for worker in self.workers if worker.task is not None]
+        left = min(worker.deadline for worker in busy) - time.monotonic()
+        connections = [worker.connection for worker in busy]
+        found = wait_for(connections, None if left == float("inf") else max(0.0, left))
+        now = time.monotonic()
+        return [w for w in busy if w.connection in found or w.deadline <= now]
+
+    def _heard(self, worker: _Worker) -> Outcome | str | None:
+        """Return the outcome of a task, or how its process ended; None if it only began."""
+        if not worker.connection.poll():
+            worker.process.kill()
+            self._replace(worker)
+            text = f"the response took longer than time_limit = {self.limit:g} s"
+            return Outcome(None, TimeoutError(text), self.limit or 0.0)
+        try:
+            data = worker.connection.recv_bytes()
+        except (EOFError, OSError):
+            return self._replace(worker)
+        if not data:
+            worker.deadline = time.monotonic() + (self.limit or float("inf"))
+            return None
+        worker.task, worker.deadline = None, float("inf")
+        return received(data)
+
+    def _replace(self, worker: _Worker) -> str:
+        """Forget a worker; return how its process ended. A new one starts when it is needed."""
+        if worker in self.workers:
+            self.workers.remove(worker)
+        return f"the process of the response ended: {worker.end()}"
+
+
+def check_picklable(response: object) -> None:
+    """Raise `InputError` if a response cannot be sent to another process."""
+    try:
+        cloudpickle.dumps(response)
+    except Exception as error:
+        raise InputError(
+            f"the response cannot be sent to another process: {type(error).__name__}: {error}"
+        ) from None

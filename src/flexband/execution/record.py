@@ -1,0 +1,261 @@
+"""An open store: what is in it, and what writes the runs that are added."""
+
+from __future__ import annotations
+
+import os
+import platform
+import socket
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from filelock import FileLock, Timeout
+
+from flexband.errors import StoreError, warn
+from flexband.execution.growing import GrowingArrays
+from flexband.execution.journal import Finished, Journal
+from flexband.execution.layout import (
+    AGAIN,
+    DONE,
+    FAILED,
+    LOST,
+    add_columns,
+    add_outputs,
+    check_recordable,
+    columns,
+    stored_labels,
+)
+from flexband.execution.store import Owner, Store, versions
+
+PERIOD = 0.5
+"""Time [s] between two writings of the arrays."""
+
+WAITING = 64e6
+"""Runs that wait to be written to the arrays [bytes], at most."""
+
+SLOW = 0.1
+"""Runs that took longer [s] are synced at once."""
+
+
+class Record:
+    """The runs of a store, and a thread that writes what is added.
+
+    Runs are in the journal as soon as `add` returns, so that they survive the end of the process;
+    a thread writes them to the arrays from time to time, and syncs these.
+
+    Attributes
+    ----------
+    labels : no runs with the dims and coordinates of the response; None if no run has succeeded.
+    status : of every run.
+    confirmed : whether runs of the store have been made again and agree.
+    """
+
+    def __init__(self, store: Store, owner: Owner):
+        """Open or make the store; find damaged runs, and those of an unfinished session."""
+        self.store, self.owner = store, owner
+        folder = Path(store.folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._lock = FileLock(folder / "lock", timeout=0)
+            self._lock.acquire()
+        except Timeout:
+            raise StoreError(f"{folder} is in use by {_holder(folder)}") from None
+        except OSError as error:
+            raise StoreError(f"{folder} must be a folder to write to; got {error}") from None
+        try:
+            self._open(folder)
+        except BaseException as error:
+            self._lock.release()
+            if isinstance(error, OSError):
+                raise StoreError(f"{folder} must be a folder to write to; got {error}") from None
+            raise
+
+    def _open(self, folder: Path) -> None:
+        self.arrays = GrowingArrays(self.store.runs)
+        self.owner.check(self.arrays.attrs.get("owner"), self.store)
+        (folder / "holder").write_text(_this_process(), encoding="utf-8")
+        self.labels, self.journal = stored_labels(self.arrays), Journal(self.store.runs)
+        bad = np.flatnonzero(self.arrays.damaged())
+        if len(bad):
+            self.arrays.replace("status", bad, LOST)
+            warn(f"{len(bad)} runs in {self.store.runs} were damaged; those needed are run again")
+        self.confirmed = False
+        self.rows: dict[bytes, int] = {}
+        self.status = np.zeros(0, np.int8)
+        if "status" not in self.arrays.arrays:
+            add_columns(self.arrays, self.owner.inputs.split(", "))
+        elif self.arrays.runs:
+            self.status = self.arrays.read("status")
+            self._index(self.arrays.read("setting"), self.arrays.read("inputs"), 0)
+        self.arrays.attrs["owner"] = self.owner._asdict()
+        sessions = self.arrays.attrs.setdefault("sessions", [])
+        left = self.journal.read(self.arrays.runs)
+        if left:  # of a session that was killed
+            self.arrays.append(columns(left, len(sessions) - 1, self._shape))
+            for one in left:
+                self._count(one)
+        about = {"versions": versions(), "python": platform.python_version()}
+        sessions.append({**about, "by": _this_process(), "started": time.time()})
+        self.arrays.commit()
+        _remove(self.journal.rotate())
+        self._waiting: list[Finished] = []
+        self._changed = threading.Condition()
+        self._error: OSError | None = None
+        self._told = self._closing = self._hurry = False
+        self._writer = threading.Thread(target=self._write_all, daemon=True)
+        self._writer.start()
+
+    @property
+    def _shape(self) -> tuple[int, ...] | None:
+        """Shape of one run's outputs."""
+        return None if self.labels is None else self.labels.shape[1:]
+
+    def _index(self, settings: Sequence[str] | np.ndarray, inputs: np.ndarray, first: int) -> None:
+        for k, (setting, row) in enumerate(zip(settings, inputs, strict=True), start=first):
+            if self.status[k] in (DONE, FAILED):
+                self.rows[_key(setting, row)] = k
+
+    def _count(self, one: Finished) -> None:
+        first, count = len(self.status), len(one.inputs)
+        status = FAILED if one.values is None else DONE
+        self.status = np.concatenate([self.status, np.full(count, status, np.int8)])
+        self._index([one.setting] * count, one.inputs, first)
+
+    def find(self, setting: str, inputs: np.ndarray) -> np.ndarray:
+        """Return the numbers of the recorded runs with these inputs, −1 for those there are not."""
+        return np.array([self.rows.get(_key(setting, row), -1) for row in inputs], dtype=int)
+
+    def read(self, runs: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+        """Return the values of recorded runs, NaN for failed ones, and the reasons of these."""
+        assert self.labels is not None
+        self.flush()
+        written = runs < self.arrays.runs
+        values = np.full((len(runs), *self.labels.shape[1:]), np.nan)
+        reasons = np.full(len(runs), "", object)
+        values[written] = self.arrays.read("outputs", runs[written])
+        reasons[written] = self.arrays.read("reason", runs[written])
+        first = self.arrays.runs
+        for one in self._waiting:  # which could not be written
+            here = (runs >= first) & (runs < first + len(one.inputs))
+            reasons[here] = one.reason
+            if one.values is not None:
+                values[here] = one.values[runs[here] - first]
+            first += len(one.inputs)
+        failed = np.flatnonzero(self.status[runs] == FAILED)
+        return values, {int(k): str(reasons[k]) for k in failed}
+
+    def begin(self, labels: xr.DataArray) -> None:
+        """Tell the dims and coordinates of the response, which its first run shows."""
+        if self.labels is not None:
+            return
+        check_recordable(labels)
+        self.flush()
+        try:
+            add_outputs(self.arrays, labels)
+            self.arrays.commit()
+        except OSError as error:
+            raise StoreError(f"{self.store.folder} cannot be written to: {error}") from None
+        self.labels = labels
+
+    def add(self, one: Finished) -> None:
+        """Record runs; warn if that is not possible at present."""
+        with self._changed:
+            try:
+                slow = one.seconds * len(one.inputs) > SLOW
+                self.journal.append(len(self.status), one, sync=slow)
+            except OSError as error:
+                self._error = error
+            self._waiting.append(one)
+            self._count(one)
+            self._changed.wait_for(lambda: self._error or self._size() <= WAITING)
+        if self._error and not self._told:
+            self._told = True
+            warn(f"runs cannot be recorded in {self.store.folder} at present: {self._error}")
+
+    def _size(self) -> float:
+        size = sum(8.0 * np.size(one.values) for one in self._waiting if one.values is not None)
+        if size > WAITING / 2:
+            self._hurry = True
+            self._changed.notify_all()
+        return size
+
+    def _write_all(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closing or self._hurry, timeout=PERIOD)
+                self._hurry = False
+                batch, closing = list(self._waiting), self._closing
+                older = self.journal.rotate() if batch else []
+            error = None
+            if batch:
+                try:
+                    session = len(self.arrays.attrs["sessions"]) - 1
+                    self.arrays.append(columns(batch, session, self._shape))
+                    _remove(older)
+                except OSError as raised:
+                    error = raised
+            with self._changed:
+                self._error = error
+                if error is None:
+                    del self._waiting[: len(batch)]
+                self._changed.notify_all()
+                if closing:
+                    return
+
+    def flush(self) -> None:
+        """Wait until all runs are in the arrays, as far as that is possible."""
+        with self._changed:
+            self._hurry = bool(self._waiting)
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._error or not self._waiting)
+
+    def forget_failed(self) -> int:
+        """Let failed runs be made again; return their number."""
+        self.flush()
+        failed = np.flatnonzero(self.status == FAILED)
+        if len(failed):
+            self.arrays.replace("status", failed, AGAIN)
+            self.status[failed] = AGAIN
+            gone = set(failed.tolist())
+            self.rows = {key: k for key, k in self.rows.items() if k not in gone}
+        return len(failed)
+
+    def close(self) -> None:
+        """Write what is left; warn if that fails."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._writer.join()
+        try:
+            if not self._error:
+                self.arrays.finish()
+        except OSError as error:
+            self._error = error
+        self.journal.rotate()
+        self._lock.release()
+        if self._error:
+            lost = sum(len(one.inputs) for one in self._waiting)
+            warn(f"{lost} runs could not be recorded in {self.store.folder}: {self._error}")
+
+
+def _key(setting: str, row: np.ndarray) -> bytes:
+    return setting.encode() + b"\0" + (row + 0.0).tobytes()
+
+
+def _remove(files: Sequence[Path]) -> None:
+    for file in files:
+        file.unlink(missing_ok=True)
+
+
+def _this_process() -> str:
+    return f"process {os.getpid()} on {socket.gethostname()}"
+
+
+def _holder(folder: Path) -> str:
+    try:
+        return (folder / "holder").read_text(encoding="utf-8")
+    except OSError:
+        return "another process"

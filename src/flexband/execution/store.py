@@ -1,0 +1,138 @@
+"""The store of a study: every run that was made, in a folder, so that none is made twice."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+
+from flexband.errors import InputError, StoreError
+from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
+
+RUNS = "runs.zarr"
+"""Name of the group in the folder of a study."""
+
+PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
+"""Those whose versions are told in results."""
+
+
+def versions() -> str:
+    """Return the versions of the packages that compute, as text."""
+    return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder in which every run is recorded as soon as it is finished.
+
+    A study with the same store does not make these runs again, whatever its method and the limits
+    of its intervals. They are in ``folder/runs.zarr``, which `open_runs` and xarray open at any
+    moment.
+
+    Parameters
+    ----------
+    folder : path of the folder, which is made if it is missing.
+    version : text of yours that belongs to the response, such as the revision of an external
+        program: with another one, the store is refused.
+    insist : whether to use a store whose runs come from another response, version or program, or
+        disagree with new ones.
+
+    Raises
+    ------
+    InputError
+        If an argument is not as stated.
+    StoreError
+        In `propagate` and the like, if the folder belongs to another response or is in use by
+        another process, cannot be written to, or is damaged beyond the chunks of runs.
+    """
+
+    folder: str | os.PathLike[str]
+    version: str = ""
+    insist: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.folder, str | os.PathLike) or not str(self.folder):
+            raise InputError(f"folder must be the path of a folder; got {self.folder!r}")
+        if not isinstance(self.version, str):
+            raise InputError(f"version must be a text; got {self.version!r}")
+        if not isinstance(self.insist, bool):
+            raise InputError(f"insist must be True or False; got {self.insist!r}")
+        object.__setattr__(self, "folder", Path(self.folder))
+
+    @property
+    def runs(self) -> Path:
+        """Folder of the recorded runs."""
+        return Path(self.folder) / RUNS
+
+
+class Owner(NamedTuple):
+    """What the runs of a store belong to; each is a text."""
+
+    response: str
+    mechanics: str
+    version: str
+    inputs: str
+    fields: str
+
+    @classmethod
+    def of(cls, response: object, version: str, inputs: Sequence[str], fields: str) -> Owner:
+        """Return the owner for a response, the names of the numbers it takes, and its fields."""
+        own = fingerprint(response), mechanics_fingerprint()
+        return cls(*own, version, ", ".join(inputs), fields)
+
+    def check(self, found: Mapping[str, str] | None, store: Store) -> None:
+        """Raise `StoreError` if the runs of a store belong to another response."""
+        if found is None or (store.insist and found["inputs"] == self.inputs):
+            return
+        differ = [name for name in Owner._fields if found.get(name) != getattr(self, name)]
+        if differ:
+            told = "; ".join(
+                f"{name}: {found.get(name)!r} before, {getattr(self, name)!r} now"
+                for name in ("version", "inputs")
+                if name in differ
+            )
+            insist = ", or insist=True (--insist) if its runs are valid still"
+            changed = " and ".join(WORDS[name] for name in differ) + f" ({told})" * bool(told)
+            raise StoreError(
+                f"{store.folder} has runs of another response: {changed} changed. "
+                f"Take another folder{insist * ('inputs' not in differ)}"
+            )
+
+
+WORDS = {
+    "response": "the code or the data of the response",
+    "mechanics": "flexband's mechanics",
+    "version": "the version",
+    "inputs": "the names of the inputs",
+    "fields": "the fields among the inputs",
+}
+
+
+def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
+    """Return the recorded runs of a study, whether it is finished, stopped or still going on.
+
+    Parameters
+    ----------
+    folder : of the `Store`.
+
+    Returns
+    -------
+    Dataset with the variables `outputs`, dims ("run", …); `inputs`, dims ("run", "input");
+    `status`, whose values ``status.flag_meanings`` explains; `reason`, why a run failed; `seconds`,
+    its wall time [s]; `finished`, when; `setting`, the options of a `Choice` and what is finer in
+    the discretization; and `session`, a number in ``attrs["sessions"]``, which tells versions.
+
+    Raises
+    ------
+    StoreError
+        If the folder has no runs.
+    """
+    path = Path(folder) / RUNS
+    if not (path / "zarr.json").exists():
+        raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
+    return xr.open_zarr(path, chunks=None, consolidated=True)  # pyright: ignore[reportArgumentType]

@@ -1,0 +1,49 @@
+"""A worker process: ``python -m flexband.execution.worker`` performs the tasks of one study."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from contextlib import suppress
+from multiprocessing.connection import Client
+
+import cloudpickle
+
+WATCH = 1.0
+"""Time [s] between two looks whether the study lives still."""
+
+
+def main() -> None:
+    """Perform tasks until the connection ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the study, which ends its workers
+    address, key, study, path = cloudpickle.loads(sys.stdin.buffer.read())
+    sys.path[:] = path
+    threading.Thread(target=_watch, args=(study,), daemon=True).start()
+    from flexband.execution.executors import perform_elsewhere, unpickled  # noqa: PLC0415
+
+    connection = Client(address, authkey=key)
+    response = b""
+    try:
+        while True:
+            response = connection.recv_bytes() or response
+            arguments = connection.recv_bytes()
+            with suppress(Exception):  # which `perform_elsewhere` reports
+                unpickled(response)  # what it imports takes none of the task's time
+            connection.send_bytes(b"")
+            connection.send_bytes(perform_elsewhere(response, arguments))
+    except (EOFError, OSError):
+        return
+
+
+def _watch(study: int) -> None:
+    """End this process once that of the study is gone, also in the midst of a task."""
+    while os.getppid() == study:
+        time.sleep(WATCH)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,348 @@
+"""The runs of a study: looked up in its store, or made, checked and recorded."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, RunError, known, shown, whole
+from flexband.execution.executors import Outcome, Performing, in_process, performing
+from flexband.execution.fingerprint import fingerprint
+from flexband.execution.journal import Finished
+from flexband.execution.record import Record
+from flexband.execution.store import Owner, Store
+from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.evaluation import (
+    aligned,
+    check_labels,
+    explained,
+    labelled,
+    not_finite,
+)
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.space import Response, Space
+
+POLICIES = ("stop", "half step", "leave out")
+"""What to do about a run that fails."""
+
+RECORDED_TOGETHER = 64
+"""Most runs in one call of a response whose runs are recorded: so many may be lost."""
+
+HALVINGS = 3
+"""How often the step is halved for a run that fails."""
+
+HOPELESS = 8
+"""Runs without a success after which all are taken to fail."""
+
+
+@dataclass
+class Evaluations:
+    """Makes the runs of one study.
+
+    Attributes
+    ----------
+    perform : performs calls of the response, in this process or in others.
+    record : the open store; None without one.
+    failed : one of `POLICIES`.
+    batch : most runs in one call.
+    failures : number of failed runs that were left out.
+    """
+
+    perform: Performing = in_process
+    record: Record | None = None
+    failed: str = "stop"
+    batch: int = 2048
+    failures: int = 0
+
+    def __call__(
+        self,
+        response: Response,
+        space: Space,
+        setting: str,
+        points: tuple[np.ndarray, np.ndarray],
+        labels: xr.DataArray | None,
+        advance: Callable[[int], object],
+        *,
+        recorded: bool = True,
+    ) -> Evaluated:
+        """Return the response at points (ξ, η).
+
+        Parameters
+        ----------
+        setting : what the values depend on besides the inputs' numbers: options, discretization.
+        labels : earlier runs, whose dims and coordinates the response must have.
+        advance : called with the number of runs that are finished.
+        recorded : whether runs are looked up in the store and recorded there.
+
+        Raises
+        ------
+        InputError
+            If the response does not return finite real numbers of shape (n, …), or if the dims or
+            the coordinates of a batch are not those of the first one.
+        RunError
+            If a run fails, or all do.
+        """
+        record = self.record if recorded else None
+        if record is not None and labels is None:
+            labels = record.labels
+        found = Evaluated(response, space, setting, points, labels)
+        if record is not None:
+            self._look_up(found, record, advance)
+        one_by_one = bool(getattr(response, "one_by_one", False))
+        most = min(self.batch, RECORDED_TOGETHER) if self.record is not None else self.batch
+        self._make(found, found.missing, 1 if one_by_one else most, record, advance)
+        if found.values is None:
+            reason = next(iter(found.failed.values()))
+            raise RunError(f"all {len(points[0])} runs failed; the first: {reason}", {})
+        self.failures += len(found.failed)
+        return found
+
+    def _look_up(self, found: Evaluated, record: Record, advance: Callable[[int], object]) -> None:
+        """Take the runs that were made before; failed ones only if they are left out."""
+        rows = record.find(found.setting, found.numbers)
+        hits = np.flatnonzero(rows >= 0)
+        if not len(hits) or record.labels is None:
+            return
+        values, reasons = record.read(rows[hits])
+        if self.failed != "leave out":
+            done = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
+            hits, values, reasons = hits[done], values[done], {}
+        if len(hits):
+            found.take(hits, values)
+            found.failed |= {int(hits[k]): reason for k, reason in reasons.items()}
+            found.stored = hits
+            advance(len(hits))
+
+    def _make(
+        self,
+        found: Evaluated,
+        runs: np.ndarray,
+        most: int,
+        record: Record | None,
+        advance: Callable[[int], object],
+    ) -> None:
+        """Make runs, at most so many in one call."""
+        parts = [runs[k : k + most] for k in range(0, len(runs), most)]
+        tasks = [lambda part=part: found.arguments(part) for part in parts]
+        unclear: list[np.ndarray] = []
+        failed: dict[int, tuple[str, Exception | None, float]] = {}
+        for number, outcome in self.perform(found.response, tasks):
+            own, seconds = parts[number], outcome.seconds / len(parts[number])
+            good, values, bad, error = found.judged(own, outcome)
+            self._keep(record, found, good, values, "", seconds)
+            advance(len(good))
+            if error is not None and not bad and self.failed == "stop":
+                raise error
+            if error is not None and not bad:
+                unclear.append(own)
+            for run, reason in bad.items():
+                failed[run] = reason, error, seconds
+            if failed and self.failed != "half step":
+                self._fail(found, failed, record, advance)
+                failed = {}
+        for run in list(failed):
+            if self._with_shorter_steps(found, np.array([run]), record):
+                del failed[run]
+                advance(1)
+        self._fail(found, failed, record, advance)
+        for own in unclear:
+            self._make(found, own, -(-len(own) // 2), record, advance)
+
+    def _fail(
+        self,
+        found: Evaluated,
+        failed: Mapping[int, tuple[str, Exception | None, float]],
+        record: Record | None,
+        advance: Callable[[int], object],
+    ) -> None:
+        """Record failed runs, and raise the error of one unless they are left out."""
+        for run, (reason, _, seconds) in failed.items():
+            self._keep(record, found, np.array([run]), None, reason, seconds)
+            found.failed[run] = reason
+        hopeless = found.values is None and len(found.failed) >= HOPELESS
+        for reason, error, _ in failed.values():
+            if self.failed != "leave out" or hopeless:
+                raise error if error is not None else InputError(reason)
+        advance(len(failed))
+
+    def _with_shorter_steps(self, found: Evaluated, run: np.ndarray, record: Record | None) -> bool:
+        """Make a run with half the step, a quarter, …; return whether that succeeds."""
+        response: Any = found.response
+        for part in range(1, HALVINGS + 1):
+            finer = getattr(response, "refinements", None)
+            options: dict[str, Any] = finer(**found.arguments(run)) if callable(finer) else {}  # pyright: ignore[reportAssignmentType]
+            if "step" not in options:
+                raise InputError(
+                    "failed='half step' requires a response whose `refinements` have a step, "
+                    "as that of dynamic_response"
+                )
+            response = options["step"]
+            outcome = next(iter(self.perform(response, [lambda: found.arguments(run)])))[1]
+            good, values, _, _ = found.judged(run, outcome)
+            if len(good):
+                text = f"completed with 1/{2**part} of the step"
+                self._keep(record, found, good, values, text, outcome.seconds)
+                return True
+        return False
+
+    def _keep(
+        self,
+        record: Record | None,
+        found: Evaluated,
+        runs: np.ndarray,
+        values: np.ndarray | None,
+        reason: str,
+        seconds: float,
+    ) -> None:
+        """Take the values of runs, or None for failed ones, and record them."""
+        if values is not None:
+            found.take(runs, values)
+        if record is not None and len(runs):
+            if found.labels is not None:
+                record.begin(found.labels)
+            own = found.setting, found.numbers[runs], values, reason, seconds
+            record.add(Finished(*own, time.time()))
+
+
+class Evaluated:
+    """The values of a response at some points, as far as they are known.
+
+    Attributes
+    ----------
+    values : DataArray, dims (sample, …), NaN where runs failed; None before the first success.
+    failed : number of each run that failed -> reason.
+    stored : numbers of the runs that were recorded before.
+    """
+
+    def __init__(
+        self,
+        response: Response,
+        space: Space,
+        setting: str,
+        points: tuple[np.ndarray, np.ndarray],
+        labels: xr.DataArray | None,
+    ):
+        self.response, self.space, self.setting, self.points = response, space, setting, points
+        self.labels = labels
+        self.values: xr.DataArray | None = None
+        self.failed: dict[int, str] = {}
+        self.stored = np.zeros(0, int)
+        self._known = np.zeros(len(points[0]), bool)
+        self._numbers: np.ndarray | None = None
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The numbers that a run is recorded with, shape (runs, inputs)."""
+        if self._numbers is None:
+            self._numbers = np.stack(list(self.space.recorded_at(*self.points).values()), axis=1)
+        return self._numbers
+
+    @property
+    def missing(self) -> np.ndarray:
+        """Numbers of the runs that have no values yet."""
+        return np.flatnonzero(~self._known)
+
+    def arguments(self, runs: np.ndarray) -> dict[str, Any]:
+        """Return what the response is called with."""
+        xi, eta = self.points
+        return self.space.arguments_at(xi[runs], eta[runs])
+
+    def take(self, runs: np.ndarray, values: np.ndarray) -> None:
+        """Take the values of runs."""
+        assert self.labels is not None
+        if self.values is None:
+            empty = np.full((len(self._known), *self.labels.shape[1:]), np.nan)
+            coords = {k: c for k, c in self.labels.coords.items() if "sample" not in c.dims}
+            self.values = self.labels[:0].copy()
+            self.values = xr.DataArray(
+                empty, coords, self.labels.dims, self.labels.name, self.labels.attrs
+            )
+        self.values.values[runs] = values
+        self._known[runs] = True
+
+    def judged(
+        self, runs: np.ndarray, outcome: Outcome
+    ) -> tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]:
+        """Return which runs of a call are good and their values, and which failed and why.
+
+        No run is named where an error does not tell which of several failed.
+        """
+        points = tuple(v[runs] for v in self.points)
+        error, value, bad = outcome.error, outcome.value, {}
+        if isinstance(error, RunError) and error.results is not None:
+            value = error.results
+            bad = {int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()}
+        elif error is not None:
+            error = explained(error, self.space, *points)
+            alone = len(runs) == 1
+            return runs[:0], None, {int(runs[0]): _in_words(error)} if alone else {}, error
+        try:
+            values = self._checked(value, len(runs)).values
+        except InputError as wrong:
+            alone = len(runs) == 1
+            return runs[:0], None, {int(runs[0]): str(wrong)} if alone else {}, wrong
+        reason, wrong = not_finite(values, self.space, *points)
+        if bad:
+            assert error is not None
+            error = explained(error, self.space, *points)
+        elif reason:
+            bad = dict.fromkeys(map(int, runs[wrong]), reason)
+            error = InputError(reason)
+        good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
+        return runs[good], values[good], bad, error
+
+    def _checked(self, value: Any, count: int) -> xr.DataArray:
+        part = labelled(value, count)
+        if self.labels is None:
+            check_labels(part)
+            self.labels = part[:0].copy()
+            return part
+        return aligned(part, self.labels)
+
+
+def _in_words(error: Exception) -> str:
+    text = str(error) if isinstance(error, RunError | InputError) else ""
+    return text or f"{type(error).__name__}: {error}"
+
+
+def setting(case: str, finer: Iterable[str]) -> str:
+    """Return as text what values depend on besides numbers: options, and what is finer."""
+    return "; ".join(filter(None, (case, *(f"finer {name}" for name in sorted(finer)))))
+
+
+@contextmanager
+def evaluations(
+    response: Response,
+    inputs: Mapping[str, Any],
+    *,
+    batch: int = 2048,
+    store: Any = None,
+    executor: Any = None,
+    failed: str = "stop",
+) -> Iterator[Evaluations]:
+    """Give what makes the runs of a study; its store is closed with the context."""
+    batch = whole("batch", batch, 1)
+    known("failed", failed, POLICIES)
+    if store is not None and not isinstance(store, Store):
+        if not isinstance(store, str) and not hasattr(store, "__fspath__"):
+            raise InputError(f"store must be the path of a folder, or a Store; got {shown(store)}")
+        store = Store(store)
+    with performing(executor) as perform:
+        if store is None:
+            yield Evaluations(perform, None, failed, batch)
+            return
+        space = Space(first_case(inputs))
+        names = list(space.recorded_at(*space.nominal()))
+        fields = {name: one for name, one in space.inputs.items() if isinstance(one, Field)}
+        told = ", ".join(f"{name}: {fingerprint(one)}" for name, one in fields.items())
+        record = Record(store, Owner.of(response, store.version, names, told))
+        try:
+            yield Evaluations(perform, record, failed, batch)
+        finally:
+            record.close()

@@ -136,7 +136,8 @@ class Evaluations:
             own, seconds = parts[number], outcome.seconds / len(parts[number])
             good, values, bad, error = found.judged(own, outcome)
             self._keep(record, found, good, values, "", seconds)
-            advance(len(good))
+            if len(good):
+                advance(len(good))
             if error is not None and not bad and self.failed == "stop":
                 raise error
             if error is not None and not bad:
@@ -150,7 +151,8 @@ class Evaluations:
             if self._with_shorter_steps(found, np.array([run]), record):
                 del failed[run]
                 advance(1)
-        self._fail(found, failed, record, advance)
+        if failed:
+            self._fail(found, failed, record, advance)
         for own in unclear:
             self._make(found, own, -(-len(own) // 2), record, advance)
 

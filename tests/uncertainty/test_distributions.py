@@ -307,6 +307,7 @@ def test_cv_and_std_say_the_same():
         (lambda: fb.ScipyDistribution("norm", (("x", 1.0),)), "one of loc, scale, and a number"),
         (lambda: as_input(ss.cauchy()), "must have a finite variance"),
         (lambda: as_input(ss.gamma(-1.0)), "has parameters out of their range"),
+        (lambda: as_input(ss.gamma(4.0, loc=1e15)), "must have quantiles that are more than round"),
         (lambda: as_input(ss.poisson(3.0)), "poisson is discrete; a Choice has"),
         (lambda: as_input(ss.norm), "norm must have parameters"),
         (lambda: fb.Interval.around(10), "must have either percent, or tolerance, or plus"),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import zipfile
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from flexband.files import replaced
 TEXT = "about"
 """Name of the array that holds the text."""
 
+DIGEST = "digest"
+"""Name of the array that holds the digest of all others."""
+
 MAX_RATIO = 200
 """Largest ratio of the arrays' size to that of the file, if the arrays have more than
 `SMALL_SIZE` bytes: a small file cannot fill the memory."""
@@ -24,9 +28,18 @@ MAX_RATIO = 200
 SMALL_SIZE = 2**26
 
 
+class Archive(NamedTuple):
+    """The content of a file, and whether it is what was written."""
+
+    about: Any
+    arrays: dict[str, np.ndarray]
+    intact: bool
+
+
 def write_archive(file: Path, about: Any, arrays: Mapping[str, np.ndarray]) -> None:
     """Write arrays and a record of numbers and texts, compressed unless that is suspicious."""
     named: dict[str, Any] = {TEXT: np.array(json.dumps(about)), **arrays}
+    named[DIGEST] = np.array(digest(named))
     for save in (np.savez_compressed, np.savez):
         with replaced(file) as partial:
             with partial.open("wb") as opened:
@@ -36,7 +49,16 @@ def write_archive(file: Path, about: Any, arrays: Mapping[str, np.ndarray]) -> N
                     return
 
 
-def read_archive(file: Path) -> tuple[Any, dict[str, np.ndarray]]:
+def digest(arrays: Mapping[str, np.ndarray]) -> str:
+    """Return a number, as text, that changes with any name, kind, shape and value of arrays."""
+    found = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        found.update(json.dumps([name, array.dtype.str, array.shape]).encode())
+        found.update(array.tobytes())
+    return found.hexdigest()
+
+
+def read_archive(file: Path) -> Archive:
     """Return the record and the arrays of numbers and texts.
 
     Raises
@@ -51,8 +73,10 @@ def read_archive(file: Path) -> tuple[Any, dict[str, np.ndarray]]:
         if len(set(names)) < len(names):
             raise ValueError("two arrays of one name")
         arrays = {name.removesuffix(".npy"): _array(archive.read(name)) for name in names}
+    written = str(arrays.pop(DIGEST, ""))
+    intact = written == digest(arrays)
     text = str(arrays.pop(TEXT))
-    return json.loads(text, parse_constant=_refuse), arrays
+    return Archive(json.loads(text, parse_constant=_refuse), arrays, intact)
 
 
 def _is_plausible(archive: zipfile.ZipFile, file: Path) -> bool:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, shown
+from flexband.errors import InputError, instance, shown, without_warnings
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Choice, cases
 from flexband.uncertainty.inputs.correlated import Correlated
@@ -33,16 +33,19 @@ from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-FORMAT = 5
+FORMAT = 6
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
 variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
-inputs may be correlated or have intervals as parameters."""
+inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage."""
 
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",
     "PhaseExpansion": "flexband.uncertainty.phases.expansion",
 }
 """The module of each kind of expansion that a file may hold, imported only if one holds it."""
+
+OWN_INPUTS = "flexband.uncertainty.inputs."
+"""Where modules are that are imported if a file holds an input of them."""
 
 _FUNCTIONS = {"correlation": RandomField.correlations, "function": Field.functions}
 """Functions by name, by what they are in a record."""
@@ -117,13 +120,16 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
     if not file.is_file():
         raise InputError(f"there is no file {file}")
     try:
-        about, arrays = read_archive(file)
+        about, arrays, intact = read_archive(file)
         if about["format"] != FORMAT:
             raise InputError(
                 f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
                 "save it again with this version of flexband"
             )
-        return _choices(about, arrays) if "parts" in about else _surrogate(about, arrays)
+        if not intact:
+            raise InputError("the file is not as it was saved: it is damaged, or was changed")
+        with without_warnings():  # which were given when it was made
+            return _choices(about, arrays) if "parts" in about else _surrogate(about, arrays)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises
@@ -247,9 +253,15 @@ def _restored(record: Any) -> Any:
             return registered[name]
     if record["input"] == "Choice":
         return Choice(*dict(_restored(record["fields"]))["options"])
-    kinds = {**Input.kinds, "Correlated": Correlated}
-    if record["input"] not in kinds:
-        raise InputError(
-            f"the input {record['input']} must be defined first; import it from {record['module']}"
-        )
-    return kinds[record["input"]](**dict(_restored(record["fields"])))
+    return _kind(record["input"], record["module"])(**dict(_restored(record["fields"])))
+
+
+def _kind(name: str, module: str) -> type:
+    """Return a class of inputs, whose module is imported if it is one of flexband."""
+    if name == "Correlated":
+        return Correlated
+    if name not in Input.kinds and module.startswith(OWN_INPUTS):
+        import_module(module)
+    if name not in Input.kinds:
+        raise InputError(f"the input {name} must be defined first; import it from {module}")
+    return Input.kinds[name]

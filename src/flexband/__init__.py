@@ -69,6 +69,8 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.sensors.sections import SectionForces, Strain, Stress
     from flexband.mechanics.simulate import simulate
+    from flexband.models.one_by_one import ModelError
+    from flexband.models.program import ExternalProgram
     from flexband.models.samplewise import samplewise
     from flexband.report.drawing.draw import draw
     from flexband.report.notebook import load_ipython_extension

@@ -12,6 +12,10 @@ import xarray as xr
 from flexband.errors import InputError, shown
 
 
+class ModelError(RuntimeError):
+    """A model outside of flexband fails; the message states which one, and why."""
+
+
 class OneByOne(ABC):
     """A response that is made of the results of single samples.
 

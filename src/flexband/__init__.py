@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.sensors.sections import SectionForces, Strain, Stress
     from flexband.mechanics.simulate import simulate
+    from flexband.models.fmu import FMU
     from flexband.models.one_by_one import ModelError
     from flexband.models.program import ExternalProgram
     from flexband.models.samplewise import samplewise

@@ -1,0 +1,247 @@
+"""A functional mock-up unit (FMU) for co-simulation as a response, run by FMPy."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite, numbers, positive, shown
+from flexband.models.extras import extra
+from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
+from flexband.models.one_by_one import ModelError, OneByOne
+
+FATAL = 4
+"""Status after which no function of an FMU may be called."""
+
+SHOWN_MESSAGES = 5
+
+EQUAL = 1e-6
+"""Relative difference of equal steps."""
+
+
+@dataclass(frozen=True)
+class FMU(OneByOne):
+    """``response(**values)``: simulate an FMU for co-simulation, FMI 2.0 or 3.0, for each sample.
+
+    The inputs are parameters, inputs and start values of the FMU, by name; inputs stay constant in
+    time. Each sample extracts and loads the FMU anew, so that none depends on those before it. FMPy
+    is needed: ``pip install 'flexband[fmi]'``.
+
+    Parameters
+    ----------
+    path : the file.
+    times : at which the outputs are recorded [s], increasing. The simulation begins at the start
+        time of the FMU's default experiment, or at 0.
+    outputs : names of the variables to record; all that the FMU calls outputs if None.
+    step : longest communication step [s]. By default it is that of the FMU's default experiment, or
+        as long as from one of the `times` to the next. Steps are shortened to meet the `times`.
+
+    Attributes
+    ----------
+    checksum : SHA-256 of the file, which must not change afterwards.
+
+    Raises
+    ------
+    ImportError
+        If FMPy is not installed.
+    InputError
+        If the file is no FMU for co-simulation, or not one for this kind of computer, it does not
+        have a variable, or `times` require steps that it cannot take. By a call, if a variable is
+        unknown, cannot be set, or has another value after initialization; messages list what is
+        known.
+    ModelError
+        By a call, if the FMU reports an error or ends early; the message shows what it has logged.
+    """
+
+    path: str | os.PathLike[str]
+    times: ArrayLike
+    outputs: Sequence[str] | None = None
+    step: float | None = None
+    checksum: str = field(init=False, default="")
+
+    def __post_init__(self) -> None:
+        path = os.path.abspath(os.fspath(self.path))
+        if not os.path.isfile(path):
+            raise InputError(f"FMU path must be a file that exists; got {shown(self.path)}")
+        times = np.atleast_1d(finite("FMU times [s]", self.times, rank=None))
+        if times.ndim > 1 or np.any(np.diff(times) <= 0):
+            raise InputError(f"FMU times [s] must increase; got {shown(self.times)}")
+        if isinstance(self.outputs, str):
+            raise InputError(f"FMU outputs must be a list of names; got {self.outputs!r}")
+        if self.step is not None:
+            positive("FMU step [s]", numbers("FMU step [s]", self.step))
+        own = {"path": path, "times": tuple(times.tolist()), "checksum": _checksum(path)}
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
+        description = self._description(validate=True)
+        names = None if self.outputs is None else list(self.outputs)
+        object.__setattr__(self, "outputs", tuple(v.name for v in recorded(description, names)))
+        self._communication(description)
+
+    def sample(self, **values: Any) -> xr.DataArray:
+        """Return the outputs of one simulation, dims (output, time).
+
+        Parameters
+        ----------
+        values : variables of the FMU by name.
+        """
+        if _checksum(self.path) != self.checksum:
+            raise ModelError(f"the FMU {self.path} has changed since the response was made")
+        description = self._description()
+        outputs = recorded(description, list(self.outputs or ()))
+        given = assigned(description, values)
+        messages: list[str] = []
+        with TemporaryDirectory(prefix="flexband-") as folder:
+            extra("fmpy", "fmi").extract(self.path, folder)
+            run = _Run(folder, description, messages)
+            try:
+                run.start(self._start(description), self._ends[-1], given)
+                rows = [run.read(outputs)] if self._ends[0] == self._start(description) else []
+                for begin, step, count in self._communication(description):
+                    run.advance(begin, step, count)
+                    rows.append(run.read(outputs))
+            except run.failure as error:
+                run.fatal = getattr(error, "status", 0) == FATAL
+                raise ModelError(f"the FMU fails: {error}{_shown(messages)}") from error
+            finally:
+                run.end()
+        return xr.DataArray(
+            np.array(rows).T,
+            dims=("output", "time"),
+            coords={
+                "output": [v.name for v in outputs],
+                "unit": ("output", [unit(v) for v in outputs]),
+                "time": ("time", np.array(self._ends), {"units": "s"}),
+            },
+        )
+
+    @property
+    def _ends(self) -> tuple[float, ...]:
+        return self.times  # pyright: ignore[reportReturnType]
+
+    def _description(self, *, validate: bool = False) -> Any:
+        """Return what FMPy reads of the FMU; raise `InputError` if it cannot be simulated."""
+        fmpy = extra("fmpy", "fmi")
+        try:
+            description = fmpy.read_model_description(self.path, validate=validate)
+            platforms = fmpy.supported_platforms(self.path)
+        except Exception as error:  # FMPy raises many kinds
+            raise InputError(f"FMU path must be an FMU; {self.path} is none: {error}") from error
+        if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3."):
+            raise InputError(f"FMU path must be of FMI 2.0 or 3.0; got {description.fmiVersion}")
+        if description.coSimulation is None:
+            raise InputError(f"FMU path must be an FMU for co-simulation; {self.path} is not")
+        if fmpy.platform not in platforms:
+            raise InputError(
+                f"FMU path must be an FMU for {fmpy.platform}; {self.path} is for "
+                f"{', '.join(platforms) or 'nothing'}"
+            )
+        return description
+
+    def _start(self, description: Any) -> float:
+        experiment = description.defaultExperiment
+        return float((experiment and experiment.startTime) or 0.0)
+
+    def _communication(self, description: Any) -> list[tuple[float, float, int]]:
+        """Return begin, communication step and number of steps between all times."""
+        start, ends = self._start(description), self._ends
+        if ends[0] < start:
+            raise InputError(f"FMU times [s] must not be before its start {start:g}; got {ends[0]}")
+        experiment = description.defaultExperiment
+        longest = self.step or float((experiment and experiment.stepSize) or np.inf)
+        points = ends if ends[0] == start else (start, *ends)
+        parts = []
+        for begin, end in pairwise(points):
+            count = max(1, int(np.ceil((end - begin) / longest - EQUAL)))
+            parts.append((begin, (end - begin) / count, count))
+        steps = [step for _, step, _ in parts]
+        variable = description.coSimulation.canHandleVariableCommunicationStepSize
+        if not variable and steps and max(steps) - min(steps) > EQUAL * max(steps):
+            raise InputError(
+                f"this FMU takes equal communication steps only; FMU times with step "
+                f"{longest:g} s would need steps from {min(steps):g} to {max(steps):g} s"
+            )
+        return parts
+
+
+class _Run:
+    """An FMU that is instantiated, through FMPy."""
+
+    def __init__(self, folder: str, description: Any, messages: list[str]):
+        self.description, self.fatal = description, False
+        simulation = extra("fmpy.simulation", "fmi")
+        self.failure: type[Exception] = extra("fmpy.fmi1", "fmi").FMICallException
+
+        def logged(*parts: Any) -> None:
+            messages.append(parts[-1].decode(errors="replace"))
+
+        try:
+            self.fmu = simulation.instantiate_fmu(
+                folder, description, "CoSimulation", logger=logged
+            )
+        except Exception as error:
+            raise ModelError(f"the FMU cannot be loaded: {error}{_shown(messages)}") from error
+
+    def start(self, begin: float, end: float, given: dict[str, tuple[Any, Any]]) -> None:
+        """Set the values and initialize; raise `InputError` if a value is then another."""
+        if self.description.fmiVersion == "2.0":
+            self.fmu.setupExperiment(startTime=begin, stopTime=end)
+        for variable, value in given.values():
+            kind = access(self.description, variable)
+            getattr(self.fmu, f"set{kind}")([variable.valueReference], [value])
+        if self.description.fmiVersion == "2.0":
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=begin, stopTime=end)
+        self.fmu.exitInitializationMode()
+        for name, (variable, value) in given.items():
+            found = self._get(access(self.description, variable), [variable])[0]
+            if differs(value, found):
+                raise InputError(
+                    f"{name} cannot be set in this FMU: it was set to {value!r} and is {found!r} "
+                    "after initialization"
+                )
+
+    def advance(self, begin: float, step: float, count: int) -> None:
+        """Take equal steps."""
+        for k in range(count):
+            ended = self.fmu.doStep(begin + k * step, step)
+            if ended and (ended[1] or ended[2]):  # FMI 3.0: terminated, returned early
+                raise ModelError(f"the FMU ends at {begin + k * step:g} s")
+
+    def read(self, variables: list[Any]) -> np.ndarray:
+        """Return the values of variables now."""
+        values = np.empty(len(variables))
+        kinds = [access(self.description, v) for v in variables]
+        for kind in dict.fromkeys(kinds):
+            places = [k for k, one in enumerate(kinds) if one == kind]
+            values[places] = self._get(kind, [variables[k] for k in places])
+        return values
+
+    def end(self) -> None:
+        """Free the instance, unless that is forbidden."""
+        if not self.fatal:
+            self.fmu.freeInstance()
+
+    def _get(self, kind: str, variables: list[Any]) -> list[Any]:
+        return getattr(self.fmu, f"get{kind}")([v.valueReference for v in variables])
+
+
+def _checksum(path: str | os.PathLike[str]) -> str:
+    return sha256(Path(path).read_bytes()).hexdigest()
+
+
+def _shown(messages: list[str]) -> str:
+    """Return the last messages of an FMU, as text to append."""
+    last = [f"\n    {one}" for one in messages[-SHOWN_MESSAGES:]]
+    return f". Its last messages:{''.join(last)}" if last else ""

@@ -1,0 +1,134 @@
+"""Variables of an FMU: which can be set and recorded, and to which values."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import InputError, shown
+
+MOST_NAMES = 20
+"""Names that a message lists."""
+
+ROUNDING = 1e-6
+"""Relative difference of a value and what an FMU of single precision makes of it."""
+
+SETTABLE_STARTS = ("exact", "approx")
+
+NUMBERS = ("Real", "Float64", "Float32")
+TEXTS = ("String",)
+TRUTHS = ("Boolean",)
+NOT_SCALAR = ("Binary", "Clock")
+
+
+def recorded(description: Any, names: list[str] | None) -> list[Any]:
+    """Return the variables of these names, or all outputs; they are scalar numbers.
+
+    Raises
+    ------
+    InputError
+        If there is none of a name, or it is no number.
+    """
+    possible = {v.name: v for v in description.modelVariables if _is_number(v)}
+    if names is None:
+        names = [name for name, v in possible.items() if v.causality == "output"]
+    if not names or len(set(names)) < len(names):
+        raise InputError(f"FMU outputs must be one or more different variables; got {shown(names)}")
+    return [_named(possible, name, "outputs must be numbers of the FMU") for name in names]
+
+
+def assigned(description: Any, values: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """Return the variables that are to be set and their values, by name.
+
+    Raises
+    ------
+    InputError
+        If there is no variable of a name, it cannot be set, or not to this value.
+    """
+    possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
+    every = {v.name: v for v in description.modelVariables}
+    found: dict[str, tuple[Any, Any]] = {}
+    for name, value in values.items():
+        if name in every and name not in possible:
+            raise InputError(f"{name} cannot be set in this FMU: it is {_refusal(every[name])}")
+        variable = _named(possible, name, "inputs must be variables of the FMU that can be set")
+        for other, (one, _) in found.items():
+            if (one.valueReference, one.type) == (variable.valueReference, variable.type):
+                raise InputError(f"{other} and {name} are the same variable of the FMU")
+        found[name] = variable, _converted(variable, value)
+    return found
+
+
+def access(description: Any, variable: Any) -> str:
+    """Return the name of the type in FMPy's functions that get and set a variable."""
+    if variable.type == "Enumeration":
+        return "Integer" if description.fmiVersion == "2.0" else "Int64"
+    return variable.type
+
+
+def unit(variable: Any) -> str:
+    """Return the unit of a variable; "" if it has none."""
+    declared = getattr(variable.declaredType, "unit", None)
+    return variable.unit or declared or ""
+
+
+def differs(value: Any, found: Any) -> bool:
+    """Return whether an FMU has another value than it was given."""
+    if isinstance(value, str):
+        return value != (found.decode() if isinstance(found, bytes) else found)
+    return abs(found - value) > ROUNDING * abs(value)
+
+
+def _named(possible: dict[str, Any], name: str, rule: str) -> Any:
+    if name in possible:
+        return possible[name]
+    close = get_close_matches(str(name), possible, n=3)
+    names = [*close, *(one for one in possible if one not in close)]
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    listed = ", ".join(names[:MOST_NAMES]) or "nothing"
+    raise InputError(f"{rule}: {listed}{more}; got {name!r}")
+
+
+def _is_number(variable: Any) -> bool:
+    return not variable.shape and variable.type not in (*TEXTS, *NOT_SCALAR)
+
+
+def _refusal(variable: Any) -> str:
+    """Return why a variable cannot be set before the simulation; "" if it can."""
+    if variable.shape or variable.type in NOT_SCALAR:
+        return "an array" if variable.shape else f"a {variable.type}"
+    if variable.variability == "constant":
+        return "a constant"
+    if variable.causality in ("calculatedParameter", "independent", "structuralParameter"):
+        return f"of causality {variable.causality}"
+    if variable.causality != "input" and variable.initial not in SETTABLE_STARTS:
+        return f"a variable of causality {variable.causality} whose start is calculated"
+    return ""
+
+
+def _converted(variable: Any, value: Any) -> Any:
+    """Return a value as a variable's type needs it."""
+    name = variable.name
+    if callable(value):
+        raise InputError(f"{name} must be a number for an FMU; got a function of position")
+    if variable.type in TEXTS:
+        if not isinstance(value, str):
+            raise InputError(f"{name} must be a text for this FMU; got {shown(value)}")
+        return value
+    if isinstance(value, str) or not np.isfinite(value):
+        raise InputError(f"{name} must be a finite number for this FMU; got {shown(value)}")
+    if variable.type in TRUTHS:
+        if value not in (0, 1):
+            raise InputError(f"{name} must be 0 or 1 for this FMU; got {shown(value)}")
+        return bool(value)
+    for limit, outside in (("min", value.__lt__), ("max", value.__gt__)):
+        bound = getattr(variable, limit)
+        if bound is not None and outside(float(bound)) is True:
+            raise InputError(f"{name} has the {limit} {bound} in this FMU; got {shown(value)}")
+    if variable.type in NUMBERS:
+        return float(value)
+    if value != int(value):
+        raise InputError(f"{name} must be a whole number for this FMU; got {shown(value)}")
+    return int(value)

@@ -73,6 +73,8 @@ if TYPE_CHECKING:
     from flexband.models.one_by_one import ModelError
     from flexband.models.program import ExternalProgram
     from flexband.models.samplewise import samplewise
+    from flexband.models.umbridge_client import UMBridgeModel
+    from flexband.models.umbridge_server import UMBridgeServer, serve
     from flexband.report.drawing.draw import draw
     from flexband.report.notebook import load_ipython_extension
     from flexband.study.study import Study

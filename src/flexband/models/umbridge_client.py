@@ -1,0 +1,209 @@
+"""A model behind a UM-Bridge server as a response."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import urllib.error
+import urllib.request
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite, instance, known, numbers, positive, shown
+from flexband.models.one_by_one import ModelError, OneByOne
+
+PROTOCOL = 1.0
+
+
+@dataclass(frozen=True)
+class UMBridgeModel(OneByOne):
+    """``response(**values)``: evaluate a model of a UM-Bridge server for each sample.
+
+    The model's input vectors are filled with the inputs one after another. If its output vectors
+    are equally long, the dims of the result are (sample, output, entry), with "time" in place of
+    "entry" if `times` are given, or (sample, output) if each has one entry only. If they are not,
+    all their entries together have the dim "output".
+
+    Parameters
+    ----------
+    url, name : address of the server, such as ``"http://localhost:4242"``, and name of the model.
+    inputs : names of the inputs, in the order of the numbers in the model's input vectors.
+    outputs : names of the output vectors; "0", "1", … by default.
+    times : of the entries of the output vectors [s].
+    config : passed on to the model.
+    time_limit : longest time of a run [s].
+
+    Attributes
+    ----------
+    input_sizes, output_sizes : lengths of the model's input and output vectors.
+
+    Raises
+    ------
+    InputError
+        If the model does not exist, cannot be evaluated, or has not as many inputs, outputs or
+        times; by a call, if its names are not those of the inputs, or a value is no finite number.
+    ModelError
+        Also by a call, if the server cannot be reached or reports an error.
+
+    References
+    ----------
+    Seelinger, Cheng-Seelinger, Davis, Parno and Reinarz, *UM-Bridge: Uncertainty quantification
+    and modeling bridge*, Journal of Open Source Software (2023), doi:10.21105/joss.04748; protocol
+    1.0.
+    """
+
+    url: str
+    name: str
+    inputs: Sequence[str]
+    outputs: Sequence[str] | None = None
+    times: ArrayLike | None = None
+    config: Mapping[str, Any] = field(default_factory=dict)
+    time_limit: float | None = None
+    input_sizes: tuple[int, ...] = field(init=False, default=())
+    output_sizes: tuple[int, ...] = field(init=False, default=())
+
+    def __post_init__(self) -> None:
+        instance("url", self.url, str)
+        if not self.url.startswith(("http://", "https://")):
+            raise InputError(f"url must begin with http:// or https://; got {self.url!r}")
+        if self.time_limit is not None:
+            positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
+        instance("config", self.config, Mapping, "a dict")
+        inputs = _names("inputs", self.inputs)
+        about = self._ask("Info")
+        if about.get("protocolVersion") != PROTOCOL:
+            raise InputError(
+                f"url must be that of a server of UM-Bridge {PROTOCOL}; it is of "
+                f"{about.get('protocolVersion')!r}"
+            )
+        known("name", self.name, about.get("models", []))
+        of_model = {"name": self.name}
+        if not self._ask("ModelInfo", of_model).get("support", {}).get("Evaluate"):
+            raise InputError(f"name must be a model that can be evaluated; got {self.name!r}")
+        of_model |= {"config": dict(self.config)}
+        own = {
+            "url": self.url.rstrip("/"),
+            "inputs": inputs,
+            "input_sizes": self._sizes("InputSizes", of_model),
+            "output_sizes": self._sizes("OutputSizes", of_model),
+            "times": None if self.times is None else _times(self.times),
+        }
+        if self.outputs is not None:
+            own["outputs"] = _names("outputs", self.outputs)
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
+        self._check_sizes()
+
+    def _check_sizes(self) -> None:
+        if len(self.inputs) != sum(self.input_sizes):
+            raise InputError(
+                f"inputs must be {sum(self.input_sizes)} names, for input vectors of lengths "
+                f"{list(self.input_sizes)}; got {len(self.inputs)}"
+            )
+        if self.outputs is not None and len(self.outputs) != len(self.output_sizes):
+            raise InputError(
+                f"outputs must be {len(self.output_sizes)} names, for output vectors of lengths "
+                f"{list(self.output_sizes)}; got {len(self.outputs)}"
+            )
+        if self.times is not None and {len(self._times)} != set(self.output_sizes):
+            raise InputError(
+                f"times [s] must be as many as the entries of the output vectors, "
+                f"{list(self.output_sizes)}; got {len(self._times)}"
+            )
+
+    @property
+    def _times(self) -> tuple[float, ...]:
+        return self.times  # pyright: ignore[reportReturnType]
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        kind = inspect.Parameter.KEYWORD_ONLY
+        return inspect.Signature([inspect.Parameter(name, kind) for name in self.inputs])
+
+    def sample(self, **values: Any) -> xr.DataArray:
+        """Return the outputs of one evaluation.
+
+        Parameters
+        ----------
+        values : every input by name, a number.
+        """
+        if values.keys() != set(self.inputs):
+            raise InputError(
+                f"the inputs are {', '.join(self.inputs)}; got {', '.join(values) or 'nothing'}"
+            )
+        given = [float(numbers(name, values[name])) for name in self.inputs]
+        ends = np.cumsum(self.input_sizes)
+        vectors = [
+            given[end - size : end] for size, end in zip(self.input_sizes, ends, strict=True)
+        ]
+        asked = {"name": self.name, "input": vectors, "config": dict(self.config)}
+        output = self._ask("Evaluate", asked).get("output")
+        try:
+            vectors = [np.array(one, dtype=float) for one in output or ()]
+        except (TypeError, ValueError):
+            vectors = []
+        if [one.shape for one in vectors] != [(size,) for size in self.output_sizes]:
+            raise ModelError(
+                f"{self.name} of {self.url} must return vectors of lengths "
+                f"{list(self.output_sizes)}; got {shown(output)}"
+            )
+        return self._labelled(vectors)
+
+    def _labelled(self, vectors: list[np.ndarray]) -> xr.DataArray:
+        names = list(self.outputs or map(str, range(len(vectors))))
+        if len(set(self.output_sizes)) > 1:
+            sized = zip(names, self.output_sizes, strict=True)
+            names = [f"{name}[{k}]" for name, size in sized for k in range(size)]
+            return xr.DataArray(np.concatenate(vectors), [("output", names)])
+        values = np.stack(vectors)
+        if self.times is not None:
+            time = ("time", np.array(self._times), {"units": "s"})
+            return xr.DataArray(values, [("output", names), time])
+        if values.shape[1] == 1:
+            return xr.DataArray(values[:, 0], [("output", names)])
+        return xr.DataArray(values, dims=("output", "entry"), coords={"output": names})
+
+    def _ask(self, path: str, asked: dict[str, Any] | None = None) -> dict[str, Any]:
+        """Return the answer of the server; raise `ModelError` if it is an error, or none."""
+        url = f"{self.url.rstrip('/')}/{path}"
+        data = None if asked is None else json.dumps(asked).encode()
+        request = urllib.request.Request(url, data, {"Content-Type": "application/json"})
+        try:
+            with urllib.request.urlopen(request, timeout=self.time_limit) as answer:
+                body = answer.read()
+        except urllib.error.HTTPError as error:
+            body = error.read() or str(error).encode()
+        except OSError as error:
+            raise ModelError(f"no answer from {url}: {error}") from error
+        try:
+            found = json.loads(body)
+        except ValueError:
+            found = None
+        if not isinstance(found, dict):
+            raise ModelError(f"the answer of {url} must be JSON; got {shown(body.decode())}")
+        if "error" in found:
+            raise ModelError(f"{self.name} of {self.url} reports {found['error']}")
+        return found
+
+    def _sizes(self, path: str, asked: dict[str, Any]) -> tuple[int, ...]:
+        sizes = self._ask(path, asked).get(f"{path[0].lower()}{path[1:]}")
+        if not isinstance(sizes, list) or not all(type(n) is int and n > 0 for n in sizes):
+            raise ModelError(f"{self.url} must return /{path} as whole numbers; got {shown(sizes)}")
+        return tuple(sizes)
+
+
+def _names(kind: str, names: object) -> tuple[str, ...]:
+    if isinstance(names, str) or not isinstance(names, Sequence) or len(set(names)) < len(names):
+        raise InputError(f"{kind} must be a list of different names; got {shown(names)}")
+    for name in names:
+        instance(kind, name, str, "a list of names")
+    return tuple(names)
+
+
+def _times(times: ArrayLike) -> tuple[float, ...]:
+    return tuple(np.atleast_1d(finite("times [s]", times, rank=None)).tolist())

@@ -1,0 +1,244 @@
+"""A UM-Bridge server that offers a response or a surrogate to other programs."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite, shown
+from flexband.models.umbridge_client import PROTOCOL
+
+UNSUPPORTED = ("Gradient", "ApplyJacobian", "ApplyHessian")
+
+
+class _RefusedError(Exception):
+    """An error of the protocol: its type, its message, and the status of HTTP."""
+
+    def __init__(self, kind: str, message: str, status: int = 400):
+        super().__init__(message)
+        self.kind, self.status = kind, status
+
+
+@dataclass(frozen=True)
+class _Offered:
+    """A response as a model of UM-Bridge: one vector of numbers to vectors of numbers."""
+
+    name: str
+    response: Callable[..., Any]
+    inputs: Mapping[str, np.ndarray]
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    output_sizes: list[int] = field(default_factory=list)
+
+    @property
+    def input_size(self) -> int:
+        return sum(value.size for value in self.inputs.values())
+
+    def outputs(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the values of the response, shape (vectors, entries)."""
+        values, begin = {}, 0
+        for name, like in self.inputs.items():
+            own = numbers[begin : begin + like.size]
+            values[name] = own if like.ndim == 0 else own[None]
+            begin += like.size
+        with self.lock:  # a response need not be one for several threads
+            found = self.response(**values)
+        if isinstance(found, xr.DataArray) and "sample" in found.dims:
+            found = found.transpose("sample", ...)
+        result = np.asarray(found, dtype=float)
+        if result.shape[:1] != (1,):
+            raise InputError(
+                f"the response must return shape (1, ...); got shape {result.shape}. A function of "
+                "one sample becomes a response by fb.samplewise"
+            )
+        return result.reshape(-1, result.shape[-1])
+
+    def answer(self, path: str, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return the answer to a request; raise `_RefusedError` if it breaks the protocol."""
+        if path == "Info":
+            return {"protocolVersion": PROTOCOL, "models": [self.name]}
+        answers = {
+            "ModelInfo": lambda: {
+                "support": {"Evaluate": True} | dict.fromkeys(UNSUPPORTED, False)
+            },
+            "InputSizes": lambda: {"inputSizes": [self.input_size]},
+            "OutputSizes": lambda: {"outputSizes": self.output_sizes},
+            "Evaluate": lambda: {"output": self.evaluated(asked)},
+        }
+        if path not in (*answers, *UNSUPPORTED):
+            raise _RefusedError("UnsupportedFeature", f"there is no /{path}", 404)
+        if asked.get("name") != self.name:
+            raise _RefusedError(
+                "ModelNotFound", f"the model is {self.name!r}; got {asked.get('name')!r}"
+            )
+        if path in UNSUPPORTED:
+            raise _RefusedError("UnsupportedFeature", f"{path} is not supported")
+        if asked.get("config"):
+            raise _RefusedError(
+                "InvalidInput", f"config must be empty; got {shown(asked['config'])}"
+            )
+        return answers[path]()
+
+    def evaluated(self, asked: dict[str, Any]) -> list[list[float]]:
+        """Return the output vectors of a request."""
+        vectors = asked.get("input")
+        if not isinstance(vectors, list) or [_length(v) for v in vectors] != [self.input_size]:
+            raise _RefusedError(
+                "InvalidInput",
+                f"input must be one vector of {self.input_size} numbers, {', '.join(self.inputs)}; "
+                f"got {shown(vectors)}",
+            )
+        for number in vectors[0]:
+            if type(number) not in (int, float) or not math.isfinite(number):
+                raise _RefusedError("InvalidInput", f"input must be finite numbers; got {number!r}")
+        try:
+            outputs = self.outputs(np.array(vectors[0], dtype=float))
+        except InputError as error:
+            raise _RefusedError("InvalidInput", str(error)) from error
+        except Exception as error:
+            kind = type(error).__name__
+            raise _RefusedError(
+                "InvalidOutput", f"the model fails: {kind}: {error}", 500
+            ) from error
+        if [len(one) for one in outputs] != self.output_sizes or not np.isfinite(outputs).all():
+            raise _RefusedError(
+                "InvalidOutput", f"the model must return finite vectors of lengths "
+                f"{self.output_sizes}; got {shown(outputs.tolist())}", 500,
+            )  # fmt: skip
+        return outputs.tolist()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Requests of UM-Bridge."""
+
+    protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True
+
+    def __init__(self, offered: _Offered, *arguments: Any):
+        self.offered = offered
+        super().__init__(*arguments)
+
+    def do_GET(self) -> None:
+        self._reply("")
+
+    def do_POST(self) -> None:
+        self._reply(self.rfile.read(int(self.headers.get("Content-Length", 0))))
+
+    def _reply(self, body: bytes | str) -> None:
+        try:
+            try:
+                asked = json.loads(body or "{}")
+            except ValueError as error:
+                raise _RefusedError("InvalidInput", f"the request must be JSON: {error}") from None
+            if not isinstance(asked, dict):
+                raise _RefusedError(
+                    "InvalidInput", f"the request must be an object; got {shown(asked)}"
+                )
+            status, answer = 200, self.offered.answer(self.path.strip("/"), asked)
+        except _RefusedError as error:
+            status = error.status
+            answer = {"error": {"type": error.kind, "message": str(error)}}
+        data = json.dumps(answer).encode()
+        self.send_response(status)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Write no log."""
+
+
+class UMBridgeServer:
+    """A server that offers a response or a surrogate by the protocol UM-Bridge 1.0.
+
+    ``with UMBridgeServer(...) as server:`` serves in the background, at ``server.url``. The model
+    has one input vector, of all inputs in their order, and one output vector for each output (for
+    every combination of all dims but the last). It does not take a `config`. Calls of the response
+    are made one after another.
+
+    Parameters
+    ----------
+    response : vectorized response, or a surrogate.
+    inputs : name of each input -> a value at which the response is run once, to know the lengths of
+        its outputs: a number; standard variables, shape (terms,), for a field of a surrogate.
+    name : of the model.
+    host : address on which the server listens; by default, other computers cannot reach it. Anybody
+        who can reach it can run the model.
+    port : 0 for any free one.
+
+    Raises
+    ------
+    InputError
+        If the response does not return shape (1, ...) for these inputs.
+    OSError
+        If the port is not free.
+    """
+
+    def __init__(
+        self,
+        response: Any,
+        inputs: Mapping[str, ArrayLike],
+        *,
+        name: str = "flexband",
+        host: str = "127.0.0.1",
+        port: int = 4242,
+    ):
+        function = response if callable(response) else getattr(response, "evaluate", None)
+        if not callable(function):
+            raise InputError(f"response must be a function or a surrogate; got {shown(response)}")
+        if not isinstance(inputs, Mapping) or not inputs:
+            raise InputError(f"inputs must be a dict of names and values; got {shown(inputs)}")
+        values = {k: finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
+        offered = _Offered(name, function, values)
+        first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))
+        offered.output_sizes.extend(len(one) for one in first)
+        self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered))
+        self._server.daemon_threads = True
+        self.url = f"http://{host}:{self._server.server_port}"
+
+    def serve_forever(self) -> None:
+        """Serve until the program is interrupted."""
+        with self._server:
+            self._server.serve_forever()
+
+    def __enter__(self) -> UMBridgeServer:
+        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+        return self
+
+    def __exit__(self, *of_error: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+
+
+def serve(
+    response: Any,
+    inputs: Mapping[str, ArrayLike],
+    *,
+    name: str = "flexband",
+    host: str = "127.0.0.1",
+    port: int = 4242,
+) -> None:
+    """Offer a response or a surrogate by UM-Bridge until the program is interrupted.
+
+    Parameters and errors are those of `UMBridgeServer`, which serves in the background.
+    """
+    server = UMBridgeServer(response, inputs, name=name, host=host, port=port)
+    print(f"{name} is served by UM-Bridge at {server.url}; Ctrl-C ends it", flush=True)
+    try:
+        server.serve_forever()
+    except KeyboardInterrupt:
+        print("stopped")
+
+
+def _length(vector: object) -> int | None:
+    return len(vector) if isinstance(vector, list) else None

@@ -163,7 +163,7 @@ def test_errors_of_the_model_are_told(server):
         model(x=[101.0], e=[1.0])
     with pytest.raises(fb.InputError, match="the inputs are x, e; got x"):
         model(x=[1.0])
-    with pytest.raises(fb.InputError, match="x must be finite numbers; got 'a'|x must be"):
+    with pytest.raises(fb.InputError, match=r"x must be finite numbers; got 'a'|x must be"):
         model(x=["a"], e=[1.0])
 
 
@@ -240,7 +240,7 @@ def test_vectors_of_different_lengths_and_a_time_limit():
 def test_what_cannot_be_served():
     with pytest.raises(fb.InputError, match=r"shape \(1, ...\); got shape \(\). A function of one"):
         fb.UMBridgeServer(lambda x: 1.0, {"x": 1.0}, port=0)
-    with pytest.raises(fb.InputError, match="inputs must be a dict of names and values; got {}"):
+    with pytest.raises(fb.InputError, match=r"inputs must be a dict of names and values; got {}"):
         fb.UMBridgeServer(lambda x: x, {}, port=0)
     with pytest.raises(fb.InputError, match="response must be a function or a surrogate; got 3"):
         fb.UMBridgeServer(3, {"x": 1.0}, port=0)

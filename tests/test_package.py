@@ -39,6 +39,7 @@ ROOMS = [
     "models",
     "uncertainty.expansions",
     "uncertainty.inputs",
+    "uncertainty.reuse",
     "uncertainty.evaluations",
     "uncertainty.phases",
     "uncertainty.surrogates",

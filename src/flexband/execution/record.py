@@ -7,7 +7,7 @@ import platform
 import socket
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -53,9 +53,12 @@ class Record:
     confirmed : whether runs of the store have been made again and agree.
     """
 
-    def __init__(self, store: Store, owner: Owner):
-        """Open or make the store; find damaged runs, and those of an unfinished session."""
-        self.store, self.owner = store, owner
+    def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
+        """Open or make the store; find damaged runs, and those of an unfinished session.
+
+        `about` says which intervals and which random inputs the runs to come are for.
+        """
+        self.store, self.owner, self.about = store, owner, dict(about or {})
         folder = Path(store.folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -98,7 +101,7 @@ class Record:
             for one in left:
                 self._count(one)
         about = {"versions": versions(), "python": platform.python_version()}
-        sessions.append({**about, "by": _this_process(), "started": time.time()})
+        sessions.append({**about, **self.about, "by": _this_process(), "started": time.time()})
         self.arrays.commit()
         _remove(self.journal.rotate())
         self._waiting: list[Finished] = []
@@ -146,6 +149,23 @@ class Record:
             first += len(one.inputs)
         failed = np.flatnonzero(self.status[runs] == FAILED)
         return values, {int(k): str(reasons[k]) for k in failed}
+
+    def of_other_intervals(self, setting: str, intervals: str, random: str) -> np.ndarray:
+        """Return the numbers of runs made for other intervals, but the same random inputs."""
+        sessions = self.arrays.attrs["sessions"]
+        other = [
+            own.get("random") == random and own.get("intervals") not in (None, intervals)
+            for own in sessions
+        ]
+        if not self.arrays.runs or not any(other):
+            return np.zeros(0, int)
+        serves = np.array(other)[self.arrays.read("session")]
+        serves &= self.arrays.read("setting") == setting
+        return np.flatnonzero(serves & (self.status[: len(serves)] == DONE))
+
+    def inputs(self, runs: np.ndarray) -> np.ndarray:
+        """Return the numbers of runs that are in the arrays, shape (runs, inputs)."""
+        return self.arrays.read("inputs", runs)
 
     def begin(self, labels: xr.DataArray) -> None:
         """Tell the dims and coordinates of the response, which its first run shows."""

@@ -27,6 +27,7 @@ from flexband.uncertainty.inputs.evaluation import (
 )
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.reuse import texts
 
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
@@ -343,7 +344,8 @@ def evaluations(
         names = list(space.recorded_at(*space.nominal()))
         fields = {name: one for name, one in space.inputs.items() if isinstance(one, Field)}
         told = ", ".join(f"{name}: {fingerprint(one)}" for name, one in fields.items())
-        record = Record(store, Owner.of(response, store.version, names, told))
+        about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
+        record = Record(store, Owner.of(response, store.version, names, told), about)
         try:
             yield Evaluations(perform, record, failed, batch)
         finally:

@@ -19,7 +19,7 @@ from flexband.uncertainty.expansions.regression import (
 )
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import MAX_ORDER, Evaluate
+from flexband.uncertainty.methods import MAX_ORDER, Evaluate, earlier_runs
 from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, series, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -102,8 +102,15 @@ class RegressionPCCI:
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
         index, m = self.index(space), space.interval_dimension
-        points = nested_points(self.runs(space), m, space.families, self.seed)
+        known = earlier_runs(evaluate, self.runs(space) // 2)
+        new = self.runs(space) - len(known[0])
+        points = nested_points(new, m, space.families, self.seed)
         values = evaluate(*points)
+        if len(known[0]):
+            points = tuple(np.concatenate(pair) for pair in zip(points, known[:2], strict=True))
+            earlier = known[2].reshape(-1, *values.shape[1:])
+            values = xr.concat([values, values[:0].pad(sample=(0, len(earlier)))], "sample")
+            values.values[new:] = earlier
         good = np.isfinite(series(values)).all(axis=(1, 2))
         if not good.all():
             values, points = values[good], (points[0][good], points[1][good])

@@ -21,8 +21,9 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 """The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...).
 
 It may have a method `refinements` that returns the same on discretizations twice as fine, by the
-name of what is finer; a method `discretization` that returns its numbers by name; and a list
-`left_out` of what the user left to the method.
+name of what is finer; a method `discretization` that returns its numbers by name; a list `left_out`
+of what the user left to the method; and a method `known` that returns ξ, η and values of up to so
+many earlier runs at generic points.
 """
 
 MAX_ORDER = 100
@@ -63,6 +64,12 @@ def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list
             f"got {', '.join(orders) or 'none'}"
         )
     return [orders[k] for k, one in inputs.items() for _ in range(one.dimension)]
+
+
+def earlier_runs(evaluate: Evaluate, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ξ, η and values of earlier runs at generic points."""
+    known = getattr(evaluate, "known", None)
+    return known(most) if callable(known) else (np.zeros((0, 0)),) * 3  # pyright: ignore
 
 
 class Method(Protocol):

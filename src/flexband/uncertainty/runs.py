@@ -28,6 +28,7 @@ from flexband.uncertainty.inputs.repetition import check_repetition, check_store
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
+from flexband.uncertainty.reuse import generic_runs
 from flexband.uncertainty.surrogates.extrapolation import reached
 
 Result = TypeVar("Result")
@@ -122,6 +123,7 @@ class Runs:
         self.response, self.method, self.evaluations = response, method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
         self.stored: np.ndarray | None = None
+        self.reused = 0
         self.calls: list[tuple[Response, list[Call]]] = []
         self.repeated = 0
 
@@ -236,6 +238,8 @@ class Runs:
             "versions": versions(),
         }
         failed = self.evaluations.failures
+        if self.reused:
+            counts["runs_reused"] = self.reused
         if failed:
             counts["runs_failed"] = failed
         if failed > MOST_FAILED * self.done:
@@ -282,6 +286,17 @@ class Level:
             values = self.runs(self.response, self.finer, xi, eta)
         self.runs.keep(self.response, (xi, eta, values.values))
         return values
+
+    def known(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return ξ, η and values of up to so many runs that a store has for other intervals."""
+        runs, record = self.runs, self.runs.evaluations.record
+        if record is None:
+            return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+        found = generic_runs(record, runs.space, setting(runs.case, self.finer), most)
+        if len(found[0]):
+            runs.done += len(found[0])
+            runs.reused += len(found[0])
+        return found
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""

@@ -16,7 +16,7 @@ from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.methods import Evaluate, earlier_runs
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.diagnostics import running, series, step
 
@@ -65,12 +65,16 @@ class Adaptation:
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(FEWEST_HELD, spare // 2))
         self.design = _first_design(m, families, most - self.generic)
-        points = zip(self.design.points, generic_points(0, self.generic, m, families), strict=True)
-        xi, eta = map(np.concatenate, points)
+        known = earlier_runs(evaluate, self.generic)
+        new = generic_points(0, self.generic - len(known[0]), m, families)
+        xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
         values, count = evaluate(xi, eta), len(self.design)
         self.labels, self.phase_resolved = values[:0], phase_resolved
         self.dt = step(values) if phase_resolved else 1.0
-        runs = _succeeded(Runs(xi, eta, series(values)), count)
+        runs = Runs(xi, eta, series(values))
+        if len(known[0]):
+            runs += Runs(known[0], known[1], known[2].reshape(-1, *runs.values.shape[1:]))
+        runs = _succeeded(runs, count)
         self.generic = len(runs.values) - count
         self.fitted = Runs(*(v[:count] for v in runs))
         self.held = Runs(*(v[count:] for v in runs))

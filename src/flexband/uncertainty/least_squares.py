@@ -107,7 +107,7 @@ class RegressionPCCI:
         points = nested_points(new, m, space.families, self.seed)
         values = evaluate(*points)
         if len(known[0]):
-            points = tuple(np.concatenate(pair) for pair in zip(points, known[:2], strict=True))
+            points = (np.concatenate([points[0], known[0]]), np.concatenate([points[1], known[1]]))
             earlier = known[2].reshape(-1, *values.shape[1:])
             values = xr.concat([values, values[:0].pad(sample=(0, len(earlier)))], "sample")
             values.values[new:] = earlier

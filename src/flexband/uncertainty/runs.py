@@ -195,16 +195,17 @@ class Runs:
         record, stored = self.evaluations.record, self.stored
         if getattr(response, "elsewhere", False):
             return
-        if record is not None and stored is not None and len(stored):
+        good = np.asarray(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+        old = np.zeros(0, int) if stored is None else stored[good[stored]]
+        if record is not None and len(old):
             if not record.confirmed:
-                chosen = np.unique([stored[0], stored[-1]])
+                chosen = np.unique([old[0], old[-1]])
                 self.repeated += len(chosen)
                 with without_warnings():
                     new = self(response, (), xi[chosen], eta[chosen], recorded=False).values
-                check_stored(values, chosen, new, record.store)
+                check_stored(values[good], values[chosen], new, record.store)
                 record.confirmed = True
             return
-        good = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
         xi, eta, values = xi[good], eta[good], values[good]
         run = middle(values)
 

@@ -84,20 +84,20 @@ def check_repetition(
     warn(text)
 
 
-def check_stored(values: np.ndarray, runs: np.ndarray, new: np.ndarray, store: Store) -> None:
+def check_stored(values: np.ndarray, old: np.ndarray, new: np.ndarray, store: Store) -> None:
     """Compare runs of a store, which were made again, with what it has.
 
     Parameters
     ----------
     values : of all runs, shape (runs, …).
-    runs, new : numbers of those that were made again, and their new values.
+    old, new : of those that were made again.
 
     Raises
     ------
     StoreError
         If they differ by more than `LARGE`; a warning says if they differ by more than `ROUNDING`.
     """
-    off = max(_apart(values, values[run], one) for run, one in zip(runs, new, strict=True))
+    off = max(_apart(values, *pair) for pair in zip(old, new, strict=True))
     if off <= ROUNDING:
         return
     part = f"{100 * off:.2g} % of the variation" if np.isfinite(off) else "more than runs vary"

@@ -26,6 +26,7 @@ from flexband.uncertainty.inputs.evaluation import (
     not_finite,
 )
 from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Response, Space
 from flexband.uncertainty.reuse import texts
 
@@ -282,14 +283,18 @@ class Evaluated:
             value = error.results
             bad = {int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()}
         elif error is not None:
-            error = explained(error, self.space, *points)
+            scalar = None  # once it has returned values for arrays, it is none
+            if self.labels is None:
+                scalar = of_one_sample(self.response, self.arguments(runs), error)
+            error = scalar or explained(error, self.space, *points)
             alone = len(runs) == 1
             return runs[:0], None, {int(runs[0]): _in_words(error)} if alone else {}, error
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
+            error = of_one_sample(self.response, self.arguments(runs), wrong) or wrong
             alone = len(runs) == 1
-            return runs[:0], None, {int(runs[0]): str(wrong)} if alone else {}, wrong
+            return runs[:0], None, {int(runs[0]): str(error)} if alone else {}, error
         reason, wrong = not_finite(values, self.space, *points)
         if bad:
             assert error is not None

@@ -19,6 +19,7 @@ from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
+from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.unfolding import unfolded
 
 Response = Callable[..., Any]
@@ -275,7 +276,14 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     means = [family.gauss(1)[0] for family in given.families]
     values = given.arguments_at(tensor_points(means).repeat(len(eta), axis=0), eta)
-    response(**values, **{name: nominal(name, one) for name, one in loose.items()})
+    values |= {name: nominal(name, one) for name, one in loose.items()}
+    try:
+        response(**values)
+    except Exception as error:
+        scalar = of_one_sample(response, values, error)
+        if scalar is None:
+            raise
+        raise scalar from error
     for name, one in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:

@@ -1,0 +1,95 @@
+"""Functions of one sample that are given as responses by mistake: recognized, with what helps."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, RunError, without_warnings
+
+COPIES = 5
+"""Samples of a call that a vectorized response returns as many values for."""
+
+
+def of_one_sample(
+    response: Callable[..., Any], arguments: Mapping[str, Any], error: Exception
+) -> InputError | None:
+    """Return an error with the line that helps if a response is a function of one sample.
+
+    It is one if it fails with arrays of several equal samples, or does not return as many values,
+    and returns numbers for the plain numbers of one of them.
+
+    Parameters
+    ----------
+    response, arguments : the response, and the arguments of a call: arrays of shape (n,), and
+        functions of position.
+    error : what the call raised, or what is wrong with the values that it returned.
+    """
+    if getattr(response, "one_by_one", False) or not _of_response(error):
+        return None
+    counts = [len(value) for value in arguments.values() if not callable(value)]
+    middle = max(counts, default=1) // 2
+    shape = _shape_of_result(response, {k: _copies(v, middle) for k, v in arguments.items()})
+    if shape and shape[0] == COPIES:
+        return None
+    if _shape_of_result(response, {k: _one(v, middle) for k, v in arguments.items()}) is None:
+        return None
+    reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+    found = InputError(
+        "the response must take arrays of shape (n,), one value per sample. This one takes the "
+        f"numbers of one sample only (with arrays: {reason}). To call it once per sample, write\n"
+        "    response = fb.samplewise(response)"
+    )
+    found.__cause__ = error
+    return found
+
+
+def _of_response(error: Exception) -> bool:
+    """Return whether a response raised an error itself, so that it ended in time and by itself."""
+    if isinstance(error, RunError | TimeoutError):
+        return False
+    raised = error.__traceback__ is not None or getattr(error, "__notes__", None) is not None
+    return raised or isinstance(error, InputError)
+
+
+def _shape_of_result(
+    response: Callable[..., Any], arguments: dict[str, Any]
+) -> tuple[int, ...] | None:
+    """Return the shape of what a response returns; None if it fails or returns no real numbers."""
+    try:
+        with warnings.catch_warnings(), without_warnings():
+            warnings.simplefilter("ignore")
+            result = response(**arguments)
+            if result is None or isinstance(result, Mapping | xr.Dataset):
+                return None
+            array = np.asarray(result)
+    except (Exception, SystemExit):  # whatever a user's function raises
+        return None
+    return array.shape if array.dtype.kind in "biuf" else None
+
+
+def _copies(value: Any, k: int) -> Any:
+    """Return sample k several times."""
+    if callable(value):
+        return lambda x: np.repeat(_row(value(x), k)[None], COPIES, axis=0)
+    return np.repeat(value[k : k + 1], COPIES, axis=0)
+
+
+def _one(value: Any, k: int) -> Any:
+    """Return sample k: a number or text of Python, or a function of positions."""
+    if callable(value):
+        return lambda x: _plain(_row(value(x), k))
+    return _plain(value[k])
+
+
+def _row(values: Any, k: int) -> np.ndarray:
+    values = np.asarray(values)
+    return values[min(k, len(values) - 1)]
+
+
+def _plain(value: np.ndarray) -> Any:
+    return value.item() if np.ndim(value) == 0 else value

@@ -42,10 +42,10 @@ def search(
     times, terms, width = smooth.shape
     m, block, carriers = points.shape[1], columns.block, columns.carriers
     scanned = np.empty((len(points), width))
-    mean, std, aim = np.empty(len(points)), np.empty(len(points)), np.empty((len(points), 1))
+    mean, std, aim = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
     chosen = np.empty((terms, block + carriers))
     turns = np.empty((len(points), columns.turns), np.complex128)
-    best, which = np.empty((starts, 1)), np.empty((starts, 1), np.int64)
+    best, which = np.empty(starts), np.empty(starts, np.int64)
     eta = np.empty(m)
     for t in range(times):
         for k in range(0, len(points), SCAN_BLOCK):
@@ -61,13 +61,13 @@ def search(
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
-                    aim[p, 0] = sign * (mean[p] + c * std[p])
+                    aim[p] = sign * (mean[p] + c * std[p])
                 lowest(aim, neighbours, 1.0, best, which)
-                values[a, o, t] = best[0, 0]
-                places[a, o, t] = points[which[0, 0]]
+                values[a, o, t] = best[0]
+                places[a, o, t] = points[which[0]]
                 for k in range(starts if m else 0):
-                    if best[k, 0] < np.inf:
-                        eta[:] = points[which[k, 0]]
+                    if best[k] < np.inf:
+                        eta[:] = points[which[k]]
                         found = _descend(chosen, index, columns, turning, c, sign, eta)
                         if found < values[a, o, t]:
                             values[a, o, t] = found

@@ -25,9 +25,10 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
     tried, polynomials, counts = lines
     (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.group.max() + 1
     powers, sums = np.empty((3, orders, m, lanes)), np.zeros((groups, lanes))
-    along, trial = np.empty((orders, groups, lanes)), np.empty((groups, lanes))
-    part, height, value = np.empty(lanes), np.empty(lanes), np.empty(lanes)
-    best, least_gain, at = np.empty(lanes), np.zeros(lanes), np.empty(lanes, np.int64)
+    along, part = np.empty((orders, groups, lanes)), np.empty(lanes)
+    height, value, best = np.empty(lanes), np.empty(lanes), np.empty(lanes)
+    rest, mean, square = np.empty(lanes), np.empty(lanes), np.empty(lanes)
+    least_gain, at = np.zeros(lanes), np.empty(lanes, np.int64)
     unmoved, moved = np.zeros(lanes, np.int64), np.zeros(lanes, np.bool_)
     chebyshev_powers(eta, powers)
     for i in range(len(terms.first) - 1):
@@ -46,10 +47,22 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
             break
         highest = _along(terms, own, a, powers, part, sums, along)
         for n in range(lanes):
-            best[n], at[n] = value[n] - least_gain[n], -1
+            best[n], at[n], rest[n] = value[n] - least_gain[n], -1, 0.0
+        for j in range(1, groups):
+            for n in range(0 if terms.depends[a, j] else lanes):
+                rest[n] += sums[j, n] * sums[j, n]
         for g in range(counts[a] if highest else 0):
-            _on_line(polynomials[a, g], highest, along, trial)
-            aim(trial, c, sign, height)
+            mean[:], square[:] = sums[0], rest
+            for j in range(groups):
+                if terms.depends[a, j]:
+                    _on_line(polynomials[a, g], highest, along[:, j], part)
+                    for n in range(lanes):
+                        if j:
+                            square[n] += part[n] * part[n]
+                        else:
+                            mean[n] = part[n]
+            for n in range(lanes):
+                height[n] = sign * (mean[n] + c * np.sqrt(square[n]))
             for n in range(lanes):
                 if height[n] < best[n]:
                     best[n], at[n] = height[n], g
@@ -59,48 +72,43 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
             unmoved[n] += 1
             if at[n] >= 0:
                 value[n], unmoved[n], moved[n], eta[a, n] = best[n], 0, True, tried[a, at[n]]
-                for k in range(orders):
+                for k in range(highest + 1):
                     powers[0, k, a, n] = polynomials[a, at[n], k]
                 for j in range(groups):
-                    sums[j, n] = along[0, j, n]
-                    for k in range(1, highest + 1):
-                        sums[j, n] += along[k, j, n] * powers[0, k, a, n]
+                    if terms.depends[a, j]:
+                        sums[j, n] = along[0, j, n]
+                        for k in range(1, highest + 1):
+                            sums[j, n] += along[k, j, n] * powers[0, k, a, n]
     active[:] = moved
 
 
 @cached_on_disk
-def _on_line(polynomials, highest, along, sums):
-    """Fill the sum of the terms of each Ψ_j at a value of one variable."""
-    groups, lanes = sums.shape
-    for j in range(groups):
-        for n in range(lanes):
-            sums[j, n] = along[0, j, n]
+def _on_line(polynomials, highest, along, total):
+    """Fill the sum of the terms of a Ψ_j at a value of one variable."""
+    for n in range(len(total)):
+        total[n] = along[0, n]
     for k in range(1, highest + 1):
         T = polynomials[k]
-        for j in range(groups):
-            for n in range(lanes):
-                sums[j, n] += T * along[k, j, n]
+        for n in range(len(total)):
+            total[n] += T * along[k, n]
 
 
 @cached_on_disk
 def _along(terms, own, a, powers, part, sums, along):
     """Fill the factors of each T_k(η_a) in the sums of each Ψ_j; return the highest k."""
-    orders, groups, lanes = along.shape
-    highest = 0
-    for j in range(groups):
-        for n in range(lanes):
-            along[0, j, n] = sums[j, n]
-        for k in range(1, orders):
-            for n in range(lanes):
-                along[k, j, n] = 0.0
-    for o in range(terms.first_owner[a], terms.first_owner[a + 1]):
+    first, last = terms.first_owner[a], terms.first_owner[a + 1]
+    highest = terms.owner_order[first:last].max() if last > first else 0
+    for j in range(len(sums)):
+        if terms.depends[a, j]:
+            along[0, j] = sums[j]
+            along[1 : highest + 1, j] = 0.0
+    for o in range(first, last):
         i, k = terms.owner[o], terms.owner_order[o]
         product(terms, i, a, powers, part)
         for t in range(terms.first[i], terms.first[i + 1]):
             j = terms.group[t]
-            for n in range(lanes):
+            for n in range(len(part)):
                 own_part = part[n] * own[t, n]
                 along[k, j, n] += own_part
                 along[0, j, n] -= own_part * powers[0, k, a, n]
-        highest = max(highest, k)
     return highest

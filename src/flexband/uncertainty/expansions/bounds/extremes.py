@@ -12,13 +12,13 @@ import numpy as np
 
 from flexband.uncertainty.expansions.bounds.scan import lines, scan
 from flexband.uncertainty.expansions.bounds.search import search
-from flexband.uncertainty.expansions.bounds.terms import LANES, Terms
+from flexband.uncertainty.expansions.bounds.terms import Terms
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.threads import in_threads
 
-BLOCKS = 16
-"""Blocks of lanes that are searched in one call."""
+AT_ONCE = 512
+"""Series that are searched in one call."""
 
 
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
@@ -40,22 +40,16 @@ def _extremes(
     index, j = expansion.interval_index[used], expansion.j[order]
     orders, weight = tuple(index.max(axis=0, initial=0).tolist()), np.sqrt(expansion.norms)[j, None]
     points, neighbours = scan(orders)
-    grid = np.ascontiguousarray(expansion.chebyshev(points)[:, used].T), points, neighbours
+    grid = np.ascontiguousarray(expansion.chebyshev(points).T[used[i]]), points, neighbours
     terms, tried, series = Terms.of(index, i, j), lines(orders), expansion.coefficients.shape[1]
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
     targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)]).reshape(-1, 2)
-    filled = -(-series // LANES) * LANES
-    values, places = (np.empty((len(targets), filled, *m)) for m in ((), (len(orders),)))
+    values, places = (np.empty((len(targets), series, *m)) for m in ((), (len(orders),)))
 
     def solve(first: int) -> None:
-        beta = expansion.coefficients[order, first : first + BLOCKS * LANES] * weight
-        own = np.zeros((len(beta), -(-beta.shape[1] // LANES) * LANES))
-        own[:, : beta.shape[1]] = beta
-        own = np.ascontiguousarray(own.reshape(len(own), -1, LANES).swapaxes(0, 1))
-        search(terms, grid, tried, own, first, targets, values, places)
+        some = slice(first, first + AT_ONCE)
+        own = np.ascontiguousarray((expansion.coefficients[order, some] * weight).T)
+        search(terms, grid, tried, own, targets, values[:, some], places[:, some])
 
-    in_threads(solve, range(0, series if sigmas else 0, BLOCKS * LANES))
-    return [
-        Extremes(values[k : k + 2, :series], places[k : k + 2, :series])
-        for k in range(0, len(targets), 2)
-    ]
+    in_threads(solve, range(0, series if sigmas else 0, AT_ONCE))
+    return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]

@@ -11,25 +11,26 @@ import numpy as np
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, product
 
-MAX_STEPS = 40
+MAX_STEPS, LEFT = 8, 4
+"""Most steps of all lanes together; they end when fewer than one in `LEFT` is under way."""
+
 MIN_RELATIVE_GAIN = 1e-13
 """The descent ends when a step is expected to gain less than this fraction of the value."""
 
 
 @cached_on_disk
-def polish(terms, own, c, sign, points, starts, bound, least, place):  # noqa: PLR0912
-    """Fill the least minimum of sign (μ + c σ) near some points, and its place.
+def polish(terms, own, c, sign, active, eta, reach, least):
+    """Move η of active lanes, (m, lanes), towards a minimum of sign (μ + c σ), and fill its value.
 
-    Each lane goes on to its next point when it has found a minimum, so that few wait.
+    It ends when most lanes have arrived; the others stay active, to be gone on with in company.
 
     Parameters
     ----------
     terms, own : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
-    points, starts : η, (points, m), and the numbers of those to start from, (starts, lanes).
-    bound : a start counts if this is below the least minimum so far, (starts, lanes).
-    least, place : shapes (lanes,) and (m, lanes); ∞ and nothing where no start counts.
+    reach : part of Newton's step to try next, 1 at a start.
+    active, reach, least : shape (lanes,).
     """
-    m, lanes = place.shape
+    m, lanes = eta.shape
     groups, orders = terms.group.max() + 1, terms.order.max() + 1 if len(terms.order) else 1
     work = (
         np.empty((3, orders, m, lanes)),
@@ -40,46 +41,34 @@ def polish(terms, own, c, sign, points, starts, bound, least, place):  # noqa: P
     )
     gradient, hessian = np.empty((m, lanes)), np.empty((m, m, lanes))
     new_gradient, new_hessian = np.zeros((m, lanes)), np.zeros((m, m, lanes))
-    eta, trial, value = np.zeros((m, lanes)), np.zeros((m, lanes)), np.empty(lanes)
+    trial, value = eta.copy(), np.empty(lanes)
     x, slope, curve, y = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
-    best, reach = np.empty(lanes), np.empty(lanes)
-    taken, steps = np.zeros(lanes, np.int64), np.full(lanes, -1)  # −1: at no start
-    least[:] = np.inf
-    while True:
-        left = False
-        for n in range(lanes):
-            if steps[n] >= 0:
-                for a in range(m):
-                    x[a], slope[a] = eta[a, n], gradient[a, n]
-                    for b in range(a + 1):
-                        curve[a, b] = curve[b, a] = hessian[a, b, n]
-                gain = step(x, slope, curve, reach[n], y)
-                steps[n] += 1
-                if steps[n] > MAX_STEPS or not gain > MIN_RELATIVE_GAIN * abs(best[n]):
-                    steps[n] = -1
-                    if best[n] < least[n]:
-                        least[n] = best[n]
-                        place[:, n] = x
-            while steps[n] < 0 and taken[n] < len(starts):
-                if bound[taken[n], n] < min(np.inf, least[n]):
-                    best[n], steps[n] = np.inf, 0
-                    y[:] = points[starts[taken[n], n]]
-                taken[n] += 1
-            left = left or steps[n] >= 0
-            for a in range(m if steps[n] >= 0 else 0):
-                trial[a, n] = y[a]
-        if not left:
-            break
+    least[:], most = np.inf, active.sum()
+    for k in range(MAX_STEPS):
         _evaluate(terms, own, c, sign, trial, work, value, new_gradient, new_hessian)
+        left = 0
         for n in range(lanes):
-            if steps[n] >= 0 and (value[n] < best[n] or best[n] == np.inf):
-                best[n], reach[n] = value[n], 1.0
+            if not active[n]:
+                continue
+            if value[n] < least[n] or least[n] == np.inf:
+                least[n], reach[n] = value[n], reach[n] if k == 0 else 1.0
                 for a in range(m):
                     eta[a, n], gradient[a, n] = trial[a, n], new_gradient[a, n]
                     for b in range(a + 1):
                         hessian[a, b, n] = new_hessian[a, b, n]
             else:
                 reach[n] *= 0.25
+            for a in range(m):
+                x[a], slope[a] = eta[a, n], gradient[a, n]
+                for b in range(a + 1):
+                    curve[a, b] = curve[b, a] = hessian[a, b, n]
+            gain = step(x, slope, curve, reach[n], y)
+            active[n] = gain > MIN_RELATIVE_GAIN * abs(least[n])
+            left += active[n]
+            for a in range(m):
+                trial[a, n] = y[a]
+        if left == 0 or (k > 0 and LEFT * left < most):
+            break
 
 
 @cached_on_disk
@@ -107,13 +96,13 @@ def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa
         for n in range(lanes):
             gradient[a, n] = 0.0
         for j in range(1, groups):
-            for n in range(lanes):
+            for n in range(lanes if terms.depends[a, j] else 0):
                 gradient[a, n] += along[j, n] * slopes[a, j, n]
         for b in range(a + 1 if c != 0 else 0):
             for n in range(lanes):
                 part[n] = 0.0
             for j in range(1, groups):
-                for n in range(lanes):
+                for n in range(lanes if terms.depends[a, j] and terms.depends[b, j] else 0):
                     part[n] += slopes[a, j, n] * slopes[b, j, n]
             for n in range(lanes):
                 of_std = gradient[a, n] * gradient[b, n] / (c * c)  # ∂σ/∂η_a ∂σ/∂η_b

@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
-MANY_SCAN_POINTS, MAX_SCAN_POINTS = 600, 1400
+MANY_SCAN_POINTS, MAX_SCAN_POINTS = 200, 1400
 """Points from which on a grid becomes coarser, and most points of a grid."""
 
 SCATTERED_POINTS = 1024

@@ -1,9 +1,9 @@
 """Search for the least values of sign (μ + c σ) on the box of the interval variables, compiled.
 
 Points of a scan that are not above their neighbours are starts. From each, Newton's method finds
-the minimum nearby. From the lowest of these, one variable after the other moves to where the
-function is lowest along it, which leaves every minimum that a single variable can leave. Each
-series is its own problem, in a lane of its own.
+the minimum nearby, and one variable after the other moves to where the function is lowest along it,
+in turns until neither moves. Each series is its own problem. Those that wait for the same are
+served together, `LANES` at a time, in lanes side by side.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import numpy as np
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.bounds.coordinates import descend
 from flexband.uncertainty.expansions.bounds.polish import polish
+
+LANES = 32
 
 STARTS = 64
 """Most points of the scan to descend from."""
@@ -35,193 +37,191 @@ MAX_DROP = 0.5
 """A minimum next to a point of such a grid may be lower than it by this part of how much all its
 neighbours together are higher. For a parabola it is 1/8 at most."""
 
-MAX_ROUNDS = 8
-"""Most alternations between Newton's method and single variables."""
+MAX_TURNS = 40
+"""Most steps of both kinds from one start."""
+
+FLAT = 1e-13
+"""Variation of a constant, as a part of its value, that is due to rounding."""
+
+START, LINES, NEWTON, NOTHING = 0, 1, 2, 3
+"""What a series waits for."""
 
 
 @cached_on_disk
-def search(terms, scan, lines, coefficients, begin, targets, values, places):
+def search(terms, scan, lines, coefficients, targets, values, places):
     """Fill `values`, (targets, series), and `places`, (targets, series, m), of bounds.
 
     Parameters
     ----------
-    scan : values of all Φ_i, (M, points), η, (points, m), neighbours, (points, count).
+    scan : values of Φ_i of all terms, (terms, points), η, (points, m), neighbours, (points, count).
     lines : values of η to try in each variable, (m, count), their Chebyshev polynomials,
         (m, count, orders), and how many there are, (m,).
-    coefficients : (blocks, terms, lanes), weighted so that σ² is a sum of squares, of the series
-        from number `begin` on.
+    coefficients : (series, terms), weighted so that σ² is a sum of squares.
     targets : rows (c, sign): sign (μ + c σ) is minimized.
     """
     basis, points, neighbours = scan
-    (count, m), lanes = points.shape, coefficients.shape[2]
-    mean, std, height = np.empty((count, lanes)), np.empty((count, lanes)), np.empty((count, lanes))
-    bound, which = np.empty((STARTS, lanes)), np.empty((STARTS, lanes), np.int64)
-    least, place = np.empty(lanes), np.empty((m, lanes))
-    for s in range(len(coefficients)):
-        own = coefficients[s]
-        _moments(terms, basis, own, mean, std)
+    series, (count, m) = len(coefficients), points.shape
+    resolved = m <= RESOLVED_DIMENSION and neighbours.shape[1] > 0
+    mean, std, height = np.empty(count), np.empty(count), np.empty(count)
+    which = np.empty((len(targets), series, STARTS), np.int64)
+    bound = np.empty((len(targets), series, STARTS))
+    for n in range(series):
+        _moments(terms, basis, coefficients[n], mean, std, height)
         for k in range(len(targets)):
             c, sign = targets[k]
             for p in range(count):
-                for n in range(lanes):
-                    height[p, n] = sign * (mean[p, n] + c * std[p, n])
-            resolved = m <= RESOLVED_DIMENSION and neighbours.shape[1] > 0
-            lowest(height, neighbours, MAX_HEIGHT if resolved else 1.0, bound, which)
-            _bound(height, neighbours, resolved, bound, which)
-            if resolved:
-                place[:] = 0.0
-                polish(terms, own, c, sign, points, which, bound, least, place)
-                everywhere, none = least < np.inf, np.zeros(lanes, np.int64)
-                _leave(terms, own, c, sign, lines, everywhere, none, place, place, least)
-            else:
-                _descents(terms, own, c, sign, lines, points, which, bound, least, place)
-            for n in range(lanes):
-                values[k, begin + s * lanes + n] = sign * least[n]
-                for a in range(m):
-                    places[k, begin + s * lanes + n, a] = place[a, n]
+                height[p] = sign * (mean[p] + c * std[p])
+            lowest(height, neighbours, MAX_HEIGHT if resolved else 1.0, bound[k, n], which[k, n])
+            _bound(height, neighbours, resolved, bound[k, n], which[k, n])
+    for k in range(len(targets)):
+        c, sign = targets[k]
+        goal = c, sign, resolved
+        _descents(
+            terms, coefficients, goal, lines, points, which[k], bound[k], values[k], places[k]
+        )
+        values[k] *= sign
 
 
 @cached_on_disk
-def _moments(terms, basis, own, mean, std):
-    """Fill μ and σ at the points of the scan, (points, lanes)."""
-    lanes, sums = own.shape[1], np.empty((terms.group.max() + 1, own.shape[1]))
-    for p in range(len(mean)):
-        sums[:] = 0.0
-        for i in range(len(basis)):
-            phi = basis[i, p]
-            for t in range(terms.first[i], terms.first[i + 1]):
-                j = terms.group[t]
-                for n in range(lanes):
-                    sums[j, n] += phi * own[t, n]
-        for n in range(lanes):
-            mean[p, n], std[p, n] = sums[0, n], 0.0
-        for j in range(1, len(sums)):
-            for n in range(lanes):
-                std[p, n] += sums[j, n] * sums[j, n]
-        for n in range(lanes):
-            std[p, n] = np.sqrt(std[p, n])
+def _moments(terms, basis, own, mean, std, part):
+    """Fill μ and σ of a series at the points of the scan."""
+    std[:] = 0.0
+    for j in range(len(terms.first_of_group) - 1):
+        part[:] = 0.0
+        begin, end = terms.first_of_group[j], terms.first_of_group[j + 1]
+        for k in range(begin, end - 1, 2):  # two at a time load and store less
+            t, u = terms.of_group[k], terms.of_group[k + 1]
+            a, b = own[t], own[u]
+            for p in range(len(part)):
+                part[p] += a * basis[t, p] + b * basis[u, p]
+        if (end - begin) % 2:
+            t = terms.of_group[end - 1]
+            a = own[t]
+            for p in range(len(part)):
+                part[p] += a * basis[t, p]
+        if j:
+            for p in range(len(part)):
+                std[p] += part[p] * part[p]
+        else:
+            mean[:] = part
+    for p in range(len(std)):
+        std[p] = np.sqrt(std[p])
 
 
 @cached_on_disk
 def lowest(height, neighbours, part, best, which):
     """Fill the lowest values that are not above their neighbours, in order, and their points.
 
-    They are in the lower `part` of the range of all values.
-    Shapes are (points, lanes) of `height` and (starts, lanes) of `best` and `which`.
+    They are in the lower `part` of the range of all values; of a constant only one counts. Shapes
+    are (points,) of `height` and (starts,) of `best` and `which`; ∞ and 0 fill what is left.
     """
-    (count, lanes), starts = height.shape, len(best)
     best[:], which[:] = np.inf, 0
-    highest, above, least = height[0].copy(), np.empty(lanes), height[0].copy()
-    for p in range(count):
-        for n in range(lanes):
-            least[n] = min(least[n], height[p, n])
-            highest[n] = max(highest[n], height[p, n])
-    for n in range(lanes):
-        highest[n] = least[n] + part * (highest[n] - least[n]) if part < 1 else np.inf
-    for p in range(count):
-        low = 0.0
-        for n in range(lanes):
-            above[n] = 1.0 if height[p, n] > highest[n] else 0.0
-        for n in range(lanes):
-            low += 1 - above[n]
-        for k in range(neighbours.shape[1] if low > 0 else 0):
-            for n in range(lanes):
-                above[n] += 1.0 if height[p, n] > height[neighbours[p, k], n] else 0.0
-        for n in range(lanes if low > 0 else 0):
-            if above[n] == 0 and height[p, n] < best[starts - 1, n]:
-                k = starts - 1
-                while k > 0 and height[p, n] < best[k - 1, n]:
-                    best[k, n], which[k, n] = best[k - 1, n], which[k - 1, n]
-                    k -= 1
-                best[k, n], which[k, n] = height[p, n], p
+    least, highest = height.min(), height.max()
+    if highest - least <= FLAT * max(abs(least), abs(highest)):
+        which[0] = np.argmin(height)
+        best[0] = least
+        return
+    top = least + part * (highest - least)
+    for p in range(len(height)):
+        here = height[p]
+        is_start = here <= top and here < best[-1]
+        for k in range(neighbours.shape[1]):
+            if not is_start:
+                break
+            is_start = here <= height[neighbours[p, k]]
+        if is_start:
+            k = len(best) - 1
+            while k > 0 and here < best[k - 1]:
+                best[k], which[k] = best[k - 1], which[k - 1]
+                k -= 1
+            best[k], which[k] = here, p
 
 
 @cached_on_disk
 def _bound(height, neighbours, resolved, best, which):
     """Lower the values of starts to what the minima next to them may reach; ∞ is no start."""
-    for n in range(best.shape[1]):
-        for k in range(len(best)):
-            if best[k, n] == np.inf:
-                break
-            drop = 0.0 if resolved else np.inf
-            for q in range(neighbours.shape[1]):
-                drop += MAX_DROP * (height[neighbours[which[k, n], q], n] - best[k, n])
-            best[k, n] -= drop
+    for k in range(len(best)):
+        if best[k] == np.inf:
+            break
+        drop = 0.0 if resolved else np.inf
+        for q in range(neighbours.shape[1]):
+            drop += MAX_DROP * (height[neighbours[which[k], q]] - best[k])
+        best[k] -= drop
 
 
 @cached_on_disk
-def _descents(terms, own, c, sign, lines, points, which, bound, least, place):
-    """Fill the least value that is found from points of the scan, and its place, (m, lanes).
+def _descents(terms, coefficients, goal, lines, points, which, bound, least, place):  # noqa: PLR0912
+    """Fill the least value that is found from points of the scan, and its place, (series, m).
 
-    The search ends when some descents have reached the same lowest minimum.
+    A start counts if its bound is below the least value so far. The search of a series ends when
+    some descents have reached the same lowest minimum.
     """
-    m, lanes = place.shape
-    eta, found, active = np.zeros((m, lanes)), np.empty(lanes), np.empty(lanes, np.bool_)
-    alone, hits = np.ones(lanes, np.bool_), np.zeros(lanes, np.int64)
+    c, sign, resolved = goal
+    series, m = place.shape
+    own, at = np.zeros((coefficients.shape[1], LANES)), np.zeros((m, LANES))
+    height, part, reach = np.empty(LANES), np.ones(LANES), np.ones(series)
+    chosen, active = np.empty(LANES, np.int64), np.empty(LANES, np.bool_)
+    eta, found, todo = np.zeros((series, m)), np.full(series, np.inf), np.full(series, START)
+    taken, turns = np.full(series, -1), np.zeros(series, np.int64)
+    hits, alone = np.zeros(series, np.int64), np.ones(series, np.bool_)
+    via, entry = np.full((2, series, m), np.inf)  # ends of the first LINES
     least[:], place[:] = np.inf, 0.0
-    for start in range(len(which)):
-        for n in range(lanes):
-            patient = hits[n] < (ALONE if alone[n] else PATIENCE)
-            active[n] = bound[start, n] < np.inf and patient
-            for a in range(m if active[n] else 0):
-                eta[a, n] = points[which[start, n], a]
-        if not active.any():
+    first = LINES if m > MAX_GRID_DIMENSION else NEWTON
+    while True:
+        for n in range(series):
+            if todo[n] == START:
+                patient = resolved or hits[n] < (ALONE if alone[n] else PATIENCE)
+                k = taken[n] = _next(bound[n], taken[n] + 1, least[n] if patient else -np.inf)
+                todo[n] = NOTHING if k == len(bound[n]) else first
+                eta[n] = points[which[n, min(k, len(bound[n]) - 1)]]
+                turns[n], reach[n] = 0, 1.0
+        kind = LINES if (todo == LINES).sum() > (todo == NEWTON).sum() else NEWTON
+        count = 0
+        for n in range(series):
+            if todo[n] == kind and count < LANES:
+                own[:, count], at[:, count], part[count] = coefficients[n], eta[n], reach[n]
+                chosen[count], count = n, count + 1
+        if count == 0:
             break
-        if m > MAX_GRID_DIMENSION:
-            descend(terms, own, c, sign, lines, active.copy(), eta)
-            for n in range(lanes):
-                if _same(n, active, hits, place, eta):
-                    hits[n], active[n] = hits[n] + 1, False
-        _polish(terms, own, c, sign, active, eta, found)
-        _leave(terms, own, c, sign, lines, active, hits, place, eta, found)
-        for n in range(lanes):
-            same = _same(n, active, hits, place, eta)
-            if active[n] and not same:
-                alone[n] = hits[n] == 0
-                hits[n] = 0 if found[n] < least[n] else hits[n]
-            hits[n] += same or (active[n] and hits[n] == 0)
-            if active[n] and found[n] < least[n]:
-                least[n] = found[n]
-                for a in range(m):
-                    place[a, n] = eta[a, n]
+        active[:] = np.arange(LANES) < count
+        if kind == LINES:
+            descend(terms, own, c, sign, lines, active, at)
+        else:
+            polish(terms, own, c, sign, active, at, part, height)
+        for lane in range(count):
+            n = chosen[lane]
+            eta[n], turns[n] = at[:, lane], turns[n] + 1
+            if kind == LINES and turns[n] == 1:
+                via[n] = eta[n]
+            known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
+            if kind == NEWTON:
+                found[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
+                onward = active[lane] or found[n] < least[n] or not resolved
+                onward, todo[n] = onward and turns[n] < MAX_TURNS, NEWTON if active[lane] else LINES
+            else:
+                onward = turns[n] == 1 or active[lane]
+                todo[n] = NEWTON
+            if onward and not known:
+                continue
+            todo[n], lower = START, found[n] < least[n] and not known
+            alone[n] = alone[n] if known else hits[n] == 0
+            hits[n] = 1 if lower or not hits[n] else hits[n] + known
+            if lower:
+                least[n], place[n], entry[n] = found[n], eta[n], via[n]
 
 
 @cached_on_disk
-def _leave(terms, own, c, sign, lines, active, hits, place, eta, found):
-    """Leave minima that a single variable can leave, but for the lowest one that is known."""
-    moving = active.copy()
-    for _ in range(MAX_ROUNDS):
-        for n in range(len(moving)):
-            moving[n] = moving[n] and not _same(n, active, hits, place, eta)
-        if not moving.any():
-            break
-        descend(terms, own, c, sign, lines, moving, eta)
-        if not moving.any():
-            break
-        _polish(terms, own, c, sign, moving, eta, found)
+def _next(bound, k, least):
+    """Return the number of the next start, from k on, that may lead below a value, or of all."""
+    while k < len(bound) and not bound[k] < least:
+        k += 1
+    return k
 
 
 @cached_on_disk
-def _polish(terms, own, c, sign, active, eta, found):
-    """Move η of active lanes to the nearby minimum, and fill it."""
-    m, lanes = eta.shape
-    if not active.any():
-        return
-    points, starts, bound = eta.T.copy(), np.arange(lanes).reshape(1, lanes), np.empty((1, lanes))
-    least, place = np.empty(lanes), eta.copy()
-    bound[0] = np.where(active, -np.inf, np.inf)
-    polish(terms, own, c, sign, points, starts, bound, least, place)
-    for n in range(lanes):
-        if active[n]:
-            found[n] = least[n]
-            for a in range(m):
-                eta[a, n] = place[a, n]
-
-
-@cached_on_disk
-def _same(n, active, hits, place, eta):
-    """Return whether an active lane is at the lowest minimum that is known."""
-    same = active[n] and hits[n] > 0
+def _near(eta, place):
+    """Return whether two places count as one."""
+    near = True
     for a in range(len(eta)):
-        same = same and abs(eta[a, n] - place[a, n]) < SAME_PLACE
-    return same
+        near = near and abs(eta[a] - place[a]) < SAME_PLACE
+    return near

@@ -1,7 +1,7 @@
 """The terms of an expansion as compiled loops read them, for several series side by side.
 
 Every term is Φ_i Ψ_j, and each Φ_i contains few of the interval variables. Loops over indices cost
-more than the arithmetic, so they serve `LANES` series at once: the last dimension of arrays is
+more than the arithmetic, so they serve several series at once: the last dimension of arrays is
 that of lanes, and no operation mixes them.
 """
 
@@ -12,8 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.caching import cached_on_disk
-
-LANES = 32
 
 
 class Terms(NamedTuple):
@@ -27,6 +25,8 @@ class Terms(NamedTuple):
     variable, order : of each factor T_order(η_variable).
     first_owner : where the Φ_i that contain each variable start, (m + 1,).
     owner, owner_order : these Φ_i, and their orders in the variable.
+    of_group, first_of_group : the terms in the order of j, and where those of each Ψ_j start.
+    depends : whether the terms of each Ψ_j contain a variable, (m, N).
     """
 
     first: np.ndarray
@@ -37,12 +37,19 @@ class Terms(NamedTuple):
     first_owner: np.ndarray
     owner: np.ndarray
     owner_order: np.ndarray
+    of_group: np.ndarray
+    first_of_group: np.ndarray
+    depends: np.ndarray
 
     @staticmethod
     def of(index: np.ndarray, i: np.ndarray, j: np.ndarray) -> Terms:
         """Return the terms Φ_i Ψ_j, i increasing, with the orders of Φ in each variable, (M, m)."""
         row, variable = np.nonzero(index)
         column, owner = np.nonzero(index.T)
+        by_group = np.argsort(j, kind="stable")
+        depends = np.zeros((index.shape[1], j.max(initial=0) + 1), dtype=bool)
+        term, own = np.nonzero(index[i])
+        depends[own, j[term]] = True
         return Terms(
             np.searchsorted(i, np.arange(len(index) + 1)),
             j,
@@ -52,6 +59,9 @@ class Terms(NamedTuple):
             np.searchsorted(column, np.arange(index.shape[1] + 1)),
             owner,
             index[owner, column],
+            by_group,
+            np.searchsorted(j[by_group], np.arange(depends.shape[1] + 1)),
+            depends,
         )
 
 

@@ -77,3 +77,18 @@ def test_a_study_that_reuses_runs_gives_the_same_when_it_is_resumed(folder):
     again, runs = study(folder, NARROW, fb.AdaptivePCCI())
     assert runs == 2
     assert first.drop_attrs().identical(again.drop_attrs())
+
+
+def test_domains_of_fields_are_found_once(tmp_path):
+    calls = []
+
+    def response(k):
+        calls.append(1)
+        return k(np.linspace(0.0, 2.0, 5)).sum(axis=1)
+
+    inputs = {"k": fb.RandomField(mean=1.0, std=0.1, correlation_length=1.0, terms=2)}
+    first = fb.propagate(response, inputs, fb.PCCI(1, 0), store=tmp_path)
+    calls.clear()
+    again = fb.propagate(response, inputs, fb.PCCI(1, 0), store=tmp_path)
+    assert len(calls) == 1  # the two runs that are made again
+    assert first.drop_attrs().identical(again.drop_attrs())

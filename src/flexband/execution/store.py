@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
 
-from flexband.errors import InputError, StoreError
+from flexband.errors import InputError, StoreError, shown
 from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
 
 RUNS = "runs.zarr"
@@ -68,6 +68,15 @@ class Store:
     def runs(self) -> Path:
         """Folder of the recorded runs."""
         return Path(self.folder) / RUNS
+
+
+def as_store(store: Any) -> Store | None:
+    """Return a store, or that of a folder; None for None."""
+    if store is None or isinstance(store, Store):
+        return store
+    if not isinstance(store, str | os.PathLike):
+        raise InputError(f"store must be the path of a folder, or a Store; got {shown(store)}")
+    return Store(store)
 
 
 class Owner(NamedTuple):

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, known, shown, whole
+from flexband.errors import InputError, RunError, known, whole
 from flexband.execution.executors import Outcome, Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import Record
-from flexband.execution.store import Owner, Store
+from flexband.execution.store import Owner, as_store
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.evaluation import (
     aligned,
@@ -337,10 +337,7 @@ def evaluations(
     """Give what makes the runs of a study; its store is closed with the context."""
     batch = whole("batch", batch, 1)
     known("failed", failed, POLICIES)
-    if store is not None and not isinstance(store, Store):
-        if not isinstance(store, str) and not hasattr(store, "__fspath__"):
-            raise InputError(f"store must be the path of a folder, or a Store; got {shown(store)}")
-        store = Store(store)
+    store = as_store(store)
     with performing(executor) as perform:
         if store is None:
             yield Evaluations(perform, None, failed, batch)

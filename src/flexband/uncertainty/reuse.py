@@ -1,4 +1,4 @@
-"""Runs of a store that serve another study: at generic points inside its intervals.
+"""What a store has for another study: runs at generic points inside its intervals, and domains.
 
 A run is at a generic point if no other run shares one of its coordinates, as those of grids, axes
 and corners do. Runs at generic points may judge an expansion, or be fitted by regression, wherever
@@ -7,13 +7,23 @@ they are; runs at other points serve where a design has the same points.
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from flexband.errors import InputError
+from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
 from flexband.execution.record import Record
+from flexband.execution.store import Store
+from flexband.files import replaced
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Response, Space, locate_fields
 
 MOST = 10_000
 """Runs that are looked at."""
@@ -49,6 +59,27 @@ def generic_runs(
         return *none, np.zeros((0,))
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
     return xi, eta, record.read(runs[chosen])[0]
+
+
+def located(
+    response: Response, inputs: Mapping[str, Any], store: Store | None
+) -> tuple[dict[str, Any], int]:
+    """Return what `locate_fields` does, and keep the domains in the folder of the store."""
+    loose = [k for k, one in inputs.items() if isinstance(one, Field) and one.domain is None]
+    if store is None or not loose:
+        return locate_fields(response, inputs)
+    file = Path(store.folder) / "domains.json"
+    owner = [fingerprint(response), mechanics_fingerprint(), store.version]
+    with suppress(OSError, ValueError, TypeError, KeyError, InputError):
+        found = json.loads(file.read_text(encoding="utf-8"))
+        if found["owner"] == owner:
+            domains = {name: tuple(found["domains"][name]) for name in loose}
+            return {**inputs, **{n: replace(inputs[n], domain=d) for n, d in domains.items()}}, 0
+    known, runs = locate_fields(response, inputs)
+    content = {"owner": owner, "domains": {name: known[name].domain for name in loose}}
+    with suppress(OSError), replaced(file) as partial:  # the store says what is wrong with it
+        partial.write_text(json.dumps(content), encoding="utf-8")
+    return known, runs
 
 
 def texts(space: Space, *, random: bool) -> str:

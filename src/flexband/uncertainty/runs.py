@@ -19,16 +19,16 @@ from flexband.errors import (
     whole,
     without_warnings,
 )
-from flexband.execution.store import versions
+from flexband.execution.store import as_store, versions
 from flexband.uncertainty.evaluations import evaluations, setting
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.repetition import check_repetition, check_stored, middle
-from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
+from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
-from flexband.uncertainty.reuse import generic_runs
+from flexband.uncertainty.reuse import generic_runs, located
 from flexband.uncertainty.surrogates.extrapolation import reached
 
 Result = TypeVar("Result")
@@ -84,8 +84,8 @@ def in_cases(
     function("response", response)
     check_names(response, inputs)
     with without_warnings(ResolutionWarning):
-        located, explored = locate_fields(response, inputs)
-    all_inputs = cases(located)
+        placed, explored = located(response, inputs, as_store(options["store"]))
+    all_inputs = cases(placed)
     found: dict[str, Result] = {}
     finished, labels = 0, None
 
@@ -93,7 +93,7 @@ def in_cases(
         if progress is not None:
             progress(finished + done, finished + total * (len(all_inputs) - len(found)))
 
-    with evaluations(response, located, **options) as evaluate:
+    with evaluations(response, placed, **options) as evaluate:
         for label, own in all_inputs.items():
             runs = Runs(response, own, method, evaluate, most_runs, len(all_inputs), advance)
             runs.labels, runs.case, runs.explored = labels, label, explored

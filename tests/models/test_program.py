@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.execution.fingerprint import fingerprint
 
 INPUTS = {"stiffness": fb.Interval(90.0, 110.0), "mass": fb.Normal(1.0, 0.02)}
 SOLVER = """
@@ -232,3 +233,17 @@ def test_a_field_reaches_a_program_by_its_values():
     response = fb.samplewise(lambda E: program.sample(a=E(0.0)))
     bands = fb.propagate(response, {"E": field}, fb.PCCI(0, 1))
     np.testing.assert_allclose(bands["mean"], [1.0, 2.0], rtol=1e-12)
+
+
+def test_a_store_knows_the_template_and_the_program(tmp_path):
+    def made(text="k = ${x}", script="print(1)", **settings):
+        (tmp_path / "script.py").write_text(script)
+        command = [sys.executable, str(tmp_path / "script.py")]
+        own = {"read": printed, "files": {"m": text}, **settings}
+        return fingerprint(fb.ExternalProgram(command, **own))
+
+    same = made()
+    assert made(time_limit=3.0, keep=tmp_path) == same
+    others = [made("k = 2*${x}"), made(script="print(2)"), made(standard_input="go")]
+    others.append(made(read=lambda folder: 1.0))
+    assert len({same, *others}) == 5

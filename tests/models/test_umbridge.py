@@ -19,6 +19,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.execution.fingerprint import fingerprint
 
 T = np.linspace(0.0, 1.0, 5)
 NOMINAL = {"x": 1.0, "e": 0.7}
@@ -227,6 +228,8 @@ def test_wrong_answers_of_a_server(wrong, kind, text):
 def test_vectors_of_different_lengths_and_a_time_limit():
     with answering(GOOD) as url:
         found = fb.UMBridgeModel(url, "m", ["a", "b", "c"], outputs=["p", "q"])(a=1.0, b=2.0, c=3.0)
+        made = [fb.UMBridgeModel(url, "m", ["a", "b", "c"], config={"n": n}) for n in (1, 2, 2)]
+    assert len(set(map(fingerprint, made))) == 2
     assert list(found["output"].values) == ["p[0]", "q[0]", "q[1]"]
     np.testing.assert_array_equal(found, [[1.0, 2.0, 3.0]])
     with answering(GOOD, delay=1.0) as url:

@@ -88,6 +88,11 @@ class FMU(OneByOne):
         object.__setattr__(self, "outputs", tuple(v.name for v in recorded(description, names)))
         self._communication(description)
 
+    @property
+    def identity(self) -> tuple[object, ...]:
+        """What the results depend on: the content of the file, wherever it is."""
+        return self.checksum, self.times, self.outputs, self.step
+
     def sample(self, **values: Any) -> xr.DataArray:
         """Return the outputs of one simulation, dims (output, time).
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import Any
 from uuid import uuid4
@@ -103,6 +104,17 @@ class ExternalProgram(OneByOne):
     def names(self) -> list[str]:
         """The names of the inputs: those of all placeholders."""
         return list(dict.fromkeys(n for one in self._templates.values() for n in one.names))
+
+    @property
+    def identity(self) -> tuple[object, ...]:
+        """What the results depend on: also the content of the program and of files it is given."""
+        found = [shutil.which(self.command[0]), *self.command[1:]]
+        content = tuple(
+            sha256(Path(part).read_bytes()).hexdigest() if part and os.path.isfile(part) else ""
+            for part in found
+        )
+        files = tuple(sorted(self.files.items()))
+        return self.command, content, files, self.standard_input, self.read
 
     @property
     def __signature__(self) -> inspect.Signature:

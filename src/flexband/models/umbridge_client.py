@@ -117,6 +117,13 @@ class UMBridgeModel(OneByOne):
             )
 
     @property
+    def identity(self) -> tuple[object, ...]:
+        """What the results depend on, as far as it is known here."""
+        config = json.dumps(dict(self.config), sort_keys=True)
+        sizes = self.input_sizes, self.output_sizes
+        return self.url, self.name, self.inputs, self.outputs, self.times, config, sizes
+
+    @property
     def _times(self) -> tuple[float, ...]:
         return self.times  # pyright: ignore[reportReturnType]
 

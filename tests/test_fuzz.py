@@ -65,6 +65,8 @@ OWN = {
     ("PrescribedPath", "y"): np.cos,
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
+    **{("Weibull", name): 2.0 for name in ("scale", "shape")},
+    **{("Beta", name): 2.0 for name in ("alpha", "beta")},
     **{
         (name, parameter): value
         for name in ("eole", "karhunen_loeve", "orthogonal_series")

@@ -276,9 +276,39 @@ def test_cv_and_std_say_the_same():
     np.testing.assert_allclose(bands["error_bar"], [4.8 * 0.9, 5.2 * 1.1], rtol=1e-7)
 
 
+def test_weibull_and_beta_by_their_moments():
+    for mean, cv, location in ((320e6, 0.1, 0.0), (3.0, 1.0, 0.0), (5.0, 0.02, 4.0), (1, 3.0, 0)):
+        one = fb.Weibull(mean=mean, cv=cv, location=location)
+        assert one == fb.Weibull(one.scale, one.shape, location)
+        assert one == fb.Weibull(mean=mean, std=cv * mean, location=location)
+        found = [float(own) for own in one.frozen.stats("mv")]
+        assert found == pytest.approx([mean, (cv * mean) ** 2], rel=1e-9)
+    assert fb.Weibull(mean=2.0, cv=1.0).shape == pytest.approx(1.0)  # exponential
+    one = fb.Beta(mean=70.0, std=5.0, lower=60.0, upper=90.0)
+    assert [float(own) for own in one.frozen.stats("mv")] == pytest.approx([70.0, 25.0])
+    assert fb.Beta(mean=0.5, std=12**-0.5) == pytest.approx(fb.Beta(1.0, 1.0))
+    inputs = {"e": fb.Weibull(mean=fb.Interval(4.8, 5.2), cv=fb.Interval(0.1, 0.2))}
+    inputs["b"] = fb.Beta(mean=fb.Interval(0.2, 0.4), std=0.1)
+    bands = fb.propagate(lambda e, b: e + b, inputs, fb.ImprovedPCCI(6, 2))
+    low, high = 4.8 + 0.2 - np.hypot(4.8 * 0.2, 0.1), 5.2 + 0.4 + np.hypot(5.2 * 0.2, 0.1)
+    np.testing.assert_allclose(bands["error_bar"], [low, high], rtol=1e-5)
+    assert list(bands["input"].values) == ["b.mean", "e.cv", "e.mean"]
+
+
 @pytest.mark.parametrize(
     ("call", "text"),
     [
+        (lambda: fb.Weibull(1.0), "Weibull must have either scale and shape, or mean and one of"),
+        (lambda: fb.Weibull(1.0, 2.0, mean=3.0), "got scale=1.0, shape=2.0, mean=3.0"),
+        (lambda: fb.Weibull(mean=1.0), "Weibull must have either std or cv; got std=None"),
+        (lambda: fb.Weibull(mean=1.0, std=1.0, cv=1.0), "Weibull must have either std or cv"),
+        (lambda: fb.Weibull(mean=1.0, cv=0.1, location=2.0), "mean must be above the location 2"),
+        (lambda: fb.Weibull(mean=1.0, cv=20.0), r"between 0.000128 and 15.8 for"),
+        (lambda: fb.Weibull(mean=fb.Interval(0.5, 9.0), std=9.0), "between .* = 0.5; got 9"),
+        (lambda: fb.Beta(mean=2.0, std=0.1), "Beta mean must be between lower 0 and upper 1"),
+        (lambda: fb.Beta(mean=0.5, std=0.5), "Beta std must be between 1e-05 and 0.4903 for"),
+        (lambda: fb.Beta(mean=0.5, cv=-1), "Beta cv must be positive; got -1"),
+        (lambda: fb.Beta(mean=0.5, std=1e-6), "Beta std must be between 1e-05 and 0.49"),
         (lambda: fb.Normal(1.0), "Normal must have either std or cv; got std=None, cv=None"),
         (lambda: fb.Normal(1.0, 2.0, cv=0.1), "Normal must have either std or cv; got std=2.0"),
         (lambda: fb.Normal(0.0, cv=0.1), "Normal cv must be given as std where the mean is 0"),

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import product
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -228,17 +228,78 @@ class Spread(Distribution):
 
     def check(self) -> None:
         """Raise `InputError` if the spread is impossible; give `std` the number that `cv` tells."""
-        name = type(self).__name__
-        if (self.std is None) == (self.cv is None):
-            raise InputError(
-                f"{name} must have either std or cv; got std={self.std!r}, cv={self.cv!r}"
-            )
-        if self.cv is not None:
-            positive(f"{name} cv", numbers(f"{name} cv", self.cv))
-            if self.mean == 0:
-                raise InputError(f"{name} cv must be given as std where the mean is 0")
-        std = float(numbers(f"{name} std", self.spread))
-        positive(f"{name} std", std)
-        plausible_spread(f"{name} std", std, self.mean)
-        object.__setattr__(self, "std", std)
+        object.__setattr__(self, "std", checked_std(self, self.mean))
         object.__setattr__(self, "cv", None)
+
+
+def checked_std(one: Spread | Moments, mean: float) -> float:
+    """Return the standard deviation that `std` or `cv` tells; `InputError` if it is impossible."""
+    name = type(one).__name__
+    if (one.std is None) == (one.cv is None):
+        raise InputError(f"{name} must have either std or cv; got std={one.std!r}, cv={one.cv!r}")
+    if one.cv is not None:
+        positive(f"{name} cv", numbers(f"{name} cv", one.cv))
+        if mean == 0:
+            raise InputError(f"{name} cv must be given as std where the mean is 0")
+    own = one.std if one.cv is None else one.cv * abs(mean)
+    std = float(numbers(f"{name} std", own))  # pyright: ignore[reportArgumentType]
+    positive(f"{name} std", std)
+    plausible_spread(f"{name} std", std, mean)
+    return std
+
+
+@dataclass(frozen=True, repr=False)
+class Moments(Distribution):
+    """A distribution that is given by two parameters of its own, or by mean and spread.
+
+    A subclass names its own parameters in `own`, and finds them in `of_moments`.
+    """
+
+    mean: float | None = field(default=None, kw_only=True)
+    std: float | None = field(default=None, kw_only=True)
+    cv: float | None = field(default=None, kw_only=True)
+
+    own: ClassVar[tuple[str, str]]
+
+    @abstractmethod
+    def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
+        """Return its own parameters at mean and standard deviation, numbers or of shape (n,)."""
+
+    @abstractmethod
+    def check_moments(self, mean: float, std: float) -> None:
+        """Raise `InputError` if it cannot have this mean and standard deviation."""
+
+    @property
+    def parameters(self) -> tuple[Any, Any]:
+        """Its own parameters, numbers or of shape (n,)."""
+        if self.mean is None:
+            first, second = (getattr(self, name) for name in self.own)
+            return first, second
+        std = self.cv * np.abs(self.mean) if self.std is None else self.std  # pyright: ignore[reportOptionalOperand]
+        return self.of_moments(self.mean, std)
+
+    def check(self) -> None:
+        """Raise `InputError` if parameters are missing; find its own from the moments."""
+        name = type(self).__name__
+        moments = {k: getattr(self, k) for k in ("mean", "std", "cv")}
+        of_moments = any(value is not None for value in moments.values())
+        own = [getattr(self, k) for k in self.own]
+        given_own = sum(value is not None for value in own)
+        if given_own != (0 if of_moments else 2):
+            given = dict(zip(self.own, own, strict=True)) | moments
+            told = ", ".join(f"{k}={v!r}" for k, v in given.items() if v is not None)
+            raise InputError(
+                f"{name} must have either {' and '.join(self.own)}, or mean and one of std and cv; "
+                f"got {told or 'none'}"
+            )
+        if of_moments:
+            mean = float(numbers(f"{name} mean", self.mean))  # pyright: ignore[reportArgumentType]
+            std = checked_std(self, mean)
+            self.check_moments(mean, std)
+            own = map(float, self.of_moments(mean, std))
+        for k, value in zip(self.own, own, strict=True):
+            object.__setattr__(
+                self, k, float(positive(f"{name} {k}", numbers(f"{name} {k}", value)))
+            )
+        for k in moments:
+            object.__setattr__(self, k, None)

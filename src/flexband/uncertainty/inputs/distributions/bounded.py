@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from flexband.errors import InputError, plausible_spread, positive
+from flexband.errors import InputError, plausible_spread
 from flexband.uncertainty.expansions.families import LEGENDRE, Family
-from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distribution import Distribution, Moments
 from flexband.uncertainty.inputs.inputs import between, place_between
 
-LEAST_SHAPE = 0.02
-"""Of a beta distribution; below it, nearly all values are the bounds."""
+LEAST_SHAPE, LARGEST_SHAPE = 0.02, 1e10
+"""Of a beta distribution. Below the least, nearly all values are the bounds; one that is given by
+its moments is no narrower than the largest tells."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,35 +95,69 @@ class Triangular(Distribution):
 
 
 @dataclass(frozen=True, repr=False)
-class Beta(Distribution):
+class Beta(Moments):
     """A number between two bounds with a beta distribution.
 
     Its density is proportional to (x − lower)^(alpha − 1) (upper − x)^(beta − 1).
+
+    Parameters
+    ----------
+    alpha, beta : the shapes.
+    lower, upper : the bounds.
+    mean, std : mean and standard deviation, instead of the shapes.
+    cv : coefficient of variation, the standard deviation over |mean|, instead of `std`.
 
     Raises
     ------
     InputError
         If a number is not finite, the lower bound is not below the upper, or a shape is not
-        positive, or so small that nearly all values are the bounds.
+        positive, or so small that nearly all values are the bounds; if moments are not those of
+        such a distribution, or if parameters are missing or given twice.
     """
 
-    alpha: float
-    beta: float
+    alpha: float | None = None
+    beta: float | None = None
     lower: float = 0.0
     upper: float = 1.0
+
+    own = ("alpha", "beta")
 
     @property
     def frozen(self) -> Any:
         """The distribution of SciPy."""
         from scipy import stats  # noqa: PLC0415
 
-        return stats.beta(self.alpha, self.beta, self.lower, self.upper - self.lower)
+        return stats.beta(*self.parameters, self.lower, self.upper - self.lower)
+
+    def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
+        """Return the shapes m s and (1 − m) s, with m (1 − m)/(1 + s) the variance on (0, 1)."""
+        width = self.upper - self.lower
+        m, left = (mean - self.lower) / width, (self.upper - mean) / width
+        total = m * left / (std / width) ** 2 - 1
+        return m * total, left * total
+
+    def check_moments(self, mean: float, std: float) -> None:
+        """Raise `InputError` if the mean is not between the bounds, or the spread too large."""
+        _check_bounds(self, self.lower, self.upper)
+        if not self.lower < mean < self.upper:
+            raise InputError(
+                f"Beta mean must be between lower {self.lower:g} and upper {self.upper:g}; "
+                f"got {mean:g}"
+            )
+        below, above, width = mean - self.lower, self.upper - mean, self.upper - self.lower
+        least = width / LARGEST_SHAPE**0.5
+        most = np.sqrt(below * above / (1 + LEAST_SHAPE * width / min(below, above)))
+        if not least < std < most:
+            raise InputError(
+                f"Beta std must be between {least:.3g} and {most:.4g} for the mean {mean:g} "
+                f"between {self.lower:g} and {self.upper:g}; got {std:g}"
+            )
 
     def check(self) -> None:
         """Raise `InputError` if a shape is too small, or there is nothing between the bounds."""
+        super().check()
         _check_bounds(self, self.lower, self.upper)
-        for name in ("alpha", "beta"):
-            shape = float(positive(f"Beta {name}", getattr(self, name)))
+        for name, shape in zip(self.own, self.parameters, strict=True):
             if shape < LEAST_SHAPE:
                 raise InputError(f"Beta {name} must be {LEAST_SHAPE:g} or more; got {shape:g}")
 

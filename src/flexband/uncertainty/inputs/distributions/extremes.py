@@ -6,16 +6,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import elementwise
+from scipy.special import gamma, gammaln
 
-from flexband.errors import InputError, plausible_spread, positive
-from flexband.uncertainty.inputs.distribution import Distribution, Spread
+from flexband.errors import InputError, plausible_spread
+from flexband.uncertainty.inputs.distribution import Moments, Spread
 
 LEAST_SHAPE, LARGEST_SHAPE = 0.2, 1e4
 """Of a Weibull distribution."""
 
 
 @dataclass(frozen=True, repr=False)
-class Weibull(Distribution):
+class Weibull(Moments):
     """A number with a Weibull distribution: P(x > X) = exp(−((X − location)/scale)^shape).
 
     Parameters
@@ -23,35 +25,73 @@ class Weibull(Distribution):
     scale : 63.2 % of the values are below location + scale.
     shape : the Weibull modulus.
     location : the least possible value.
+    mean, std : mean and standard deviation, instead of scale and shape.
+    cv : coefficient of variation, the standard deviation over |mean|, instead of `std`.
 
     Raises
     ------
     InputError
         If scale or shape is not positive, or the shape is below 0.2, where moments are those of
-        values that hardly ever occur.
+        values that hardly ever occur; if moments are not those of such a distribution, or if
+        parameters are missing or given twice.
     """
 
-    scale: float
-    shape: float
+    scale: float | None = None
+    shape: float | None = None
     location: float = 0.0
+
+    own = ("scale", "shape")
 
     @property
     def frozen(self) -> Any:
         """The distribution of SciPy."""
         from scipy import stats  # noqa: PLC0415
 
-        return stats.weibull_min(self.shape, self.location, self.scale)
+        scale, shape = self.parameters
+        return stats.weibull_min(shape, self.location, scale)
+
+    def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
+        """Return scale and shape: (std/m)² = Γ(1 + 2/shape)/Γ(1 + 1/shape)² − 1."""
+        above = mean - self.location
+        variation = np.log1p((std / above) ** 2)
+        shape = elementwise.find_root(
+            lambda k, sought: _variation(k) - sought,
+            (np.float64(LEAST_SHAPE), np.float64(LARGEST_SHAPE)),
+            args=(variation,),
+        ).x
+        return above / gamma(1 + 1 / shape), shape
+
+    def check_moments(self, mean: float, std: float) -> None:
+        """Raise `InputError` if the mean is not above the location, or the shape out of range."""
+        if not mean > self.location:
+            raise InputError(
+                f"Weibull mean must be above the location {self.location:g}; got {mean:g}"
+            )
+        least, most = (
+            (mean - self.location) * np.sqrt(np.expm1(_variation(shape)))
+            for shape in (LARGEST_SHAPE, LEAST_SHAPE)
+        )
+        if not least < std < most:
+            raise InputError(
+                f"Weibull std must be between {least:.3g} and {most:.3g} for mean - location = "
+                f"{mean - self.location:g}; got {std:g}"
+            )
 
     def check(self) -> None:
         """Raise `InputError` if scale or shape is not positive."""
-        positive("Weibull scale", self.scale)
-        shape = float(positive("Weibull shape", self.shape))
+        super().check()
+        scale, shape = self.parameters
         if not LEAST_SHAPE <= shape <= LARGEST_SHAPE:
             raise InputError(
                 f"Weibull shape must be between {LEAST_SHAPE:g} and {LARGEST_SHAPE:g}; "
                 f"got {shape:g}"
             )
-        plausible_spread("Weibull scale", self.scale, self.location)
+        plausible_spread("Weibull scale", scale, self.location)
+
+
+def _variation(shape: Any) -> Any:
+    """Return log(1 + (std/mean)²) of a Weibull distribution at location 0."""
+    return gammaln(1 + 2 / shape) - 2 * gammaln(1 + 1 / shape)
 
 
 @dataclass(frozen=True, repr=False)

@@ -47,8 +47,11 @@ def _watch(signals: socket.socket) -> None:
 
 
 def _end() -> NoReturn:
+    messages = sys.modules.get("flexband.cli.messages")  # unless it is still being imported
+    ending = getattr(messages, "Ending", None)
     if sys.stderr is not None:
-        os.write(sys.stderr.fileno(), b"flexband: stopped\n")
+        text = getattr(ending, "stopped", "flexband: stopped")
+        os.write(sys.stderr.fileno(), f"{text}\n".encode(errors="replace"))
     os._exit(130)
 
 

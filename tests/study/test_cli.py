@@ -76,16 +76,16 @@ def test_run_by_another_method(study_file, tmp_path):
         assert bands.attrs["method"].startswith("LHSScanning(samples=7, points=3")
 
 
-def call_adaptive(file, out, tolerance, *arguments):
+def call_adaptive(file, out, tolerance, *arguments, status=0):
     result = call("run", file, "--output", out, "--method", "adaptive-pcci",
                   "--tolerance", tolerance, *arguments)  # fmt: skip
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == status, result.output
     return " ".join(result.output.split())
 
 
 def test_a_tolerance_that_is_not_met_is_reported(study_file, tmp_path):
     out = tmp_path / "out"
-    output = call_adaptive(study_file, out, 1e-9, "--max-runs", 6)
+    output = call_adaptive(study_file, out, 1e-9, "--max-runs", 6, status=3)
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert "Orders: rate" in text
@@ -249,7 +249,7 @@ def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeyp
 
     monkeypatch.setattr("flexband.report.figures.bands_figure", broken)
     out = tmp_path / "out"
-    result = call("run", study_file, "--output", out)
+    result = call("run", study_file, "--output", out, "--no-store")
     assert result.exit_code == 0, result.output
     text = " ".join(result.output.split())
     assert "remark: The figure 'Interval mean and interval error bar of u' could not be" in text
@@ -375,7 +375,7 @@ def test_an_ascii_terminal_is_enough(study_file, tmp_path):
 
 def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path):
     out = tmp_path / "out"
-    assert call("run", study_file, "--output", out, "--verify", 2).exit_code == 0
+    assert call("run", study_file, "--output", out, "--verify", 2, "--no-store").exit_code == 0
     mine = {"mine.png", "notes.txt"}
     for name in mine:
         (out / name).write_text("mine", encoding="utf-8")
@@ -383,7 +383,8 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
     assert {p.name for p in out.iterdir()} == mine | first | {"bands_u.png", "bands_v.png"}
     renamed = STUDY.replace('"u", "v"', '"u", "w"')
     study_file.write_text(renamed, encoding="utf-8")
-    result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--samples", 3)
+    result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--samples", 3,
+                  "--no-store")  # fmt: skip
     assert result.exit_code == 0, result.output
     later = first | {"bands_u.png", "bands_w.png"}  # nothing that was computed is removed
     assert {p.name for p in out.iterdir()} == mine | later
@@ -394,7 +395,7 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
 
 def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monkeypatch):
     out = tmp_path / "out"
-    assert call("run", study_file, "--output", out).exit_code == 0
+    assert call("run", study_file, "--output", out, "--no-store").exit_code == 0
     before = {p.name: p.read_bytes() for p in out.iterdir()}
 
     def full(self, *arguments, **options):
@@ -407,7 +408,7 @@ def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monke
     monkeypatch.setattr(Path, "write_text", full)
     monkeypatch.setattr("xarray.Dataset.to_netcdf", lambda own, file, **_: full(file))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda own, file, **_: full(file))
-    result = call("run", study_file, "--output", out, "--interval-order", 2)
+    result = call("run", study_file, "--output", out, "--interval-order", 2, "--no-store")
     assert result.exit_code == 1
     text = " ".join(result.output.replace("\n", "").split())
     for name in ("surrogate.npz", "bands.nc", "report.html"):

@@ -76,6 +76,12 @@ def percent(part: float) -> str:
 def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     """Return what diagnostics and the result of `verify` mean, as sentences."""
     lines = [checked.attrs["verdict"]] if checked is not None else []
+    if failed := bands.attrs.get("runs_failed", 0):
+        runs = bands.attrs["runs"]
+        lines.append(
+            f"{failed} of {runs} runs failed and were left out, {percent(failed / runs)}; "
+            "`flexband status` lists them"
+        )
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))

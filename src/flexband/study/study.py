@@ -59,23 +59,48 @@ class Study:
         """Whether the method makes a surrogate, so that `expand` can be called."""
         return callable(getattr(self.method, "expand", None))
 
-    def run(self, *, progress: Callable[[int, int], object] | None = None) -> xr.Dataset:
+    def run(
+        self,
+        *,
+        batch: int = BATCH,
+        store: Any = None,
+        executor: Any = None,
+        failed: str = "stop",
+        progress: Callable[[int, int], object] | None = None,
+    ) -> xr.Dataset:
         """Return the bands; parameters and errors are those of `propagate`."""
         return propagate(
             self.response,
             self.inputs,
             self.method,
             sigmas=self.sigmas,
-            batch=BATCH,
+            batch=batch,
+            store=store,
+            executor=executor,
+            failed=failed,
             progress=progress,
         )
 
     def expand(
-        self, *, progress: Callable[[int, int], object] | None = None
+        self,
+        *,
+        batch: int = BATCH,
+        store: Any = None,
+        executor: Any = None,
+        failed: str = "stop",
+        progress: Callable[[int, int], object] | None = None,
     ) -> Surrogate | SurrogateOfChoices:
         """Return the surrogate; parameters and errors are those of `flexband.expand`."""
-        method = cast(Expanding, self.method)  # `expand` refuses any other method
-        return expand(self.response, self.inputs, method, batch=BATCH, progress=progress)
+        return expand(
+            self.response,
+            self.inputs,
+            cast(Expanding, self.method),  # `expand` refuses any other method
+            batch=batch,
+            store=store,
+            executor=executor,
+            failed=failed,
+            progress=progress,
+        )
 
     def using(self, method: Method) -> Study:
         """Return the same study with another method."""

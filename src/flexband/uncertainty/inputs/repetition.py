@@ -107,7 +107,8 @@ def check_stored(values: np.ndarray, old: np.ndarray, new: np.ndarray, store: St
     )
     if off > LARGE and not store.insist:
         raise StoreError(
-            f"{text}. Take another folder, or insist=True (--insist) to use the runs nevertheless"
+            f"{text}. Take another folder, or delete its runs (--replace), or insist=True "
+            "(--insist) to use them nevertheless"
         )
     warn(text)
 

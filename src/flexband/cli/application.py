@@ -1,0 +1,48 @@
+"""The application that commands are registered with, and its options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+import flexband as fb
+from flexband.cli.messages import EXITS, Ending, print_text
+from flexband.report.terminal import print_anywhere
+
+
+class _Commands(TyperGroup):
+    """The commands, whose texts can be printed on any terminal, and which all take --debug."""
+
+    def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
+        own = args[: args.index("--")] if "--" in args else args
+        Ending.debug = "--debug" in own
+        return super().parse_args(ctx, [a for a in own if a != "--debug"] + [*args[len(own) :]])
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        print_anywhere()
+        return super().main(*arguments, **options)
+
+
+app = typer.Typer(cls=_Commands, no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print_text(fb.__version__)
+        raise typer.Exit
+
+
+@app.callback(epilog=EXITS)
+def main(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it."),
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Print the traceback of an error; for every command.")
+    ] = False,
+) -> None:
+    """Compute how uncertain the motion of a mechanism is."""

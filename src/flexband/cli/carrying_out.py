@@ -1,0 +1,239 @@
+"""A study carried out: its runs, results and report, in a folder."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import typer
+import xarray as xr
+
+import flexband as fb
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import (
+    DOUBTFUL,
+    Ending,
+    in_words,
+    print_json,
+    print_remark,
+    print_table,
+    print_text,
+)
+from flexband.cli.plan import Plan
+from flexband.cli.progress import Progress, progress_bars
+from flexband.errors import RunError
+from flexband.execution.growing import GrowingArrays
+from flexband.execution.store import Store
+from flexband.study.folder import StudyFolder, this_process
+from flexband.study.identity import identity
+from flexband.study.study import Study
+from flexband.uncertainty.evaluations import evaluations
+
+PERIOD = 0.5
+"""Time [s] between two writings of study.json."""
+
+
+class Course:
+    """How far a study is, written to its folder while it runs."""
+
+    def __init__(self, folder: StudyFolder, about: dict[str, Any]):
+        self.folder, self.about = folder, about
+        self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
+        self.bar: Progress = lambda done, total: None
+
+    def __call__(self, done: int, total: int) -> None:
+        """Take progress: the first call comes when the store has been opened."""
+        new = self.about["total"] != total
+        self.about |= {"done": done, "total": total}
+        self.bar(done, total)
+        now = time.monotonic()
+        if new or done == total or now > self.written + PERIOD:
+            self.written = now
+            self.write("running")
+        goes_on = f"`flexband resume {shlex.quote(str(self.folder.path))}` goes on"
+        Ending.stopped = f"flexband: stopped; {goes_on}"
+
+    def write(self, state: str, **more: Any) -> None:
+        """Write study.json; print a remark, once, if that fails: the study goes on."""
+        self.about |= {"state": state, "elapsed": time.monotonic() - self.begin, **more}
+        try:
+            self.folder.write(self.about)
+        except OSError as error:
+            if not self.told:
+                print_remark(str(error))
+            self.told = True
+
+
+def carry_out(
+    plan: Plan,
+    output: Path,
+    *,
+    recorded: bool = True,
+    insist: bool = False,
+    replace: bool = False,
+    again: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Run a study; write and print its results.
+
+    Parameters
+    ----------
+    recorded : whether runs are recorded in the folder, and those that are there used.
+    insist : whether to use runs there that may come from another response.
+    replace : whether runs there are deleted before.
+    again : whether runs there that failed are made again.
+    as_json : whether results are printed as JSON.
+    """
+    study = plan.study()
+    check_folder(output)
+    folder = StudyFolder(output)
+    with folder.held(kept=recorded):
+        if replace and (folder.runs.exists() or folder.read()):
+            print_text(f"The runs in {folder.runs} are deleted.", error=True)
+            folder.delete_runs()
+        store = Store(output, insist=insist) if recorded else None
+        own = identity(study, plan.new_runs(study), plan.policy) if recorded else ""
+        if again and store is not None:
+            forget_failed(study, store)
+        elif recorded and (result := finished(folder, own)):
+            if not as_json:
+                print_table(result["title"], result["table"])
+            tell(result, as_json=as_json)
+            print_text(f"{output} has this result already: no run was made.", error=True)
+            raise typer.Exit(DOUBTFUL if result["doubts"] else 0)
+        about = {
+            **plan.told(),
+            "command": shlex.join(["flexband", *sys.argv[1:]]),
+            "identity": own,
+            "process": this_process(),
+            "started": time.strftime("%Y-%m-%d %H:%M:%S%z"),
+            "done": 0,
+            "total": None,
+        }
+        course = Course(folder, about)
+        try:
+            result = results(plan, study, store, course, as_json=as_json)
+        except BaseException as error:
+            if store is not None and about["total"] is not None:
+                if isinstance(error, KeyboardInterrupt):
+                    course.write("stopped", reason="Ctrl-C")
+                else:
+                    course.write("failed", reason=in_words(error))
+            raise
+        if store is not None:
+            course.write("finished", result=result, done=about["total"])
+    tell(result, as_json=as_json)
+    if result["doubts"]:
+        raise typer.Exit(DOUBTFUL)
+
+
+def finished(folder: StudyFolder, own: str) -> dict[str, Any] | None:
+    """Return the result in the folder if it is that of the same study, and its files are there."""
+    try:
+        about = folder.read()
+    except fb.StoreError as error:
+        print_remark(str(error))
+        return None
+    result = about.get("result")
+    same = about.get("identity") == own and about.get("state") == "finished"
+    return result if same and result and folder.has(result["checksums"]) else None
+
+
+def forget_failed(study: Study, store: Store) -> None:
+    """Let the failed runs of a store be made again, and tell how many."""
+    with evaluations(study.response, study.located().inputs, store=store) as evaluate:
+        assert evaluate.record is not None
+        count = evaluate.record.forget_failed()
+    print_text(f"{count} failed runs are made again if they are needed.", error=True)
+
+
+def results(
+    plan: Plan, study: Study, store: Store | None, course: Course, *, as_json: bool
+) -> dict[str, Any]:
+    """Make the runs, print the table, write data and report; return what is told of them."""
+    from flexband.report import tables  # noqa: PLC0415
+    from flexband.report.results import write_bands_report, write_netcdf  # noqa: PLC0415
+
+    output, label, where = course.folder.path, study.method.label, plan.where()
+    data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
+    options = {"batch": plan.batch, "store": store, "executor": where, "failed": plan.policy}
+    if store is not None and (before := recorded_runs(course.folder)):
+        text = f"{output} has {before} recorded runs; those that serve are not made again."
+        print_text(text, error=True)
+    with progress_bars() as task:
+        course.bar = task(label)
+        progress = course.bar if store is None else course
+        if study.expands:
+            surrogate = study.expand(**options, progress=progress)
+            files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
+            bands = surrogate.bands(study.sigmas)
+        else:
+            surrogate, files, bands = None, [], study.run(**options, progress=progress)
+    files += [data] * save(lambda: write_netcdf(bands, data))
+    new = plan.new_runs(study)
+    checked = verified(surrogate, study, new, store, where) if surrogate and new else None
+    if checked is not None:
+        files += [checks] * save(lambda: write_netcdf(checked, checks))
+    title = f"{plan.title}: {label}, {bands.attrs['runs']} runs"
+    table = tables.summary_table(bands, checked)
+    if not as_json:
+        print_table(title, table)
+    if surrogate is None:
+        inputs = study.inputs
+    else:
+        inputs = surrogate.space.given if isinstance(surrogate, fb.Surrogate) else surrogate.given
+    fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
+    page = write_bands_report(output, title, label, bands, checked, fields)
+    older = [own for own in (model, checks) if own.exists() and own not in files]
+    kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
+    written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
+    written += [f"Older:  {own}, of an earlier run" for own in older]
+    return {
+        "title": title,
+        "table": table,
+        "runs": int(bands.attrs["runs"]),
+        "doubts": doubts(bands, checked),
+        "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
+        "written": written,
+        "checksums": course.folder.signed([page, *files]),
+    }
+
+
+def recorded_runs(folder: StudyFolder) -> int:
+    """Return the number of runs in the arrays of a folder."""
+    return GrowingArrays(folder.runs).runs
+
+
+def verified(
+    surrogate: Any, study: Study, runs: int, store: Store | None, where: Any
+) -> xr.Dataset | None:
+    """Return how new runs judge a surrogate; print a remark and return None if they fail."""
+    options = {"runs": runs, "sigmas": study.sigmas, "store": store, "executor": where}
+    try:
+        return fb.verify(surrogate, study.response, **options)
+    except (fb.InputError, RunError) as error:
+        print_remark(f"the result is not verified: {error}")
+        return None
+
+
+def doubts(bands: xr.Dataset, checked: xr.Dataset | None) -> list[str]:
+    """Return why a result is not what was asked for."""
+    own, found = bands.attrs, []
+    if own.get("expected_error", 0.0) > own.get("tolerance", float("inf")):
+        found.append("the tolerance is not met")
+    if "not_trusted" in own:
+        found.append("the result is not trusted")
+    if checked is not None and checked.attrs["confirmed"] == "no":
+        found.append("new runs do not confirm the result")
+    return found
+
+
+def tell(result: dict[str, Any], *, as_json: bool) -> None:
+    """Print a result, whose table has been printed."""
+    if as_json:
+        print_json({k: v for k, v in result.items() if k not in ("checksums", "written")})
+    else:
+        print_text("\n".join([*result["remarks"], *result["written"]]))

@@ -1,0 +1,65 @@
+"""The command that compares methods on a study."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import flexband as fb
+from flexband.cli.application import app
+from flexband.cli.files import File, Output, check_folder, save
+from flexband.cli.messages import print_table, print_text, reported_errors
+from flexband.cli.progress import progress_bars
+from flexband.study.comparison import compare, usual_methods
+from flexband.study.study import load_study
+
+
+@app.command("compare")
+@reported_errors()
+def compare_methods(
+    file: File,
+    output: Output = Path("output"),
+    samples: Annotated[int, typer.Option(help="N of the LHS–Scanning reference.")] = 100,
+    points: Annotated[int, typer.Option(help="p of the LHS–Scanning reference.")] = 10,
+    seed: Annotated[int, typer.Option(help="Seed of the reference's random numbers.")] = 0,
+    orders: Annotated[
+        str, typer.Option(help="Orders k,q of PCCI and improved PCCI, separated by blanks.")
+    ] = "1,1 1,2 2,2 3,3",
+) -> None:
+    """Compare all methods on the study in FILE with LHS–Scanning.
+
+    Perturbation–Chebyshev uses the orders q, regression the larger of k and q as its total order,
+    and the phase-resolved method the first of the orders; the adaptive method finds its own. Sobol'
+    and Monte Carlo sampling have a quarter of the samples of the reference. Methods that would take
+    more than a million runs are left out.
+    """
+    from flexband.report import tables  # noqa: PLC0415
+    from flexband.report.results import (  # noqa: PLC0415
+        data_file,
+        write_comparison_report,
+        write_netcdf,
+    )
+
+    study = load_study(file)
+    if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):
+        raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
+    pairs = [(int(k), int(q)) for k, q in re.findall(r"(\d+),(\d+)", orders)]
+    reference = fb.LHSScanning(samples, points, seed)
+    methods = usual_methods(study, reference, pairs)
+    check_folder(output)
+    print_text("Everything is compiled before the methods are timed.", error=True)
+    with progress_bars() as task:
+        results = compare(
+            study,
+            reference,
+            methods,
+            progress=lambda method: task(method.label),
+            finished=lambda one: save(lambda: write_netcdf(one.bands, data_file(output, one))),
+        )
+    title = f"{file.stem}: relative errors against {reference.label}"
+    print_table(title, tables.error_table(results))
+    page = write_comparison_report(output, title, study, results, (pairs[0], pairs[-1]))
+    print_text("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))

@@ -1,0 +1,38 @@
+"""Arguments that are files, and results that are written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import Annotated
+
+import typer
+
+from flexband.cli.messages import print_remark
+from flexband.errors import InputError
+
+File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
+Output = Annotated[
+    Path, typer.Option("--output", "-o", help="Folder for data and figures.", file_okay=False)
+]
+Folder = Annotated[Path, typer.Argument(help="Folder of a study (--output).", file_okay=False)]
+
+
+def check_folder(folder: Path) -> None:
+    """Make a folder; raise `InputError` if no file can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InputError(f"--output must be a folder to write to; got {error}") from None
+
+
+def save(write: Callable[[], object]) -> bool:
+    """Write results; print a remark and return False if that fails, so that the others are kept."""
+    try:
+        write()
+    except (InputError, OSError) as error:
+        print_remark(str(error))
+        return False
+    return True

@@ -1,0 +1,109 @@
+"""What commands print, and how they end."""
+
+from __future__ import annotations
+
+import json
+import traceback
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.table import Column
+from rich.table import Table as RichTable
+
+from flexband.errors import FlexbandWarning, InputError, RunError, StoreError
+
+ERROR, DOUBTFUL, WAITING, STOPPED = 1, 3, 4, 130
+"""Exit statuses besides 0, done, and 2, wrong usage: an error; finished, but the result does not
+meet its tolerance or is not trusted; points wait to be run elsewhere; stopped by Ctrl-C."""
+
+EXITS = (
+    "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
+    "result is not trusted or not confirmed by new runs; 4 points wait to be run elsewhere; 130 "
+    "stopped by Ctrl-C."
+)
+
+
+class Ending:
+    """How this process ends.
+
+    Attributes
+    ----------
+    debug : whether errors are raised with their traceback.
+    stopped : what is printed after Ctrl-C.
+    """
+
+    debug = False
+    stopped = "flexband: stopped"
+
+
+@contextmanager
+def reported_errors() -> Iterator[None]:
+    """Print warnings as remarks, and errors as one line; exit with status 1 after an error."""
+    Ending.stopped = "flexband: stopped"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # those of other packages
+            warnings.simplefilter("default", FlexbandWarning)
+            warnings.showwarning = lambda message, *_, **__: print_remark(str(message))
+            yield
+    except (typer.Exit, typer.Abort):
+        raise
+    except KeyboardInterrupt:
+        print_text(Ending.stopped, "red", error=True)
+        raise typer.Exit(STOPPED) from None
+    except BaseException as error:  # also SystemExit: of a response, for instance
+        if Ending.debug:
+            traceback.print_exception(error)
+        print_text(f"flexband: {in_words(error)}", "red", error=True)
+        raise typer.Exit(ERROR) from None
+
+
+def in_words(error: BaseException) -> str:
+    """Return an error as text; for one that flexband did not raise, with its place."""
+    if isinstance(error, InputError | RunError | StoreError | OSError):
+        return str(error)
+    if isinstance(error, SystemExit):
+        return f"the study called sys.exit({error.code!r})"
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"
+
+
+def print_text(text: str, style: str = "", *, error: bool = False) -> None:
+    """Print a text as it is, on standard output or error."""
+    console = Console(stderr=error, markup=False, emoji=False, highlight=False)
+    console.print(text, style=style, soft_wrap=True)
+
+
+def print_remark(text: str) -> None:
+    """Print a remark on standard error."""
+    print_text(f"flexband: remark: {text}", "yellow", error=True)
+
+
+def print_json(content: Any) -> None:
+    """Print JSON on standard output, in ASCII; numbers that are not finite are null."""
+    typer.echo(json.dumps(_finite(content), indent=2, allow_nan=False))
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    if isinstance(content, float) and not abs(content) < float("inf"):
+        return None
+    return content
+
+
+def print_table(title: str, content: tuple[list[str], list[list[str]]]) -> None:
+    """Print a table; its first column is left-aligned and never wrapped."""
+    (first, *others), rows = content
+    columns = [Column(first, no_wrap=True), *(Column(cell, justify="right") for cell in others)]
+    table = RichTable(*columns, title=title)
+    for row in rows:
+        table.add_row(*row)
+    Console(markup=False, emoji=False).print(table)

@@ -1,0 +1,69 @@
+"""How far a study is: a bar on a terminal, lines elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import rich.progress as rp
+from rich.console import Console
+
+PERIOD = 10.0
+"""Time [s] between two lines where there is no terminal."""
+
+Progress = Callable[[int, int], object]
+
+
+@contextmanager
+def progress_bars() -> Iterator[Callable[[str], Progress]]:
+    """Give the function that begins a task by its name, and returns what reports its progress."""
+    console = Console(stderr=True, markup=False, emoji=False, highlight=False)
+    if not console.is_terminal:
+        yield lambda name: _Lines(name, console)
+        return
+    columns = (rp.BarColumn(), rp.MofNCompleteColumn(), rp.TimeElapsedColumn())
+    name, left = rp.TextColumn("{task.description}", markup=False), rp.TimeRemainingColumn()
+    with rp.Progress(name, *columns, left, console=console) as bars:
+        yield lambda name: _advancing(bars, name)
+
+
+def _advancing(bars: rp.Progress, name: str) -> Progress:
+    task = bars.add_task(name, total=None)
+    return lambda done, total: bars.update(task, completed=done, total=total)
+
+
+class _Lines:
+    """Progress as lines: at the start, after the first batch, from time to time, at the end."""
+
+    def __init__(self, name: str, console: Console):
+        self.name, self.console = name, console
+        self.begin = self.told = time.monotonic()
+        self.first: int | None = None
+        self.batches = 0
+
+    def __call__(self, done: int, total: int) -> None:
+        now = time.monotonic()
+        if self.first is None:
+            self.first, self.begin = done, now
+        self.batches += done > self.first
+        if self.batches > 1 and now < self.told + PERIOD and done < total:
+            return
+        self.told = now
+        made = done - self.first
+        left = (now - self.begin) / made * (total - done) if made else None
+        text = "" if left is None or done >= total else f", about {duration(left)} left"
+        self.console.print(f"{self.name}: {done} of {total} runs{text}", soft_wrap=True)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration in words, never negative: 12 s, 3 min, 5.2 h, 2.1 days."""
+    seconds = max(0.0, seconds)
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            return (
+                f"{seconds / size:.2g} {unit}"
+                if seconds < 9.95 * size
+                else (f"{seconds / size:.0f} {unit}")
+            )
+    return f"{seconds:.2g} s" if seconds < 9.95 else f"{seconds:.0f} s"

@@ -1,0 +1,129 @@
+"""The commands that make the runs of a study: run, resume, rerun."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexband.cli.application import app
+from flexband.cli.carrying_out import carry_out
+from flexband.cli.files import File, Folder, Output
+from flexband.cli.messages import reported_errors
+from flexband.cli.methods import METHODS, with_method_options
+from flexband.cli.plan import POLICIES, Plan
+from flexband.errors import InputError, StoreError
+from flexband.study.folder import StudyFolder
+from flexband.study.study import BATCH
+from flexband.uncertainty.surrogates.verification import RUNS
+
+Executor = Annotated[
+    str | None,
+    typer.Option(
+        help="Where runs are made, instead of this process: processes (one per core), processes:4, "
+        "or the address of a Dask scheduler."
+    ),
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(help="Time [s] that one call of the response may take, in processes."),
+]
+Insist = Annotated[
+    bool, typer.Option("--insist", help="Use runs in the folder that are of another response.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+@app.command()
+@reported_errors()
+@with_method_options
+def run(
+    file: File,
+    output: Output = Path("output"),
+    method: Annotated[
+        str | None,
+        typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}."),
+    ] = None,
+    sigmas: Annotated[
+        float | None,
+        typer.Option(help="k of the error bar μ ± kσ, instead of the study's (1)."),
+    ] = None,
+    verify: Annotated[
+        int | None,
+        typer.Option(help=f"New runs that verify the result; 0 for none.  [default: {RUNS}]"),
+    ] = None,
+    executor: Executor = None,
+    time_limit: TimeLimit = None,
+    failed: Annotated[
+        str, typer.Option(help=f"What to do about a run that fails: {', '.join(POLICIES)}.")
+    ] = "stop",
+    batch: Annotated[int, typer.Option(help="Most runs in one call of the response.")] = BATCH,
+    store: Annotated[
+        bool, typer.Option("--store/--no-store", help="Record every run in the folder.")
+    ] = True,
+    insist: Insist = False,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="Delete the runs that are in the folder before.")
+    ] = False,
+    as_json: Json = False,
+    **values: Any,
+) -> None:
+    """Run the study in FILE; write its bands, surrogate, figures and a report.
+
+    Every run is recorded in the folder as soon as it is finished. A study that was stopped or
+    killed goes on where it was; another method, or other limits of the inputs, use the runs that
+    serve them. Results of an earlier run in the same folder are replaced. Its pictures are removed
+    if the new report has none of their name; a surrogate or a verification that is left is named.
+
+    Options of methods change the study's method, or the one given by --method.
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    own = str(file.resolve())
+    plan = Plan(own, method, given, sigmas, verify, failed, batch, executor, time_limit)
+    carry_out(plan, output, recorded=store, insist=insist, replace=replace, as_json=as_json)
+
+
+@app.command()
+@reported_errors()
+def resume(
+    folder: Folder,
+    executor: Executor = None,
+    time_limit: TimeLimit = None,
+    failed: Annotated[
+        str | None, typer.Option(help=f"Instead of what was given: {', '.join(POLICIES)}.")
+    ] = None,
+    insist: Insist = False,
+    as_json: Json = False,
+) -> None:
+    """Go on with the study in FOLDER that was stopped or killed, or that failed."""
+    changes = {"executor": executor, "time_limit": time_limit, "failed": failed}
+    carry_out(plan_in(folder, **changes), folder, insist=insist, as_json=as_json)
+
+
+@app.command()
+@reported_errors()
+def rerun(
+    folder: Folder,
+    failed: Annotated[bool, typer.Option("--failed", help="Make failed runs again.")] = False,
+    executor: Executor = None,
+    time_limit: TimeLimit = None,
+    insist: Insist = False,
+    as_json: Json = False,
+) -> None:
+    """Make the failed runs of the study in FOLDER again, and go on with it."""
+    if not failed:
+        raise InputError("rerun requires --failed; runs that succeeded are not made again")
+    plan = plan_in(folder, executor=executor, time_limit=time_limit)
+    carry_out(plan, folder, insist=insist, again=True, as_json=as_json)
+
+
+def plan_in(folder: Path, **changes: Any) -> Plan:
+    """Return the plan of the study in a folder."""
+    about = StudyFolder(folder).read()
+    if not about:
+        raise StoreError(
+            f"folder must be that of a study that `flexband run` began; there is no study.json in "
+            f"{str(folder)!r}"
+        )
+    return Plan.of(about, **changes)

@@ -1,0 +1,163 @@
+"""The command that tells how far a study is, while it runs or later."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.live import Live
+
+from flexband.cli.application import app
+from flexband.cli.files import Folder
+from flexband.cli.messages import print_json, print_text, reported_errors
+from flexband.cli.progress import duration
+from flexband.errors import StoreError
+from flexband.execution.growing import GrowingArrays
+from flexband.execution.layout import AGAIN, DONE, FAILED
+from flexband.study.folder import StudyFolder
+
+PERIOD = 1.0
+"""Time [s] between two looks."""
+
+SHOWN = 10
+"""Failed runs that are listed."""
+
+
+@app.command()
+@reported_errors()
+def status(
+    folder: Folder,
+    watch: Annotated[bool, typer.Option("--watch", help="Look again until it ends.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all failures.")] = False,
+) -> None:
+    """Print how far the study in FOLDER is: done, failed, rate, time left, and what failed.
+
+    It works while the study runs, from another terminal or machine that sees the folder.
+    """
+    console = Console()
+    if as_json or not (watch and console.is_terminal):
+        before = ""
+        for found in _looks(folder, watch=watch):
+            text = "\n".join(lines(found))
+            if as_json:
+                print_json(found)
+            elif text != before:
+                print_text(text)
+            before = text
+        return
+    with Live(console=console, auto_refresh=False) as live:
+        for found in _looks(folder, watch=watch):
+            live.update("\n".join(lines(found)), refresh=True)
+
+
+def _looks(folder: Path, *, watch: bool) -> Iterator[dict[str, Any]]:
+    yield (found := state_of(folder))
+    while watch and found["state"] == "running":
+        time.sleep(PERIOD)
+        yield (found := state_of(folder))
+
+
+def state_of(folder: Path) -> dict[str, Any]:
+    """Return how far the study in a folder is.
+
+    Raises
+    ------
+    StoreError
+        If there is neither study.json nor any run in the folder, or they are damaged.
+    """
+    own = StudyFolder(folder)
+    alive = own.in_use()
+    about = own.read()
+    if not about and not own.runs.exists():
+        raise StoreError(f"folder must be that of a study; there is none in {str(folder)!r}")
+    runs = _runs(own)
+    state = about.get("state", "running" if alive else "stopped")
+    if state == "running" and not alive:
+        state = "stopped"
+        about["reason"] = f"{about.get('process', 'its process')} ended without a word"
+    elif alive:
+        state = "running"
+    total, done = about.get("total"), about.get("done", runs["done"])
+    elapsed = max(0.0, float(about.get("elapsed", 0.0)))
+    rate = runs["made"] / elapsed if elapsed > 0 and runs["made"] else None
+    left = None
+    if state == "running" and total is not None and rate:
+        left = max(0, total - done) / rate
+    return {
+        "folder": str(folder),
+        "file": about.get("file"),
+        "state": state,
+        "reason": about.get("reason") if state != "running" else None,
+        "process": about.get("process"),
+        "alive": alive,
+        "started": about.get("started"),
+        "done": done,
+        "total": total,
+        "recorded": runs["done"],
+        "failed": len(runs["failures"]),
+        "rate": rate,
+        "elapsed": elapsed,
+        "left": left,
+        "doubts": about.get("result", {}).get("doubts"),
+        "points": about.get("points"),
+        "failures": runs["failures"],
+    }
+
+
+def _runs(folder: StudyFolder) -> dict[str, Any]:
+    """Return the numbers of recorded runs, and what failed."""
+    arrays = GrowingArrays(folder.runs)
+    if "status" not in arrays.arrays or not arrays.runs:
+        return {"done": 0, "made": 0, "failures": []}
+    status, session = arrays.read("status"), arrays.read("session")
+    failed = np.flatnonzero(status == FAILED)
+    names = arrays.read("input").tolist()
+    inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
+    settings = arrays.read("setting", failed)
+    last = len(arrays.attrs.get("sessions", [])) - 1
+    return {
+        "done": int((status == DONE).sum()),
+        "made": int(((session == last) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
+        "failures": [
+            {"run": int(k), "inputs": dict(zip(names, row, strict=True)), "setting": setting,
+             "reason": reason}
+            for k, row, setting, reason in zip(
+                failed, inputs.tolist(), settings, reasons, strict=True
+            )
+        ],
+    }  # fmt: skip
+
+
+def lines(found: dict[str, Any]) -> list[str]:
+    """Return the state of a study as lines."""
+    state = found["state"]
+    about = f"{found['folder']}: {state}"
+    if found["reason"]:
+        about += f" ({found['reason']})"
+    elif state == "running" and found["process"]:
+        about += f", by {found['process']}"
+    total = "" if found["total"] is None else f" of {found['total']}"
+    told = [about, f"{found['done']}{total} runs done, {found['failed']} failed"]
+    if found["recorded"] != found["done"]:
+        told[-1] += f"; {found['recorded']} recorded"
+    if found["rate"] and state == "running":
+        rate = found["rate"]
+        speed = f"{rate:.3g} runs per second" if rate >= 1 else f"{duration(1 / rate)} per run"
+        left = "" if found["left"] is None else f", about {duration(found['left'])} left"
+        told.append(f"{speed}{left}")
+    for one in found["failures"][:SHOWN]:
+        own = ", ".join(f"{name} = {value:.9g}" for name, value in one["inputs"].items())
+        where = f" ({one['setting']})" if one["setting"] else ""
+        told.append(f"failed: run {one['run']}{where}: {own}: {one['reason']}")
+    if len(found["failures"]) > SHOWN:
+        told.append(f"… and {len(found['failures']) - SHOWN} more failed runs (--json lists all)")
+    if found["doubts"]:
+        told.append(f"Doubts: {'; '.join(found['doubts'])}")
+    if state in ("stopped", "failed"):
+        told.append(f"`flexband resume {found['folder']}` goes on")
+    return told

@@ -1,0 +1,138 @@
+"""The folder of a study: which study it is, how far it is, and its results.
+
+``study.json`` tells what is needed to go on, to watch from another terminal, and to find that
+nothing is left to do. Whoever writes it holds the lock of the folder.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import google_crc32c
+from filelock import FileLock, Timeout
+
+from flexband.errors import StoreError
+from flexband.execution.store import RUNS
+from flexband.files import replaced
+
+FORMAT = 1
+"""Of study.json; a program refuses larger numbers."""
+
+FILE = "study.json"
+
+LOCKS = ("study.lock", "lock")
+"""Those of the command line, and of the store."""
+
+WAITING = 1.0
+"""Time [s] in which a lock that another process only looked at is free again."""
+
+
+@dataclass(frozen=True)
+class StudyFolder:
+    """A folder with the runs and the results of a study."""
+
+    path: Path
+
+    @property
+    def runs(self) -> Path:
+        """Folder of the recorded runs."""
+        return self.path / RUNS
+
+    def read(self) -> dict[str, Any]:
+        """Return what study.json tells; nothing if there is none.
+
+        Raises
+        ------
+        StoreError
+            If it is damaged, or of a newer version of flexband.
+        """
+        file = self.path / FILE
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+            newest = int(found["format"])
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise StoreError(
+                f"{file} cannot be read: {error}. `flexband run` with the study's file and this "
+                "folder writes it again, and makes none of its runs again"
+            ) from None
+        if newest > FORMAT:
+            raise StoreError(
+                f"{file} was written by a newer version of flexband (format {newest}, this one "
+                f"reads {FORMAT})"
+            )
+        return found
+
+    def write(self, content: dict[str, Any]) -> None:
+        """Write study.json, which is there as a whole at any moment."""
+        with replaced(self.path / FILE) as partial:
+            text = json.dumps({"format": FORMAT, **content}, indent=1)
+            partial.write_text(text, encoding="utf-8")
+
+    @contextmanager
+    def held(self, *, kept: bool = True) -> Iterator[None]:
+        """Hold the folder; raise `StoreError` if another process does.
+
+        `kept` is whether the file of the lock stays.
+        """
+        lock = FileLock(self.path / LOCKS[0], timeout=WAITING)
+        try:
+            lock.acquire()
+        except Timeout:
+            about = self.read()
+            running = about.get("state") == "running"
+            holder = about["process"] if running else "another process"
+            raise StoreError(f"{self.path} is in use by {holder}") from None
+        except OSError as error:
+            raise StoreError(f"{self.path} must be a folder to write to; got {error}") from None
+        try:
+            yield
+        finally:
+            if not kept and not (self.path / FILE).exists():
+                Path(lock.lock_file).unlink(missing_ok=True)
+            lock.release()
+
+    def in_use(self) -> bool:
+        """Return whether a process holds the folder."""
+        for name in LOCKS:
+            if (self.path / name).exists():
+                lock = FileLock(self.path / name, timeout=0)
+                try:
+                    lock.acquire()
+                except Timeout:
+                    return True
+                except OSError:  # a folder that may only be read
+                    continue
+                lock.release()
+        return False
+
+    def delete_runs(self) -> None:
+        """Delete the recorded runs and study.json."""
+        (self.path / FILE).unlink(missing_ok=True)
+        if self.runs.exists():
+            shutil.rmtree(self.runs)
+
+    def signed(self, files: Sequence[Path]) -> dict[str, int]:
+        """Return the checksums of files in this folder."""
+        return {file.name: google_crc32c.value(file.read_bytes()) for file in files}
+
+    def has(self, signed: dict[str, int]) -> bool:
+        """Return whether all files are as they were when they were signed."""
+        try:
+            return self.signed([self.path / name for name in signed]) == signed
+        except OSError:
+            return False
+
+
+def this_process() -> str:
+    """Return this process and its host as text."""
+    return f"process {os.getpid()} on {socket.gethostname()}"

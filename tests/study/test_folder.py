@@ -1,0 +1,236 @@
+"""Studies on the command line that go on where they were, and tell how far they are."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+from flexband.cli.status import lines, state_of
+from flexband.study.folder import StudyFolder
+
+STUDY = """
+import pathlib, time
+import flexband as fb
+
+LOG = pathlib.Path(__file__).with_name("log")
+
+def one(a, b):
+    with LOG.open("a") as file:
+        file.write(f"{a!r} {b!r}\\n")
+    time.sleep(PAUSE)
+    if pathlib.Path(__file__).with_name("broken").exists() and b > 1.0:
+        raise ValueError("too much of b")
+    return a + b * b
+
+study = fb.Study(fb.samplewise(one), {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(1.0, 0.1)},
+                 fb.ImprovedPCCI(2, 2))
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    found = tmp_path / "sum.py"
+    found.write_text(STUDY.replace("PAUSE", "0"), encoding="utf-8")
+    return found
+
+
+def call(*arguments, status=0):
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert result.exit_code == status, result.output
+    return " ".join(result.output.split())
+
+
+def runs_made(file):
+    return len(file.with_name("log").read_text(encoding="utf-8").splitlines())
+
+
+def bands(out):
+    with xr.open_dataset(out / "bands.nc", engine="scipy") as found:
+        return found.load()
+
+
+def test_a_finished_study_is_not_run_again(file, tmp_path):
+    out = tmp_path / "out"
+    first = call("run", file, "-o", out, "--verify", 4)
+    made, written = runs_made(file), (out / "bands.nc").stat().st_mtime_ns
+    assert made == 9 + 1 + 4
+    again = call("run", file, "-o", out, "--verify", 4)
+    assert "has this result already: no run was made" in again
+    assert "sum: improved PCCI (2, 2), 10 runs" in first
+    assert "sum: improved PCCI (2, 2), 10 runs" in again
+    assert "has this result already" in call("resume", out)
+    told = json.loads(CliRunner().invoke(app, ["resume", str(out), "--json"]).stdout)
+    assert (told["runs"], told["doubts"]) == (10, [])
+    assert (runs_made(file), (out / "bands.nc").stat().st_mtime_ns) == (made, written)
+    (out / "bands.nc").unlink()
+    assert "already: no run" not in call("resume", out)
+    assert bands(out).attrs["runs"] == 9 + 2  # two of the store are made again
+    state = state_of(out)
+    assert (state["state"], state["recorded"], state["failed"]) == ("finished", 13, 0)
+    assert not state["alive"]
+
+
+def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
+    out = tmp_path / "out"
+    call("run", file, "-o", out, "--verify", 0)
+    made = runs_made(file)
+    told = call("run", file, "-o", out, "--verify", 0, "--sigmas", 2)
+    assert "has 9 recorded runs; those that serve are not made again" in told
+    assert bands(out).attrs["sigmas"] == 2
+    assert runs_made(file) == made + 2
+    text = file.read_text(encoding="utf-8").replace("Normal(1.0, 0.1)", "Normal(1.0, 0.2)")
+    file.write_text(text, encoding="utf-8")
+    call("run", file, "-o", out, "--verify", 0)  # other limits
+    assert bands(out).attrs["inputs"].endswith("Normal(mean=1.0, std=0.2)")
+    file.write_text(text.replace("a + b", "2 * a + b"), encoding="utf-8")
+    before = (out / "study.json").read_bytes()
+    refused = call("run", file, "-o", out, status=1)
+    assert "has runs of another response: the code or the data of the response changed" in refused
+    assert "--insist" in refused
+    assert "--replace" in refused
+    assert (out / "study.json").read_bytes() == before
+    assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
+    assert float(bands(out)["mean"].sel(bound="upper")) == pytest.approx(5.0 + 0.04, abs=1e-12)
+    assert state_of(out)["recorded"] == 9
+
+
+def test_failed_runs_are_listed_and_made_again(file, tmp_path):
+    out = tmp_path / "out"
+    file.with_name("broken").touch()
+    assert "ValueError: too much of b" in call("run", file, "-o", out, status=1)
+    state = state_of(out)
+    assert state["state"] == "failed"
+    assert "too much of b" in state["reason"]
+    (failure,) = state["failures"]
+    assert failure["inputs"]["b"] > 1
+    assert "ValueError: too much of b" in failure["reason"]
+    told = call("status", out)
+    for text in ("failed: run ", "b = 1.", "too much of b", f"`flexband resume {out}` goes on"):
+        assert text in told
+    assert json.loads(CliRunner().invoke(app, ["status", str(out), "--json"]).stdout) == state
+    file.with_name("broken").unlink()
+    made = runs_made(file)
+    told = call("rerun", out, "--failed")
+    assert "1 failed runs are made again" in told
+    assert state_of(out)["failed"] == 0
+    assert "requires --failed" in call("rerun", out, status=1)
+    assert runs_made(file) < made + 9 + 1 + 16
+
+
+def started(file, *arguments):
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    return subprocess.Popen(
+        [sys.executable, "-m", "flexband", *map(str, arguments)],
+        env=environment, cwd=file.parent, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def wait_until(happened, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals differ")
+def test_a_study_that_is_stopped_goes_on(file, tmp_path):
+    out, log = tmp_path / "out", file.with_name("log")
+    file.write_text(STUDY.replace("PAUSE", "0.4"), encoding="utf-8")
+    with started(file, "run", file, "-o", "out", "--verify", 0) as process:
+        wait_until(lambda: log.exists() and runs_made(file) > 0)
+        state = state_of(out)
+        assert (state["state"], state["alive"], state["total"]) == ("running", True, 10)
+        assert state["rate"] is None or state["left"] >= 0
+        refused = call("run", file, "-o", out, status=1)
+        assert f"in use by process {process.pid} on" in refused
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=30)
+        assert process.returncode == 130
+    assert "flexband: stopped; `flexband resume out` goes on" in errors
+    assert "Traceback" not in output + errors
+    assert "improved PCCI (2, 2): 0 of 10 runs" in errors  # lines, since there is no terminal
+    assert "\x1b" not in errors
+    state = state_of(out)
+    assert (state["state"], state["alive"]) == ("stopped", False)
+    assert state["reason"] == "Ctrl-C"
+    made = runs_made(file)
+    with started(file, "resume", out) as process:
+        wait_until(lambda: runs_made(file) > made + 1)
+        process.kill()
+        process.communicate()
+    state = state_of(out)
+    assert "ended without a word" in state["reason"]
+    call("resume", out)
+    points = log.read_text(encoding="utf-8").splitlines()
+    assert len(set(points)) == 9
+    assert len(points) <= 9 + 2 + 2 + 2  # in flight, and made again to confirm
+    alone = fb.propagate(lambda a, b: a + b * b, {"a": fb.Interval(1.0, 2.0),
+                         "b": fb.Normal(1.0, 0.1)}, fb.ImprovedPCCI(2, 2))  # fmt: skip
+    np.testing.assert_array_equal(bands(out)["error_bar"], alone["error_bar"])
+
+
+def test_a_clock_that_goes_backwards_shows_no_negative_time(tmp_path):
+    about = {"state": "running", "done": 5, "total": 3, "elapsed": -4.0, "process": "process 1"}
+    (tmp_path / "runs.zarr").mkdir()
+    StudyFolder(tmp_path).write(about)
+    state = state_of(tmp_path)
+    assert state["elapsed"] == 0
+    assert "-" not in " ".join(lines({**state, "folder": "out", "state": "running", "left": -1.0}))
+
+
+def test_folders_that_are_none_are_refused(tmp_path):
+    for command in (["status"], ["resume"], ["rerun", "--failed"]):
+        assert "folder must be that of a study" in call(*command, tmp_path / "none", status=1)
+    file = tmp_path / "study.json"
+    file.write_text('{"format": 99}', encoding="utf-8")
+    assert "newer version of flexband" in call("status", tmp_path, status=1)
+    file.write_text('{"format"', encoding="utf-8")
+    assert "cannot be read" in call("resume", tmp_path, status=1)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--executor", "magic"], "--executor must be processes, processes:4, or the address"),
+        (["--executor", "processes:0"], "workers must be 1 or more; got 0"),
+        (["--time-limit", "3"], "--time-limit requires --executor processes"),
+        (["--failed", "ignore"], "--failed must be 'stop', 'half-step' or 'leave-out'"),
+        (["--batch", "0"], "--batch must be 1 or more; got 0"),
+    ],
+)
+def test_wrong_options_are_refused_before_the_first_run(options, message, file, tmp_path):
+    assert message in call("run", file, "-o", tmp_path / "out", *options, status=1)
+    assert not (tmp_path / "out").exists()
+
+
+def test_runs_in_processes_that_fail_are_left_out(file, tmp_path):
+    text = file.read_text(encoding="utf-8").replace(
+        "return a +", "if b > 1.2: sys.exit(0)\n    return a +"
+    )
+    file.write_text(f"import sys\n{text}", encoding="utf-8")
+    options = ["--executor", "processes:1", "--failed", "leave-out", "--time-limit", 20]
+    method = ["--method", "monte-carlo", "--samples", 100, "--points", 2]
+    told = call("run", file, "-o", tmp_path / "out", *method, *options)
+    assert 0 < state_of(tmp_path / "out")["failed"] < 10
+    assert "called sys.exit(0)" in call("status", tmp_path / "out")
+    assert "of 201 runs failed and were left out" in told
+
+
+def test_a_study_that_exits_has_not_succeeded(file, tmp_path):
+    text = file.read_text(encoding="utf-8").replace(
+        "return a +", "raise SystemExit(0)\n    return a +"
+    )
+    for function in ("fb.samplewise(one)", "one"):
+        file.write_text(text.replace("fb.samplewise(one)", function), encoding="utf-8")
+        out = tmp_path / function
+        assert "the response called sys.exit(0)" in call("run", file, "-o", out, status=1)
+        assert not (out / "bands.nc").exists()

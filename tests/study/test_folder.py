@@ -96,7 +96,6 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     refused = call("run", file, "-o", out, status=1)
     assert "has runs of another response: the code or the data of the response changed" in refused
     assert "--insist" in refused
-    assert "--replace" in refused
     assert (out / "study.json").read_bytes() == before
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
     assert float(bands(out)["mean"].sel(bound="upper")) == pytest.approx(5.0 + 0.04, abs=1e-12)

@@ -138,9 +138,13 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
 
     Raises
     ------
+    InputError
+        If the folder is no path.
     StoreError
         If the folder has no runs.
     """
+    if not isinstance(folder, str | os.PathLike):
+        raise InputError(f"folder must be the path of a folder; got {shown(folder)}")
     path = Path(folder) / RUNS
     if not (path / "zarr.json").exists():
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")

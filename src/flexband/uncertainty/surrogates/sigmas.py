@@ -12,15 +12,21 @@ import math
 import numpy as np
 import xarray as xr
 
-from flexband.errors import numbers, positive
+from flexband.errors import InputError, numbers, positive
 
 NO_WIDTH = 1e-13
 """An error bar that is narrower than this part of its values has no width to compare with."""
 
 
+MOST = 1000.0
+
+
 def checked_sigmas(sigmas: float) -> float:
-    """Return k as a float; raise `InputError` if it is not a positive number."""
-    return float(positive("sigmas", numbers("sigmas", sigmas)))
+    """Return k as a float; raise `InputError` if it is not a positive number up to 1000."""
+    k = float(positive("sigmas", numbers("sigmas", sigmas)))
+    if k > MOST:
+        raise InputError(f"sigmas must be {MOST:g} or less; got {k:g}")
+    return k
 
 
 def growth(sigmas: float) -> float:

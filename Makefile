@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs models
 
 install: .venv/installed
 
@@ -51,6 +51,14 @@ inputs: install
 
 validate: install
 	$(BIN)/python validation/table.py
+
+# The tests of other people's models, with FMPy, Exudyn and UM-Bridge.
+models: install .venv/modelled
+	$(BIN)/pytest tests/models
+
+.venv/modelled: pyproject.toml
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[fmi,umbridge,bench]'
+	touch $@
 
 # OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look
 bench: install .venv/benched

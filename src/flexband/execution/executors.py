@@ -9,15 +9,16 @@ from __future__ import annotations
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from contextvars import copy_context
 from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import cloudpickle
 
-from flexband.errors import FlexbandWarning, InputError, warn
+from flexband.errors import FlexbandWarning, InputError, RunError, warn
 
 Arguments = dict[str, Any]
 
@@ -35,11 +36,14 @@ class Outcome(NamedTuple):
 
 
 class Performing(Protocol):
-    """Performs tasks: yields their numbers and outcomes as they finish."""
+    """Performs tasks: yields their numbers and outcomes as they finish.
+
+    Tasks that are left when the generator is closed are ended.
+    """
 
     def __call__(
         self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
-    ) -> Iterator[tuple[int, Outcome]]: ...
+    ) -> Generator[tuple[int, Outcome], None, None]: ...
 
 
 def perform(response: Callable[..., Any], arguments: Arguments) -> Outcome:
@@ -56,7 +60,7 @@ def perform(response: Callable[..., Any], arguments: Arguments) -> Outcome:
 
 def in_process(
     response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
-) -> Iterator[tuple[int, Outcome]]:
+) -> Generator[tuple[int, Outcome], None, None]:
     """Perform one task after another in this process."""
     for number, arguments in enumerate(tasks):
         yield number, perform(response, arguments())
@@ -99,30 +103,50 @@ def _returning(found: Outcome) -> bytes:
 
 def received(data: bytes) -> Outcome:
     """Return an outcome of `perform_elsewhere`, and issue its warnings."""
-    found: Outcome = cloudpickle.loads(data)
-    for text, kind in found.remarks:
-        warn(text, kind)
+    try:
+        found: Outcome = cloudpickle.loads(data)
+        for text, kind in found.remarks:
+            warn(text, kind)
+    except Exception as error:  # an unknown class, or a warning that is to be an error
+        return Outcome(None, error, 0.0)
     return found
 
 
+def dumped(response: Callable[..., Any]) -> bytes:
+    """Return a response for another process; raise `InputError` if that is not possible."""
+    try:
+        return cloudpickle.dumps(response)
+    except Exception as error:
+        raise InputError(
+            f"the response cannot be sent to another process: {type(error).__name__}: {error}"
+        ) from None
+
+
 def with_executor(executor: Executor) -> Performing:
-    """Return what performs tasks by an executor, with up to `IN_FLIGHT` of them at a time."""
+    """Return what performs tasks by an executor, with up to `IN_FLIGHT` of them at a time.
+
+    Tasks whose workers died are performed once more, one after another: an executor cannot tell
+    which of several tasks ended a worker.
+    """
 
     def performing(
         response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
-    ) -> Iterator[tuple[int, Outcome]]:
+    ) -> Generator[tuple[int, Outcome], None, None]:
         shared = isinstance(executor, ThreadPoolExecutor)
-        pickled = b"" if shared else cloudpickle.dumps(response)
+        pickled = b"" if shared else dumped(response)
         running: dict[Future, int] = {}
-        waiting = iter(range(len(tasks)))
+        waiting, lost = iter(range(len(tasks))), list[int]()
 
         def submit(number: int) -> None:
             own = tasks[number]()
-            if shared:
-                running[executor.submit(perform, response, own)] = number
-            else:
-                dumped = cloudpickle.dumps(own)
-                running[executor.submit(perform_elsewhere, pickled, dumped)] = number
+            try:
+                if shared:
+                    found = executor.submit(copy_context().run, perform, response, own)
+                else:
+                    found = executor.submit(perform_elsewhere, pickled, cloudpickle.dumps(own))
+            except RuntimeError as error:  # it is shut down or broken
+                raise _gone(error) from error
+            running[found] = number
 
         try:
             for number, _ in zip(waiting, range(IN_FLIGHT), strict=False):
@@ -130,9 +154,19 @@ def with_executor(executor: Executor) -> Performing:
             while running:
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
-                    yield running.pop(future), _outcome(future, shared=shared)
+                    number, found = running.pop(future), _outcome(future, shared=shared)
+                    if isinstance(found, Outcome):
+                        yield number, found
+                    else:
+                        lost.append(number)
                     if (following := next(waiting, None)) is not None:
                         submit(following)
+            for number in lost:
+                submit(number)
+                future = next(iter(running))
+                found = _outcome(future, shared=shared)
+                running.clear()
+                yield number, found if isinstance(found, Outcome) else Outcome(None, found, 0.0)
         finally:
             for future in running:
                 future.cancel()
@@ -140,11 +174,18 @@ def with_executor(executor: Executor) -> Performing:
     return performing
 
 
-def _outcome(future: Future, *, shared: bool) -> Outcome:
+def _outcome(future: Future, *, shared: bool) -> Outcome | RuntimeError:
+    """Return the outcome of a task, or an error which tells that workers died of it."""
     try:
         return future.result() if shared else received(future.result())
-    except Exception as error:  # of the executor: a worker that died again and again
-        return Outcome(None, error, 0.0)
+    except Exception as error:
+        if type(error).__name__ == "KilledWorker":  # of Dask
+            return RuntimeError(f"the process of the response ended: {error}")
+        raise _gone(error) from error
+
+
+def _gone(error: Exception) -> RunError:
+    return RunError(f"the executor cannot go on: {type(error).__name__}: {error}", {})
 
 
 @contextmanager

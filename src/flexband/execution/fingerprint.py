@@ -18,6 +18,7 @@ import sysconfig
 import types
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,13 @@ import xarray as xr
 
 PACKAGE = Path(__file__).parents[1]
 """Folder of flexband."""
+
+WRAPPED = ("__wrapped__", "pyfunc", "func")
+"""Attributes in which objects of Python and NumPy keep the function that they call."""
+
+NOT_CODE = ("__dict__", "__weakref__", "__doc__", "__module__")
+NOT_CODE += ("__firstlineno__", "__static_attributes__", "__annotations__")
+"""Members of a class that do not change what it computes."""
 
 PLAIN = (type(None), bool, int, float, complex, str, bytes, np.generic, type(...), range, slice)
 
@@ -69,7 +77,7 @@ class _Walk:
         else:
             self.seen[id(one)] = len(self.seen)
             self.kept.append(one)
-            if not (self.data(one) or self.program(one)):
+            if not (self.data(one) or self.calling(one) or self.program(one)):
                 self.instance(one)
 
     def data(self, one: Any) -> bool:
@@ -84,6 +92,9 @@ class _Walk:
             self.text("sequence", len(one))
             for part in sorted(one, key=repr) if isinstance(one, frozenset) else one:
                 self.visit(part)
+        elif isinstance(one, Enum):
+            self.text("enum", type(one).__qualname__, one.name)
+            self.visit(one.value)
         elif isinstance(one, list | Mapping | set):
             self.text(type(one).__name__)
         else:
@@ -100,7 +111,13 @@ class _Walk:
             self.code(one)
         elif isinstance(one, types.ModuleType):
             self.text("module", one.__name__)
-        elif isinstance(one, types.MethodType):
+        else:
+            return False
+        return True
+
+    def calling(self, one: Any) -> bool:
+        """Visit what calls functions in another way than by code; return whether it is that."""
+        if isinstance(one, types.MethodType):
             self.visit((one.__func__, one.__self__))
         elif isinstance(one, functools.partial):
             self.visit((one.func, one.args, *sorted(one.keywords.items())))
@@ -108,8 +125,8 @@ class _Walk:
             self.visit((one.fget, one.fset))
         elif isinstance(one, staticmethod | classmethod):
             self.visit(one.__func__)
-        elif hasattr(one, "py_func"):  # compiled by Numba
-            self.visit(one.py_func)
+        elif not isinstance(one, type) and callable(getattr(one, "py_func", None)):
+            self.visit(one.py_func)  # compiled by Numba
         else:
             return False
         return True
@@ -122,6 +139,9 @@ class _Walk:
             self.visit(one.identity)
         elif is_dataclass(one) and one.__dataclass_params__.frozen:  # pyright: ignore
             self.visit(tuple(getattr(one, field.name) for field in fields(one)))
+        for name in WRAPPED:
+            if isinstance(function := getattr(one, name, None), types.FunctionType):
+                self.visit(function)
 
     def function(self, one: types.FunctionType) -> None:
         if not self.own(one.__module__, one.__code__.co_filename):
@@ -129,30 +149,43 @@ class _Walk:
             return
         self.text("function", one.__qualname__)
         self.visit((one.__defaults__, *sorted((one.__kwdefaults__ or {}).items())))
-        assigned = _assigned(one.__code__)
+        assigned = _assigned(one.__code__) | _assigned_in(one.__globals__)
         for name, cell in zip(one.__code__.co_freevars, one.__closure__ or (), strict=True):
             try:
                 self.visit("assigned" if name in assigned else cell.cell_contents)
             except ValueError:  # it has no value yet
                 self.text("empty")
-        self.code(one.__code__, one.__doc__)
-        names = _names(one.__code__)
-        for name in sorted((names & one.__globals__.keys()) - assigned):
-            value = one.__globals__[name]
+        self.code(one.__code__)
+        self.variables(one.__globals__, _names(one.__code__), assigned)
+
+    def variables(
+        self,
+        found: Mapping[str, Any],
+        names: set[str],
+        assigned: set[str],
+        path: tuple[int, ...] = (),
+    ) -> None:
+        """Visit the variables of a module that code names, and those of modules among them."""
+        for name in sorted((names & found.keys()) - assigned):
+            value = found[name]
             self.text(name)
             self.visit(value)
-            if isinstance(value, types.ModuleType) and self.own(value.__name__, _file(value)):
-                for part in sorted(names & vars(value).keys()):
-                    self.visit(vars(value)[part])
+            module = isinstance(value, types.ModuleType) and id(value) not in path
+            if module and self.own(value.__name__, _file(value)):
+                self.variables(vars(value), names, _assigned_in(vars(value)), (*path, id(value)))
 
-    def code(self, one: types.CodeType, doc: str | None = None) -> None:
-        constants = one.co_consts
-        if doc is not None and constants[:1] == (doc,):
-            constants = constants[1:]
-        self.hash.update(one.co_code)
-        self.text(one.co_names, one.co_varnames, one.co_freevars, one.co_flags)
-        for constant in constants:
-            self.visit(constant)
+    def code(self, one: types.CodeType) -> None:
+        """Visit the instructions; texts that none of them loads are docstrings."""
+        self.text(one.co_varnames[: one.co_argcount + one.co_kwonlyargcount], one.co_freevars)
+        self.hash.update(one.co_exceptiontable)
+        for step in dis.get_instructions(one):
+            if step.opcode in dis.hasconst:
+                self.text(step.opname)
+                self.visit(step.argval)
+            elif isinstance(step.argval, PLAIN):
+                self.text(step.opname, step.argval)
+            else:
+                self.text(step.opname, step.arg)
 
     def type(self, one: type) -> None:
         self.text("class", one.__module__, one.__qualname__)
@@ -160,9 +193,7 @@ class _Walk:
             return
         for base in one.__bases__:
             self.visit(base)
-        members = dict(vars(one))
-        for name in ("__dict__", "__weakref__", "__doc__", "__module__", "__firstlineno__"):
-            members.pop(name, None)
+        members = {k: v for k, v in vars(one).items() if k not in NOT_CODE}
         for name in sorted(name for name in members if not name.startswith("_abc")):
             self.text(name)
             self.visit(members[name])
@@ -175,6 +206,9 @@ class _Walk:
         if top == self.package:
             return True
         if not file or top in sys.stdlib_module_names:
+            return False
+        parts = Path(file).parts
+        if "site-packages" in parts or "dist-packages" in parts:
             return False
         return not any(str(file).startswith(folder) for folder in _installed())
 
@@ -196,6 +230,18 @@ def _assigned(code: types.CodeType) -> set[str]:
         if isinstance(constant, types.CodeType):
             found |= _assigned(constant)
     return found
+
+
+def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
+    """Return the variables of a module that one of its functions assigns."""
+    own = [v for v in variables.values() if isinstance(v, types.FunctionType)]
+    codes = [v.__code__ for v in own if v.__globals__ is variables]
+    return {
+        step.argval
+        for code in codes
+        for step in dis.get_instructions(code)
+        if step.opname == "STORE_GLOBAL"
+    }
 
 
 @cache

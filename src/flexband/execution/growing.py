@@ -3,7 +3,8 @@
 Chunks are written to new files, synced and renamed. The sizes of all arrays are in one file, the
 consolidated metadata of their group, which is replaced last: whoever opens the group, at any
 moment, finds every array with the same number of runs. A chunk that was written before its group
-knows of it is written again. Chunks end with a checksum, so that damaged ones are found.
+knows of it is written again. Chunks end with a checksum, so that damaged ones are found. What is
+not an entry of a run, and could not be made again, is written twice.
 
 The format is written here, since Zarr's own library neither syncs nor changes several arrays at
 once, and takes several milliseconds for each change. See zarr-specs.readthedocs.io, version 3.
@@ -37,6 +38,9 @@ ROWS = 4096
 """Most runs in a chunk."""
 
 FILL: dict[str, Any] = {"float64": "NaN", "int64": 0, "int8": 0, "bool": False, "string": ""}
+GROUP, COPY = "zarr.json", "zarr.json.copy"
+"""Files of the consolidated metadata."""
+
 EMPTY = struct.pack("<I", 0)
 """An empty text."""
 
@@ -135,51 +139,62 @@ class GrowingArrays:
     """A group of arrays in a folder, and the number of runs that they have."""
 
     def __init__(self, folder: Path):
-        """Open the group, or begin one that has no arrays; nothing is written yet."""
+        """Open the group, or begin one that has no arrays, which the first `commit` writes."""
         self.folder, self.runs = folder, 0
         self.attrs: dict[str, Any] = {"format": FORMAT}
         self.arrays: dict[str, Array] = {}
         self._last: dict[str, np.ndarray] = {}
-        if (folder / "zarr.json").exists():
-            self._read_metadata()
-
-    def _read_metadata(self) -> None:
-        try:
-            found = json.loads((self.folder / "zarr.json").read_text(encoding="utf-8"))
-            self.attrs, members = found["attributes"], found["consolidated_metadata"]["metadata"]
-            newest = self.attrs["format"]
-            if newest <= FORMAT:
-                if _checksum(found) != self.attrs["checksum"]:
-                    raise ValueError("its checksum is wrong")
-                self.arrays = {name: Array.of(own) for name, own in members.items()}
-                grown = [
-                    members[name]["shape"][0] for name, own in self.arrays.items() if own.grows
-                ]
-                self.runs = max(grown, default=0)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        self._blank: set[Path] = set()  # chunks of empty texts that are on disk
+        reason = None
+        for name in (GROUP, COPY):
+            try:
+                self._read_metadata(folder / name)
+                return
+            except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+                reason = reason or error
+        if any(file.suffix != ".partial" for file in folder.glob("*")):
             raise StoreError(
-                f"{self.folder / 'zarr.json'} is damaged: {error}. The runs are in the other files "
-                "of this folder; put back a copy of this one, or take another folder"
-            ) from None
-        if newest > FORMAT:
-            raise StoreError(
-                f"{self.folder} was written by a newer version of flexband (format {newest}, this "
-                f"one reads {FORMAT})"
+                f"{folder / GROUP} and its copy are missing or damaged: {reason}. The runs are in "
+                "the other files of this folder; put back a copy of this one, or take another "
+                "folder"
             )
 
+    def _read_metadata(self, file: Path) -> None:
+        found = json.loads(file.read_bytes())
+        attrs, members = found["attributes"], found["consolidated_metadata"]["metadata"]
+        if attrs["format"] > FORMAT:
+            raise StoreError(
+                f"{self.folder} was written by a newer version of flexband (format "
+                f"{attrs['format']}, this one reads {FORMAT})"
+            )
+        if _checksum(found) != attrs["checksum"]:
+            raise ValueError("the checksum is wrong")
+        arrays = {name: Array.of(own) for name, own in members.items()}
+        grown = [members[name]["shape"][0] for name, own in arrays.items() if own.grows]
+        self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
+
     def add(self, name: str, array: Array, values: np.ndarray | None = None) -> None:
-        """Add an array; `values` are those of one that does not grow."""
-        self.arrays[name] = array
-        folder = self.folder / name
-        _write(folder / "zarr.json", _json(array.metadata(self.runs)))
+        """Add an array; `values` are those of one that does not grow.
+
+        Runs that there are get the fill value of one that grows.
+        """
+        file, folder = self._file(name, 0, array), self.folder / name
+        files = {folder / "zarr.json": _json(array.metadata(self.runs))}
         if values is not None and values.size:
-            _write(self._file(name, 0), array.encoded(np.asarray(values)))
+            content = array.encoded(np.asarray(values))
+            files |= {file: content, folder / "copy": content}
+        if array.grows and self.runs:
+            empty = array.encoded(np.zeros((0, *array.chunk[1:])))
+            chunks = range(-(-self.runs // array.rows))
+            files |= {self._file(name, chunk, array): empty for chunk in chunks}
+        _write_together(files)
+        self.arrays[name] = array
 
     def append(self, columns: Mapping[str, np.ndarray]) -> None:
         """Append runs; arrays that are not named get their fill value."""
         count = len(next(iter(columns.values())))
         files: dict[Path, bytes] = {}
-        last = dict(self._last)
+        last, blank = dict(self._last), set[Path]()
         for name, values in columns.items():
             array, done = self.arrays[name], 0
             while done < count:
@@ -191,14 +206,23 @@ class GrowingArrays:
                         before = self._stored(name, chunk)[:used]
                     part = np.concatenate([before, part])
                 file = self._file(name, chunk)
-                if array.kind != "string" or np.any(part != "") or file.exists():
+                if array.kind != "string" or np.any(part != ""):
                     files[file] = array.encoded(part)
+                    self._blank.discard(file)
+                elif file not in self._blank:
+                    files[file] = array.encoded(part)
+                    blank.add(file)
                 done += len(part) - used
                 last[name] = part
         _write_together(files)
-        self._last = last
         self.runs += count
-        self.commit()
+        try:
+            self.commit()
+        except BaseException:
+            self.runs -= count
+            raise
+        self._last = last
+        self._blank |= blank
 
     def commit(self) -> None:
         """Write the metadata of the group, which tells the number of runs and the attributes."""
@@ -211,7 +235,7 @@ class GrowingArrays:
             "consolidated_metadata": consolidated,
         }
         self.attrs["checksum"] = _checksum(found)
-        _write(self.folder / "zarr.json", _json(found))
+        _write_together(dict.fromkeys((self.folder / COPY, self.folder / GROUP), _json(found)))
 
     def finish(self) -> None:
         """Write the metadata of every array, for readers that do not know that of the group."""
@@ -241,37 +265,52 @@ class GrowingArrays:
             _write(self._file(name, int(chunk)), array.encoded(values))
         self._last.pop(name, None)
 
-    def damaged(self) -> np.ndarray:
-        """Return which runs are in a damaged chunk; its content is replaced by the fill value.
+    def damaged(self) -> tuple[np.ndarray, list[tuple[str, int]]]:
+        """Return which runs are in a damaged chunk, and the names and numbers of these chunks.
 
-        Files that were not finished are removed.
+        What does not grow is mended by its copy. Files that were not finished are removed.
         """
         for file in self.folder.rglob("*.partial"):
             file.unlink(missing_ok=True)
-        bad = np.zeros(self.runs, bool)
+        bad, chunks = np.zeros(self.runs, bool), []
         for name, array in self.arrays.items():
-            for chunk in range(-(-self.runs // array.rows) if array.grows else 0):
+            if not array.grows:
+                self.read(name)
+                continue
+            for chunk in range(-(-self.runs // array.rows)):
                 try:
                     self._stored(name, chunk)
                 except StoreError:
                     bad[chunk * array.rows : (chunk + 1) * array.rows] = True
-                    _write(self._file(name, chunk), array.encoded(np.zeros((0, *array.chunk[1:]))))
-        return bad
+                    chunks.append((name, chunk))
+        return bad, chunks
+
+    def clear(self, name: str, chunk: int) -> None:
+        """Give all runs of a chunk the fill value."""
+        array = self.arrays[name]
+        _write(self._file(name, chunk), array.encoded(np.zeros((0, *array.chunk[1:]))))
 
     def _stored(self, name: str, chunk: int) -> np.ndarray:
         file, array = self._file(name, chunk), self.arrays[name]
         try:
-            return array.decoded(file.read_bytes())
-        except FileNotFoundError as error:
-            if array.kind == "string":  # all are empty
-                return np.full(array.chunk, "", dtype=object)
-            raise StoreError(f"{file} is missing") from error
+            return _decoded(array, file)
         except (OSError, ValueError, struct.error, IndexError) as error:
-            raise StoreError(f"{file} is damaged: {error}") from None
+            reason = f"{file} is missing or damaged: {error}"
+        try:
+            values = _decoded(array, self.folder / name / "copy")
+        except (OSError, ValueError, struct.error, IndexError):
+            raise StoreError(reason) from None
+        _write(file, array.encoded(values))
+        return values
 
-    def _file(self, name: str, chunk: int) -> Path:
-        places = [chunk, *(0 for _ in self.arrays[name].shape[1:])]
-        return (self.folder / name / "c").joinpath(*map(str, places[: len(self.arrays[name].dims)]))
+    def _file(self, name: str, chunk: int, array: Array | None = None) -> Path:
+        dims = (array or self.arrays[name]).dims
+        places = [chunk, *(0 for _ in dims[1:])][: len(dims)]
+        return (self.folder / name / "c").joinpath(*map(str, places))
+
+
+def _decoded(array: Array, file: Path) -> np.ndarray:
+    return array.decoded(file.read_bytes())
 
 
 def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, Any]]:

@@ -40,19 +40,18 @@ class Journal:
         self._file = None
 
     def read(self, runs: int) -> list[Finished]:
-        """Return the records of runs from this number on; the end of a file may be damaged."""
+        """Return the records of runs from this number on, without those that are damaged."""
         found = []
         for file in self._files():
             data, place = file.read_bytes(), 0
             while place + FRAME.size <= len(data):
                 length, checksum = FRAME.unpack_from(data, place)
                 body = data[place + FRAME.size : place + FRAME.size + length]
-                if len(body) < length or google_crc32c.value(body) != checksum:
-                    break
-                first, one = _decoded(body)
-                if first >= runs:
-                    found.append(one)
                 place += FRAME.size + length
+                if len(body) == length > 0 and google_crc32c.value(body) == checksum:
+                    first, one = _decoded(body)
+                    if first >= runs:
+                        found.append(one)
         return found
 
     def append(self, first: int, finished: Finished, *, sync: bool) -> None:
@@ -61,14 +60,14 @@ class Journal:
         if self._file is None:
             self.number += 1
             self._file = (self.folder / f"journal-{self.number:06d}").open("ab", buffering=0)
-        end = self._file.tell()
+        end = os.fstat(self._file.fileno()).st_size
         try:
             whole = memoryview(FRAME.pack(len(body), google_crc32c.value(body)) + body)
             while whole:
                 whole = whole[self._file.write(whole) :]
             if sync:
                 os.fsync(self._file.fileno())
-        except OSError:
+        except BaseException:
             self._file.truncate(end)
             raise
 

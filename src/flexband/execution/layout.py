@@ -127,4 +127,5 @@ def columns(batch: Sequence[Finished], session: int, shape: Sequence[int] | None
 def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:
     """Return attributes that JSON can hold; others as text."""
     plain = (str, bool, int, float, type(None))
-    return {str(k): v if isinstance(v, plain) else str(v) for k, v in attrs.items()}
+    values = {k: v.item() if isinstance(v, np.generic) else v for k, v in attrs.items()}
+    return {str(k): v if isinstance(v, plain) else str(v) for k, v in values.items()}

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, Listener
@@ -22,11 +22,11 @@ from typing import Any
 
 import cloudpickle
 
-from flexband.errors import InputError, numbers, positive, whole
-from flexband.execution.executors import Arguments, Outcome, Performing, received
+from flexband.errors import numbers, positive, whole
+from flexband.execution.executors import Arguments, Outcome, Performing, dumped, received
 
 ATTEMPTS = 2
-"""How often a task is tried whose process dies."""
+"""How often a task is tried whose process dies, and the start of a process."""
 
 START = 60.0
 """Time [s] in which a worker must have started."""
@@ -81,9 +81,11 @@ class Processes:
 class _Worker:
     """A process, its connection, and what it does."""
 
-    def __init__(self, listener: Listener, key: bytes):
+    def __init__(self) -> None:
+        """Start the process; raise `RuntimeError` if it ends before it is ready."""
         environment = {**dict.fromkeys(SINGLE, "1"), **os.environ}
-        address = listener.address
+        key = secrets.token_bytes(32)
+        listener = Listener(authkey=key)
         self.process = subprocess.Popen(
             [sys.executable, "-m", "flexband.execution.worker"],
             stdin=subprocess.PIPE,
@@ -92,9 +94,13 @@ class _Worker:
         )
         assert self.process.stdin is not None
         with suppress(BrokenPipeError):
-            self.process.stdin.write(cloudpickle.dumps((address, key, os.getpid(), sys.path)))
+            own = listener.address, key, os.getpid(), sys.path
+            self.process.stdin.write(cloudpickle.dumps(own))
             self.process.stdin.close()
-        self.connection: Connection = self._accepted(listener)
+        try:
+            self.connection: Connection = self._accepted(listener)
+        finally:
+            listener.close()
         self.task: int | None = None
         self.response: int | None = None
         self.deadline = float("inf")
@@ -102,7 +108,12 @@ class _Worker:
     def _accepted(self, listener: Listener) -> Connection:
         """Return the connection that the process opens, unless it ends before."""
         found: list[Connection] = []
-        accepting = threading.Thread(target=lambda: found.append(listener.accept()), daemon=True)
+
+        def accept() -> None:
+            with suppress(Exception):  # it ended before
+                found.append(listener.accept())
+
+        accepting = threading.Thread(target=accept, daemon=True)
         accepting.start()
         end = time.monotonic() + START
         while not found and time.monotonic() < end and self.process.poll() is None:
@@ -132,10 +143,8 @@ class _Pool:
     """Workers, each with a task or idle."""
 
     def __init__(self, count: int, limit: float | None):
-        self.limit, self.key = limit, secrets.token_bytes(32)
-        self.listener = Listener(authkey=self.key)
+        self.limit, self.count = limit, count
         self.workers: list[_Worker] = []
-        self.count = count
 
     def close(self) -> None:
         """End all processes at once."""
@@ -144,13 +153,12 @@ class _Pool:
         for worker in self.workers:
             worker.end()
         self.workers = []
-        self.listener.close()
 
     def perform(
         self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
-    ) -> Iterator[tuple[int, Outcome]]:
+    ) -> Generator[tuple[int, Outcome], None, None]:
         """Perform tasks; tasks that are left when the caller stops are ended."""
-        pickled = cloudpickle.dumps(response)
+        pickled = dumped(response)
         waiting, attempts = deque(range(len(tasks))), [0] * len(tasks)
         done = 0
         try:
@@ -186,7 +194,7 @@ class _Pool:
             if not idle:
                 if len(self.workers) == self.count:
                     return
-                self.workers.append(_Worker(self.listener, self.key))
+                self.workers.append(_started())
                 continue
             worker, number = idle[0], waiting.popleft()
             worker.task = number
@@ -230,11 +238,9 @@ class _Pool:
         return f"the process of the response ended: {worker.end()}"
 
 
-def check_picklable(response: object) -> None:
-    """Raise `InputError` if a response cannot be sent to another process."""
-    try:
-        cloudpickle.dumps(response)
-    except Exception as error:
-        raise InputError(
-            f"the response cannot be sent to another process: {type(error).__name__}: {error}"
-        ) from None
+def _started() -> _Worker:
+    """Start a worker, once more if it ends at once."""
+    for _ in range(ATTEMPTS - 1):
+        with suppress(RuntimeError):
+            return _Worker()
+    return _Worker()

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import platform
-import socket
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -12,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from filelock import FileLock, Timeout
 
 from flexband.errors import StoreError, warn
 from flexband.execution.growing import GrowingArrays
@@ -28,6 +25,7 @@ from flexband.execution.layout import (
     columns,
     stored_labels,
 )
+from flexband.execution.lock import Lock, this_process
 from flexband.execution.store import Owner, Store, versions
 
 PERIOD = 0.5
@@ -62,33 +60,25 @@ class Record:
         folder = Path(store.folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._lock = FileLock(folder / "lock", timeout=0)
-            self._lock.acquire()
-        except Timeout:
-            raise StoreError(f"{folder} is in use by {_holder(folder)}") from None
+            self._lock = Lock(folder)
+            try:
+                self._open()
+            except BaseException:
+                self._lock.release()
+                raise
         except OSError as error:
             raise StoreError(f"{folder} must be a folder to write to; got {error}") from None
-        try:
-            self._open(folder)
-        except BaseException as error:
-            self._lock.release()
-            if isinstance(error, OSError):
-                raise StoreError(f"{folder} must be a folder to write to; got {error}") from None
-            raise
 
-    def _open(self, folder: Path) -> None:
+    def _open(self) -> None:
         self.arrays = GrowingArrays(self.store.runs)
         self.owner.check(self.arrays.attrs.get("owner"), self.store)
-        (folder / "holder").write_text(_this_process(), encoding="utf-8")
         self.labels, self.journal = stored_labels(self.arrays), Journal(self.store.runs)
-        bad = np.flatnonzero(self.arrays.damaged())
-        if len(bad):
-            self.arrays.replace("status", bad, LOST)
-            warn(f"{len(bad)} runs in {self.store.runs} were damaged; those needed are run again")
+        self._mend()
         self.confirmed = False
         self.rows: dict[bytes, int] = {}
         self.status = np.zeros(0, np.int8)
         if "status" not in self.arrays.arrays:
+            self.arrays.commit()
             add_columns(self.arrays, self.owner.inputs.split(", "))
         elif self.arrays.runs:
             self.status = self.arrays.read("status")
@@ -96,20 +86,37 @@ class Record:
         self.arrays.attrs["owner"] = self.owner._asdict()
         sessions = self.arrays.attrs.setdefault("sessions", [])
         left = self.journal.read(self.arrays.runs)
+        left = [one for one in left if one.values is None or self.labels is not None]
         if left:  # of a session that was killed
             self.arrays.append(columns(left, len(sessions) - 1, self._shape))
             for one in left:
                 self._count(one)
         about = {"versions": versions(), "python": platform.python_version()}
-        sessions.append({**about, **self.about, "by": _this_process(), "started": time.time()})
+        sessions.append({**about, **self.about, "by": this_process(), "started": time.time()})
         self.arrays.commit()
         _remove(self.journal.rotate())
         self._waiting: list[Finished] = []
+        self._bytes = 0.0  # of their values
+        self._safe = 0  # number of those that are in the journal
+        self._writing = False
         self._changed = threading.Condition()
-        self._error: OSError | None = None
+        self._error: Exception | None = None
         self._told = self._closing = self._hurry = False
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
+
+    def _mend(self) -> None:
+        """Give up the runs in damaged chunks; the status of a run tells before they are cleared."""
+        bad, chunks = self.arrays.damaged()
+        for name, chunk in chunks:
+            if name == "status":
+                self.arrays.clear(name, chunk)
+        lost = np.flatnonzero(bad)
+        if len(lost):
+            self.arrays.replace("status", lost, LOST)
+            for name, chunk in chunks:
+                self.arrays.clear(name, chunk) if name != "status" else None
+            warn(f"{len(lost)} runs in {self.store.runs} were damaged; those needed are run again")
 
     @property
     def _shape(self) -> tuple[int, ...] | None:
@@ -135,18 +142,21 @@ class Record:
         """Return the values of recorded runs, NaN for failed ones, and the reasons of these."""
         assert self.labels is not None
         self.flush()
-        written = runs < self.arrays.runs
         values = np.full((len(runs), *self.labels.shape[1:]), np.nan)
         reasons = np.full(len(runs), "", object)
-        values[written] = self.arrays.read("outputs", runs[written])
-        reasons[written] = self.arrays.read("reason", runs[written])
-        first = self.arrays.runs
-        for one in self._waiting:  # which could not be written
-            here = (runs >= first) & (runs < first + len(one.inputs))
-            reasons[here] = one.reason
-            if one.values is not None:
-                values[here] = one.values[runs[here] - first]
-            first += len(one.inputs)
+        with self._changed:
+            self._changed.wait_for(lambda: not self._writing)
+            first = self.arrays.runs
+            written = runs < first
+            if "outputs" in self.arrays.arrays:
+                values[written] = self.arrays.read("outputs", runs[written])
+            reasons[written] = self.arrays.read("reason", runs[written])
+            for one in self._waiting:  # which could not be written
+                here = (runs >= first) & (runs < first + len(one.inputs))
+                reasons[here] = one.reason
+                if one.values is not None:
+                    values[here] = one.values[runs[here] - first]
+                first += len(one.inputs)
         failed = np.flatnonzero(self.status[runs] == FAILED)
         return values, {int(k): str(reasons[k]) for k in failed}
 
@@ -173,34 +183,46 @@ class Record:
             return
         check_recordable(labels)
         self.flush()
-        try:
-            add_outputs(self.arrays, labels)
+        with self._changed:
+            self._changed.wait_for(lambda: not self._writing)
+            self.labels = labels
+            try:
+                self._begin_outputs()
+            except OSError as error:
+                self._error = error
+
+    def _begin_outputs(self) -> None:
+        """Add the outputs to the arrays, unless they are there."""
+        if self.labels is not None and "outputs" not in self.arrays.arrays:
+            add_outputs(self.arrays, self.labels)
             self.arrays.commit()
-        except OSError as error:
-            raise StoreError(f"{self.store.folder} cannot be written to: {error}") from None
-        self.labels = labels
 
     def add(self, one: Finished) -> None:
         """Record runs; warn if that is not possible at present."""
         with self._changed:
+            self._waiting.append(one)
+            self._bytes += _size(one)
+            self._count(one)
             try:
-                slow = one.seconds * len(one.inputs) > SLOW
-                self.journal.append(len(self.status), one, sync=slow)
+                self._append_to_journal()
             except OSError as error:
                 self._error = error
-            self._waiting.append(one)
-            self._count(one)
-            self._changed.wait_for(lambda: self._error or self._size() <= WAITING)
+            if self._bytes > WAITING / 2:
+                self._hurry = True
+                self._changed.notify_all()
+            self._changed.wait_for(lambda: self._error or self._bytes <= WAITING)
         if self._error and not self._told:
             self._told = True
             warn(f"runs cannot be recorded in {self.store.folder} at present: {self._error}")
 
-    def _size(self) -> float:
-        size = sum(8.0 * np.size(one.values) for one in self._waiting if one.values is not None)
-        if size > WAITING / 2:
-            self._hurry = True
-            self._changed.notify_all()
-        return size
+    def _append_to_journal(self) -> None:
+        """Append the runs that are not in it yet."""
+        first = len(self.status) - sum(len(one.inputs) for one in self._waiting[self._safe :])
+        while self._safe < len(self._waiting):
+            one = self._waiting[self._safe]
+            self.journal.append(first, one, sync=one.seconds * len(one.inputs) > SLOW)
+            self._safe += 1
+            first += len(one.inputs)
 
     def _write_all(self) -> None:
         while True:
@@ -209,18 +231,24 @@ class Record:
                 self._hurry = False
                 batch, closing = list(self._waiting), self._closing
                 older = self.journal.rotate() if batch else []
+                self._writing = bool(batch)
             error = None
             if batch:
                 try:
+                    self._begin_outputs()
                     session = len(self.arrays.attrs["sessions"]) - 1
                     self.arrays.append(columns(batch, session, self._shape))
                     _remove(older)
-                except OSError as raised:
+                except Exception as raised:  # it is told by `add` and `close`
                     error = raised
             with self._changed:
-                self._error = error
-                if error is None:
+                self._writing = False
+                if batch:
+                    self._error = error
+                if batch and error is None:
                     del self._waiting[: len(batch)]
+                    self._bytes -= sum(map(_size, batch))
+                    self._safe = max(0, self._safe - len(batch))
                 self._changed.notify_all()
                 if closing:
                     return
@@ -245,17 +273,18 @@ class Record:
 
     def close(self) -> None:
         """Write what is left; warn if that fails."""
-        with self._changed:
-            self._closing = True
-            self._changed.notify_all()
-        self._writer.join()
         try:
+            with self._changed:
+                self._closing = True
+                self._changed.notify_all()
+            self._writer.join()
+            self.journal.rotate()
             if not self._error:
                 self.arrays.finish()
         except OSError as error:
             self._error = error
-        self.journal.rotate()
-        self._lock.release()
+        finally:
+            self._lock.release()
         if self._error:
             lost = sum(len(one.inputs) for one in self._waiting)
             warn(f"{lost} runs could not be recorded in {self.store.folder}: {self._error}")
@@ -265,17 +294,10 @@ def _key(setting: str, row: np.ndarray) -> bytes:
     return setting.encode() + b"\0" + (row + 0.0).tobytes()
 
 
+def _size(one: Finished) -> float:
+    return 0.0 if one.values is None else 8.0 * np.size(one.values)
+
+
 def _remove(files: Sequence[Path]) -> None:
     for file in files:
         file.unlink(missing_ok=True)
-
-
-def _this_process() -> str:
-    return f"process {os.getpid()} on {socket.gethostname()}"
-
-
-def _holder(folder: Path) -> str:
-    try:
-        return (folder / "holder").read_text(encoding="utf-8")
-    except OSError:
-        return "another process"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,14 +112,13 @@ class Evaluations:
         if not len(hits) or record.labels is None:
             return
         values, reasons = record.read(rows[hits])
-        if self.failed != "leave out":
-            done = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
-            hits, values, reasons = hits[done], values[done], {}
-        if len(hits):
-            found.take(hits, values)
-            found.failed |= {int(hits[k]): reason for k, reason in reasons.items()}
-            found.stored = hits
-            advance(len(hits))
+        good = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
+        found.stored = hits[good]
+        if len(good):
+            found.take(found.stored, values[good])
+        if self.failed == "leave out":
+            found.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
+        advance(len(rows) - len(found.missing))
 
     def _make(
         self,
@@ -134,21 +133,22 @@ class Evaluations:
         tasks = [lambda part=part: found.arguments(part) for part in parts]
         unclear: list[np.ndarray] = []
         failed: dict[int, tuple[str, Exception | None, float]] = {}
-        for number, outcome in self.perform(found.response, tasks):
-            own, seconds = parts[number], outcome.seconds / len(parts[number])
-            good, values, bad, error = found.judged(own, outcome)
-            self._keep(record, found, good, values, "", seconds)
-            if len(good):
-                advance(len(good))
-            if error is not None and not bad and self.failed == "stop":
-                raise error
-            if error is not None and not bad:
-                unclear.append(own)
-            for run, reason in bad.items():
-                failed[run] = reason, error, seconds
-            if failed and self.failed != "half step":
-                self._fail(found, failed, record, advance)
-                failed = {}
+        with closing(self.perform(found.response, tasks)) as outcomes:
+            for number, outcome in outcomes:
+                own, seconds = parts[number], outcome.seconds / len(parts[number])
+                good, values, bad, error = found.judged(own, outcome)
+                self._keep(record, found, good, values, "", seconds)
+                if len(good):
+                    advance(len(good))
+                if error is not None and not bad and self.failed == "stop":
+                    raise error
+                if error is not None and not bad:
+                    unclear.append(own)
+                for run, reason in bad.items():
+                    failed[run] = reason, error, seconds
+                if failed and self.failed != "half step":
+                    self._fail(found, failed, record, advance)
+                    failed = {}
         for run in list(failed):
             if self._with_shorter_steps(found, np.array([run]), record):
                 del failed[run]
@@ -168,7 +168,7 @@ class Evaluations:
         """Record failed runs, and raise the error of one unless they are left out."""
         for run, (reason, _, seconds) in failed.items():
             self._keep(record, found, np.array([run]), None, reason, seconds)
-            found.failed[run] = reason
+        found.leave_out({run: reason for run, (reason, _, _) in failed.items()})
         hopeless = found.values is None and len(found.failed) >= HOPELESS
         for reason, error, _ in failed.values():
             if self.failed != "leave out" or hopeless:
@@ -205,9 +205,11 @@ class Evaluations:
         seconds: float,
     ) -> None:
         """Take the values of runs, or None for failed ones, and record them."""
+        if not len(runs):
+            return
         if values is not None:
             found.take(runs, values)
-        if record is not None and len(runs):
+        if record is not None:
             if found.labels is not None:
                 record.begin(found.labels)
             own = found.setting, found.numbers[runs], values, reason, seconds
@@ -270,6 +272,11 @@ class Evaluated:
         self.values.values[runs] = values
         self._known[runs] = True
 
+    def leave_out(self, failed: Mapping[int, str]) -> None:
+        """Take runs as failed, for these reasons."""
+        self.failed |= failed
+        self._known[list(failed)] = True
+
     def judged(
         self, runs: np.ndarray, outcome: Outcome
     ) -> tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]:
@@ -300,7 +307,7 @@ class Evaluated:
             assert error is not None
             error = explained(error, self.space, *points)
         elif reason:
-            bad = dict.fromkeys(map(int, runs[wrong]), reason)
+            bad = dict.fromkeys(map(int, runs[wrong]), "the response is not finite")
             error = InputError(reason)
         good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
         return runs[good], values[good], bad, error
@@ -337,6 +344,11 @@ def evaluations(
     """Give what makes the runs of a study; its store is closed with the context."""
     batch = whole("batch", batch, 1)
     known("failed", failed, POLICIES)
+    if failed == "half step" and not callable(getattr(response, "refinements", None)):
+        raise InputError(
+            "failed='half step' requires a response whose `refinements` have a step, as that of "
+            f"dynamic_response; got {shown(response)}"
+        )
     store = as_store(store)
     with performing(executor) as perform:
         if store is None:

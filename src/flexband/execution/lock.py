@@ -1,0 +1,82 @@
+"""A folder that one process at a time has, until it ends in whatever way."""
+
+from __future__ import annotations
+
+import os
+import socket
+from pathlib import Path
+from weakref import WeakSet
+
+from flexband.errors import StoreError
+
+if os.name == "posix":
+    import fcntl
+else:
+    import msvcrt
+
+
+class Lock:
+    """An open file that the system locks for this process; its text tells the process and host.
+
+    The system frees it when the process ends. A child process, which inherits open files, closes it
+    at once: it would hold the lock after the end of its parent.
+    """
+
+    def __init__(self, folder: Path):
+        """Take the folder.
+
+        Raises
+        ------
+        StoreError
+            If another process has it.
+        OSError
+            If the file cannot be written to.
+        """
+        self._handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)
+        holder = folder / "holder"
+        try:
+            _lock(self._handle)
+        except OSError:
+            self.release()
+            try:
+                who = holder.read_text(encoding="utf-8")
+            except OSError:
+                who = "another process"
+            raise StoreError(f"{folder} is in use by {who}") from None
+        try:
+            holder.write_text(this_process(), encoding="utf-8")
+        except BaseException:
+            self.release()
+            raise
+        _locks.add(self)
+
+    def release(self) -> None:
+        """Free the folder."""
+        _locks.discard(self)
+        handle, self._handle = self._handle, -1
+        if handle >= 0:
+            os.close(handle)
+
+
+def this_process() -> str:
+    """Return in words which process on which host this is."""
+    return f"process {os.getpid()} on {socket.gethostname()}"
+
+
+_locks: WeakSet[Lock] = WeakSet()
+
+
+def _lock(handle: int) -> None:
+    if os.name == "posix":
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    else:
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # pyright: ignore
+
+
+def _close_in_child() -> None:
+    for lock in list(_locks):
+        lock.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_close_in_child)

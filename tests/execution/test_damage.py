@@ -1,0 +1,318 @@
+"""Stores that are damaged, full, or too new: mended, or refused by a message that helps."""
+
+import json
+import multiprocessing
+import os
+import subprocess
+import time
+import warnings
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import current_thread, main_thread
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import flexband as fb
+from flexband.execution import growing
+from flexband.execution.journal import Journal
+from tests.execution.responses import good, wrong
+
+INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+LHS = fb.LHSScanning(10, 4)
+TIMES = np.linspace(0.0, 1.0, 2)
+
+
+def labelled(a, b):
+    """Return two times; some runs are not finite."""
+    values = np.where(wrong(a, b)[:, None], np.nan, good(a, b))
+    coords = {"time": TIMES, "name": ("time", ["first", "second"])}
+    return xr.DataArray(values, dims=("sample", "time"), coords=coords)
+
+
+def study(folder, response=labelled, **options):
+    return fb.propagate(response, INPUTS, LHS, store=folder, failed="leave out", **options)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("finished")
+    return folder, study(folder)
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    folder = tmp_path / "copy"
+    subprocess.run(["cp", "-r", finished[0], folder], check=True)
+    return folder
+
+
+def calls_of(folder, **options):
+    """Return the bands and how many runs were made."""
+    made = []
+
+    def counting(a, b):
+        made.append(len(a))
+        return labelled(a, b)
+
+    found = study(fb.Store(folder, insist=True), counting, **options)
+    return found, sum(made)
+
+
+def truncate(file):
+    file.write_bytes(file.read_bytes()[:-5])
+
+
+def flip(file):
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 8
+    file.write_bytes(data)
+
+
+def remove(file):
+    file.unlink()
+
+
+GROWING = ("inputs", "setting", "status", "reason", "seconds", "finished", "session", "outputs")
+
+
+@pytest.mark.parametrize("damage", [truncate, flip, remove])
+@pytest.mark.parametrize("name", GROWING)
+def test_runs_of_a_damaged_chunk_run_again(name, damage, copied, finished):
+    file = next(f for f in (copied / "runs.zarr" / name / "c").rglob("*") if f.is_file())
+    damage(file)
+    with pytest.warns(fb.FlexbandWarning, match="40 runs in .* were damaged"):
+        found, made = calls_of(copied)
+    xr.testing.assert_identical(found["mean"], finished[1]["mean"])
+    assert made >= 40
+    runs = fb.open_runs(copied)
+    assert len(runs.run) == 80
+    assert (runs.status[40:] == fb.open_runs(finished[0]).status).all()
+    again, made = calls_of(copied)
+    xr.testing.assert_identical(again["mean"], found["mean"])
+    assert made <= 2
+
+
+@pytest.mark.parametrize("damage", [truncate, flip, remove])
+@pytest.mark.parametrize("name", ["input/c/0", "time/c/0", "name/c/0", "zarr.json"])
+def test_what_cannot_be_run_again_is_there_twice(name, damage, copied, finished):
+    damage(copied / "runs.zarr" / name)
+    found, made = calls_of(copied)
+    assert made == 2  # those that a resume makes
+    xr.testing.assert_identical(found["mean"], finished[1]["mean"])
+    assert fb.open_runs(copied).load().equals(fb.open_runs(finished[0]).load())
+
+
+@pytest.mark.parametrize("damage", [truncate, flip, remove])
+def test_both_copies_damaged_are_refused(damage, copied):
+    for name in ("zarr.json", "zarr.json.copy"):
+        damage(copied / "runs.zarr" / name)
+    content = {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()}
+    with pytest.raises(fb.StoreError, match="and its copy are missing or damaged"):
+        study(copied)
+    assert {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()} == content
+
+
+def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkeypatch):
+    flip(copied / "runs.zarr" / "outputs" / "c" / "0" / "0")
+    write, left = growing._write_together, [0]
+
+    def stopping(files):
+        if current_thread() is main_thread():
+            left[0] -= 1
+            if left[0] < 0:
+                raise KeyboardInterrupt
+        write(files)
+
+    monkeypatch.setattr(growing, "_write_together", stopping)
+    for count in range(1, 20):
+        left[0] = count
+        with warnings.catch_warnings(), suppress(KeyboardInterrupt):
+            warnings.simplefilter("ignore")
+            study(copied)
+            break
+    assert count > 5
+    with fb.open_runs(copied) as runs:
+        done = runs.sel(run=runs.status == 1).load()
+    np.testing.assert_array_equal(done.outputs, labelled(*done.inputs.values.T))
+
+
+def unfinished(folder):
+    """Return the journal of a study that was killed before its runs were in the arrays."""
+    process = CONTEXT.Process(target=killed_before_writing, args=(folder,))
+    process.start()
+    process.join()
+    assert process.exitcode == 9
+    return next((Path(folder) / "runs.zarr").glob("journal-*"))
+
+
+def killed_before_writing(folder):
+    from flexband.execution import record  # noqa: PLC0415
+
+    record.PERIOD = 1e9
+
+    def response(a, b):
+        if np.any(wrong(a, b, 0.0) & (a > 1.99)):
+            os._exit(9)
+        return good(a, b)
+
+    fb.propagate(response, INPUTS, LHS, store=folder, batch=4)
+
+
+CONTEXT = multiprocessing.get_context("forkserver")
+CONTEXT.set_forkserver_preload(["flexband.uncertainty.propagate", "flexband.execution.record"])
+
+
+def end_early(data):
+    return data[:-3]
+
+
+def flip_early(data):
+    return data[:70] + bytes([data[70] ^ 1]) + data[71:]
+
+
+def flip_length(data):
+    return bytes([data[0] ^ 4]) + data[1:]
+
+
+def zeros_at_end(data):
+    return data + bytes(4096)
+
+
+@pytest.mark.parametrize(
+    ("damage", "left"),
+    [(bytes, 28), (end_early, 24), (flip_early, 24), (flip_length, 0), (zeros_at_end, 28)],
+)
+def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
+    file = unfinished(tmp_path)
+    assert len(fb.open_runs(tmp_path).run) == 0
+    file.write_bytes(damage(file.read_bytes()))
+    made = []
+
+    def response(a, b):
+        made.extend(a)
+        return good(a, b)
+
+    found = fb.propagate(response, INPUTS, LHS, store=fb.Store(tmp_path, insist=True), batch=4)
+    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    runs = fb.open_runs(tmp_path)
+    assert len(runs.run) == 40
+    repeated = 2 if left else 1
+    assert len(made) == 40 - left + repeated
+    np.testing.assert_array_equal(runs.outputs, good(*runs.inputs.values.T))
+
+
+@pytest.mark.parametrize("damage", [truncate, flip, remove])
+def test_both_copies_of_a_coordinate_damaged_are_refused(damage, copied):
+    for name in ("time/c/0", "time/copy"):
+        damage(copied / "runs.zarr" / name)
+    with pytest.raises(fb.StoreError, match="time/c/0 is missing or damaged"):
+        study(copied)
+
+
+def test_a_newer_store_is_refused(copied):
+    file = copied / "runs.zarr" / "zarr.json"
+    found = json.loads(file.read_text())
+    found["attributes"]["format"] = growing.FORMAT + 1
+    file.write_text(json.dumps(found))
+    with pytest.raises(fb.StoreError, match="newer version of flexband"):
+        study(copied)
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below", Path("/proc/flexband")):
+        with pytest.raises(fb.StoreError, match="must be a folder to write to"):
+            study(folder)
+    assert (tmp_path / "file").read_text() == "mine"
+    with pytest.raises(fb.StoreError, match="there are none"):
+        fb.open_runs(tmp_path)
+
+
+def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, finished, monkeypatch):
+    clock = iter(np.linspace(2e9, 1e9, 10_000))
+    monkeypatch.setattr(time, "time", lambda: float(next(clock)))
+    found = study(tmp_path, batch=3)
+    xr.testing.assert_identical(found["mean"], finished[1]["mean"])
+    assert study(tmp_path)["mean"].equals(found["mean"])
+    assert (np.diff(fb.open_runs(tmp_path).finished) <= 0).all()
+
+
+@contextmanager
+def small_disk(folder, size):
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    if subprocess.run(mount, check=False, capture_output=True).returncode:
+        pytest.skip("a small disk cannot be mounted")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def wide(a, b):
+    return (a * b)[:, None] * np.linspace(1.0, 2.0, 2000)
+
+
+def test_a_full_disk_costs_no_results(tmp_path):
+    folder = tmp_path / "disk"
+    exact = fb.propagate(wide, INPUTS, LHS)
+    with small_disk(folder, "700k"):
+        with pytest.warns(fb.FlexbandWarning) as told:
+            found = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
+        xr.testing.assert_equal(found["mean"], exact["mean"])
+        texts = [str(one.message) for one in told]
+        assert "No space left on device" in texts[0]
+        assert "runs could not be recorded" in texts[-1]
+        with fb.open_runs(folder) as runs:
+            runs.load()
+        assert (
+            len(runs.run)
+            + sum(len(one.inputs) for one in Journal(folder / "runs.zarr").read(len(runs.run)))
+            > 0
+        )
+        np.testing.assert_array_equal(runs.outputs, wide(*runs.inputs.values.T))
+        subprocess.run(["mount", "-o", "remount,size=20m", str(folder)], check=True)
+        again = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
+        xr.testing.assert_equal(again["mean"], exact["mean"])
+        with fb.open_runs(folder) as runs:
+            assert len(runs.run) == 40
+            np.testing.assert_array_equal(runs.outputs, wide(*runs.inputs.values.T))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch):
+    random = np.random.default_rng(seed)
+    write, append = growing._write_together, Journal.append
+
+    def writing(files):
+        if random.random() < 0.5:
+            raise OSError(28, "No space left on device")
+        write(files)
+
+    def appending(self, *args, **options):
+        if random.random() < 0.5:
+            raise OSError(28, "No space left on device")
+        append(self, *args, **options)
+
+    def progress(done, total):
+        if done == 4:
+            monkeypatch.setattr(growing, "_write_together", writing)
+            monkeypatch.setattr(Journal, "append", appending)
+            monkeypatch.setattr("flexband.execution.record.PERIOD", 0.002)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        found = fb.propagate(delayed, INPUTS, LHS, store=tmp_path, batch=4, progress=progress)
+    monkeypatch.undo()
+    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    fb.propagate(delayed, INPUTS, LHS, store=tmp_path)
+    runs = fb.open_runs(tmp_path)
+    assert len(runs.run) == 40
+    np.testing.assert_array_equal(runs.outputs, good(*runs.inputs.values.T))
+
+
+def delayed(a, b):
+    time.sleep(0.005)
+    return good(a, b)

@@ -1,0 +1,206 @@
+"""Responses that go wrong in every way, under every policy, in this process and in others."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import nullcontext
+from functools import partial
+from multiprocessing import get_context
+from threading import Lock
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from flexband.uncertainty import evaluations as module
+from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
+
+INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+LHS = fb.LHSScanning(10, 4)
+WORDS = {
+    "raises": "ZeroDivisionError: the spring is slack",
+    "returns_nan": "not finite",
+    "returns_another_shape": r"return \(2,\) per run",
+    "calls_exit": "called sys.exit",
+    "hangs": "longer than time_limit = 0.3 s",
+    "exits": "exit status is 3",
+    "kills_its_process": "signal 9 ended it",
+}
+ERRORS = {
+    "raises": ZeroDivisionError,
+    "returns_nan": fb.InputError,
+    "returns_another_shape": fb.InputError,
+    "hangs": TimeoutError,
+}
+
+
+class Opened:
+    """Worker processes that serve several studies."""
+
+    def __init__(self, perform):
+        self.perform = perform
+
+    def open(self):
+        return nullcontext(self.perform)
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with fb.Processes(2, time_limit=0.3).open() as perform:
+        yield Opened(perform)
+
+
+def one_by_one(fault, **options):
+    return fb.samplewise(partial(bad, fault=fault, **options))
+
+
+def status(folder):
+    with fb.open_runs(folder) as runs:
+        return runs.load()
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_failed_run_stops_and_leaves_the_others_recorded(fault, processes, tmp_path):
+    response = one_by_one(fault, once=str(tmp_path / "once"))
+    study = partial(fb.propagate, response, INPUTS, LHS, store=tmp_path / "s", executor=processes)
+    if fault in ("exits", "kills_its_process"):  # its task runs again in a new process
+        found = study()
+    else:
+        kind = ERRORS.get(fault, RuntimeError)
+        with pytest.raises(kind, match=WORDS[fault].split(": ")[-1]):
+            study()
+        before = status(tmp_path / "s")
+        assert (before.status == 2).sum() == 1
+        assert WORDS[fault].split(": ")[-1].split("\\")[0] in str(before.reason[before.status == 2])
+        found = study()
+        assert found.attrs["runs"] - found.attrs["runs_repeated"] == 40
+    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    after = status(tmp_path / "s")
+    assert (after.status == 1).sum() == 40
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_failed_runs_are_left_out(fault, processes, tmp_path):
+    response, folder = one_by_one(fault), tmp_path / "s"
+    study = partial(fb.propagate, response, INPUTS, LHS, store=folder, failed="leave out")
+    found = study(executor=processes)
+    runs = status(folder)
+    expected = wrong(*runs.inputs.values.T)
+    np.testing.assert_array_equal(runs.status == 2, expected)
+    assert all(WORDS[fault].split("\\")[0] in str(one) for one in runs.reason[expected].values)
+    assert found.attrs["runs_failed"] == expected.sum() == 2
+    assert np.isfinite(found["mean"]).all()
+    again = study()  # nothing is run again, so that in this process nothing goes wrong
+    np.testing.assert_array_equal(found["mean"], again["mean"])
+    assert len(status(folder).run) == len(runs.run)
+
+
+@pytest.mark.parametrize(
+    ("fault", "executor"),
+    [*((fault, None) for fault in IN_PROCESS), ("raises", ThreadPoolExecutor)],
+)
+def test_failed_runs_of_a_vectorized_response_are_found(fault, executor, tmp_path):
+    response, folder = partial(bad, fault=fault), tmp_path / "s"
+    with executor(2) if executor else nullcontext() as own:
+        found = fb.propagate(
+            response, INPUTS, LHS, store=folder, failed="leave out", batch=16, executor=own
+        )
+    runs = status(folder)
+    np.testing.assert_array_equal(runs.status == 2, wrong(*runs.inputs.values.T))
+    assert found.attrs["runs_failed"] == 2
+
+
+def test_results_without_many_runs_are_not_trusted():
+    response = partial(bad, fault="returns_nan", limit=0.0)
+    found = fb.propagate(response, INPUTS, LHS, failed="leave out")
+    assert found.attrs["runs_failed"] == 5
+    assert "5 of 41 runs failed, and what fails is rarely random" in found.attrs["not_trusted"]
+
+
+def test_regression_and_held_out_runs_go_on_without_failed_ones():
+    with_all = fb.RegressionPCCI(3, oversampling=4)
+    response = partial(bad, fault="returns_nan", limit=1.0)
+    found = fb.propagate(response, INPUTS, with_all, failed="leave out")
+    assert found.attrs["runs_failed"] > 0
+    exact = fb.propagate(good, INPUTS, with_all)
+    np.testing.assert_allclose(found["mean"], exact["mean"], atol=0.05)
+
+
+def test_a_design_that_needs_every_run_says_which_one_failed():
+    response = partial(bad, fault="raises", limit=-9.0)
+    with pytest.raises(fb.RunError, match=r"needs every run of its design.*spring is slack"):
+        fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="leave out")
+
+
+@pytest.mark.parametrize("fault", ["raises", "returns_nan", "calls_exit"])
+def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
+    calls = []
+
+    def response(a, b):
+        calls.append(len(a))
+        return bad(a + 1, b + 9, fault)
+
+    with pytest.raises(Exception, match=WORDS[fault].split(": ")[-1]):
+        fb.propagate(response, INPUTS, LHS, failed="leave out", store=tmp_path / "s")
+    assert len(calls) <= 2 * module.HOPELESS + 8
+
+
+def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):
+    class Stiff:
+        """Explicit Euler steps of x' = −λ x diverge if λ h > 2."""
+
+        def __init__(self, step=0.1):
+            self.step = step
+
+        def __call__(self, rate, start):
+            steps = round(1 / self.step)
+            x = start * (1 - rate * self.step) ** steps
+            return np.where(rate * self.step > 2, np.nan, x)
+
+        def refinements(self, **values):
+            return {"step": Stiff(self.step / 2)}
+
+        identity = ()
+
+    inputs = {"rate": fb.Interval(1.0, 50.0), "start": fb.Normal(1.0, 0.1)}
+    study = partial(fb.propagate, Stiff(), inputs, LHS)
+    with pytest.raises(fb.InputError, match="not finite"):
+        study()
+    found = study(failed="half step", store=tmp_path)
+    runs = status(tmp_path)
+    rate, start = runs.inputs.values.T
+    for part, low, high in ((1, 0, 20), (2, 20, 40), (4, 40, 80)):
+        own = (rate > low) & (rate <= high)
+        assert own.any()
+        exact = start[own] * (1 - rate[own] * 0.1 / part) ** (10 * part)
+        np.testing.assert_allclose(runs.outputs[own], exact, rtol=1e-12)
+        text = f"completed with 1/{part} of the step" if part > 1 else ""
+        assert set(runs.reason[own].values) == {text}
+    assert "runs_failed" not in found.attrs
+    with pytest.raises(fb.InputError, match="requires a response whose `refinements`"):
+        fb.propagate(good, INPUTS, LHS, failed="half step")
+
+
+def test_an_executor_that_broke_fails_no_runs(tmp_path):
+    response = partial(bad, fault="exits")
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
+        pytest.raises(fb.RunError, match="the executor cannot go on: BrokenProcessPool"),
+    ):
+        fb.propagate(
+            response, INPUTS, LHS, store=tmp_path, failed="leave out", executor=executor, batch=4
+        )
+    assert not (status(tmp_path).status == 2).any()
+    executor = ThreadPoolExecutor(1)
+    executor.shutdown()
+    with pytest.raises(fb.RunError, match="cannot go on"):
+        fb.propagate(good, INPUTS, LHS, executor=executor)
+
+
+def test_a_response_that_cannot_be_sent_is_refused():
+    lock = Lock()
+
+    def response(a, b):
+        with lock:
+            return good(a, b)
+
+    with pytest.raises(fb.InputError, match="cannot be sent to another process"):
+        fb.propagate(response, INPUTS, LHS, executor=fb.Processes(1))

@@ -140,7 +140,7 @@ def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
 
     with pytest.raises(Exception, match=WORDS[fault].split(": ")[-1]):
         fb.propagate(response, INPUTS, LHS, failed="leave out", store=tmp_path / "s")
-    assert len(calls) <= 2 * module.HOPELESS + 8
+    assert (status(tmp_path / "s").status == 2).sum() <= max(module.HOPELESS, calls[0])
 
 
 def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):

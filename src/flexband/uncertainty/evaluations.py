@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, known, whole
+from flexband.errors import InputError, RunError, known, shown, whole
 from flexband.execution.executors import Outcome, Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs models
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs models references
 
 install: .venv/installed
 
@@ -58,6 +58,13 @@ models: install .venv/modelled
 
 .venv/modelled: pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[fmi,umbridge,bench]'
+	touch $@
+
+references: install .venv/referenced
+	$(BIN)/pytest tests/uncertainty/test_references.py
+
+.venv/referenced: pyproject.toml
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[reference]'
 	touch $@
 
 # OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look

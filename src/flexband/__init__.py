@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         InputError,
         ResolutionWarning,
         RunError,
+        RunsNeeded,
         SimulationError,
         StoreError,
     )
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.sensors.sections import SectionForces, Strain, Stress
     from flexband.mechanics.simulate import simulate
+    from flexband.models.elsewhere import elsewhere
     from flexband.models.fmu import FMU
     from flexband.models.one_by_one import ModelError
     from flexband.models.program import ExternalProgram

@@ -55,6 +55,25 @@ class RunError(RuntimeError):
         return type(self), (str(self), self.failures, self.results)
 
 
+class RunsNeeded(RuntimeError):  # noqa: N818  (nothing is wrong)
+    """Runs are needed of a response that other people run: see `elsewhere`.
+
+    Attributes
+    ----------
+    points : the inputs' numbers of every run, shape (runs, inputs).
+    names : of the inputs.
+    setting : the options of a `Choice`.
+    """
+
+    def __init__(self, points: np.ndarray, names: Iterable[str], setting: str = ""):
+        self.points, self.names, self.setting = points, list(names), setting
+        where = f" with {setting}" if setting else ""
+        super().__init__(
+            f"{len(points)} runs of {', '.join(self.names)}{where} are needed from elsewhere: "
+            "`flexband points` writes them, `flexband ingest` records their results"
+        )
+
+
 class AssemblyError(RunError):
     """The constraints cannot be satisfied, or do not determine their multipliers."""
 

@@ -6,7 +6,7 @@ import shlex
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 import xarray as xr
@@ -15,6 +15,7 @@ import flexband as fb
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import (
     DOUBTFUL,
+    WAITING,
     Ending,
     in_words,
     print_json,
@@ -24,13 +25,15 @@ from flexband.cli.messages import (
 )
 from flexband.cli.plan import Plan
 from flexband.cli.progress import Progress, progress_bars
-from flexband.errors import RunError
+from flexband.errors import RunError, RunsNeeded
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder, this_process
 from flexband.study.identity import identity
+from flexband.study.points import Points
 from flexband.study.study import Study
 from flexband.uncertainty.evaluations import evaluations
+from flexband.uncertainty.reuse import located
 
 PERIOD = 0.5
 """Time [s] between two writings of study.json."""
@@ -117,6 +120,8 @@ def carry_out(
         try:
             result = results(plan, study, store, course, as_json=as_json)
         except BaseException as error:
+            if isinstance(error, RunsNeeded) and store is not None:
+                wait(course, error, study)
             if store is not None and about["total"] is not None:
                 if isinstance(error, KeyboardInterrupt):
                     course.write("stopped", reason="Ctrl-C")
@@ -128,6 +133,18 @@ def carry_out(
     tell(result, as_json=as_json)
     if result["doubts"]:
         raise typer.Exit(DOUBTFUL)
+
+
+def wait(course: Course, needed: RunsNeeded, study: Study) -> NoReturn:
+    """Write the points that are to be run elsewhere, tell so and exit."""
+    folder, count = course.folder.path, len(needed.points)
+    if any(isinstance(one, fb.RandomField) for one in study.inputs.values()):
+        raise fb.InputError("a response elsewhere takes numbers and texts; got a RandomField")
+    file = Points.of(folder).ask(needed, study.inputs)
+    course.write("waiting", points={"count": count, "file": str(file)})
+    print_text(f"{count} points are to be run: {file}")
+    print_text(f"`flexband ingest {folder} RESULTS.csv` records their results")
+    raise typer.Exit(WAITING)
 
 
 def finished(folder: StudyFolder, own: str) -> dict[str, Any] | None:
@@ -144,7 +161,8 @@ def finished(folder: StudyFolder, own: str) -> dict[str, Any] | None:
 
 def forget_failed(study: Study, store: Store) -> None:
     """Let the failed runs of a store be made again, and tell how many."""
-    with evaluations(study.response, study.located().inputs, store=store) as evaluate:
+    inputs = located(study.response, study.inputs, store)[0]
+    with evaluations(study.response, inputs, store=store) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()
     print_text(f"{count} failed runs are made again if they are needed.", error=True)

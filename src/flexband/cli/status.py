@@ -158,6 +158,8 @@ def lines(found: dict[str, Any]) -> list[str]:
         told.append(f"… and {len(found['failures']) - SHOWN} more failed runs (--json lists all)")
     if found["doubts"]:
         told.append(f"Doubts: {'; '.join(found['doubts'])}")
+    if state == "waiting" and found["points"]:
+        told.append(f"{found['points']['count']} points are to be run: {found['points']['file']}")
     if state in ("stopped", "failed"):
         told.append(f"`flexband resume {found['folder']}` goes on")
     return told

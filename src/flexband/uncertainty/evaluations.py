@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, known, shown, whole
+from flexband.errors import InputError, RunError, RunsNeeded, known, shown, whole
 from flexband.execution.executors import Outcome, Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
@@ -89,6 +89,8 @@ class Evaluations:
             the coordinates of a batch are not those of the first one.
         RunError
             If a run fails, or all do.
+        RunsNeeded
+            If the response is run elsewhere, and runs are not in the store.
         """
         record = self.record if recorded else None
         if record is not None and labels is None:
@@ -96,6 +98,9 @@ class Evaluations:
         found = Evaluated(response, space, setting, points, labels)
         if record is not None:
             self._look_up(found, record, advance)
+        if getattr(response, "elsewhere", False) and len(found.missing):
+            names = space.recorded_at(*space.nominal())
+            raise RunsNeeded(found.numbers[found.missing], names, setting)
         one_by_one = bool(getattr(response, "one_by_one", False))
         most = min(self.batch, RECORDED_TOGETHER) if self.record is not None else self.batch
         self._make(found, found.missing, 1 if one_by_one else most, record, advance)

@@ -1,0 +1,105 @@
+"""The command that writes the runs of a study for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import xarray as xr
+
+from flexband.cli.application import app
+from flexband.cli.files import Folder
+from flexband.cli.messages import print_text, reported_errors
+from flexband.errors import InputError
+from flexband.execution.store import open_runs
+from flexband.files import replaced
+from flexband.study.columns import column_names, different, write_csv
+
+BLOCK = 1024
+"""Runs that are read together."""
+
+KINDS = (".nc", ".csv", ".parquet")
+
+
+@app.command()
+@reported_errors()
+def export(
+    folder: Folder,
+    to: Annotated[Path, typer.Option(help="File: .nc (NetCDF), .csv or .parquet.")],
+) -> None:
+    """Write the runs in FOLDER: their inputs, status and outputs, one row per run.
+
+    It works at any moment, also while the study runs.
+    """
+    if to.suffix not in KINDS:
+        raise InputError(f"--to must be a file whose name ends with {', '.join(KINDS)}; got '{to}'")
+    runs = open_runs(folder)
+    if to.suffix == ".nc":
+        from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+        write_netcdf(in_plain_numbers(runs), to)
+    elif to.suffix == ".csv":
+        write_csv(
+            to, header(runs), (row for block in blocks(runs) for row in zip(*block, strict=True))
+        )
+    else:
+        write_parquet(runs, to)
+    print_text(f"{runs.sizes.get('run', 0)} runs: {to}")
+
+
+def header(runs: xr.Dataset) -> list[str]:
+    """Return the names of the columns."""
+    own = ["run", "status", "reason", "setting", "seconds", "finished"]
+    outputs = column_names(runs["outputs"].rename(None)) if "outputs" in runs else []
+    return different([*own, *map(str, runs["input"].values), *outputs])
+
+
+def blocks(runs: xr.Dataset) -> Iterator[list[Any]]:
+    """Yield the columns of some runs after the other."""
+    meanings = runs["status"].attrs["flag_meanings"].split()
+    for first in range(0, runs.sizes["run"], BLOCK):
+        own = runs.isel(run=slice(first, first + BLOCK)).load()
+        count = own.sizes["run"]
+        finished = np.datetime_as_string(own["finished"].values.astype("M8[ms]"), timezone="UTC")
+        columns: list[Any] = [
+            list(range(first, first + count)),
+            [meanings[k] for k in own["status"].values],
+            own["reason"].values.tolist(),
+            own["setting"].values.tolist(),
+            own["seconds"].values.tolist(),
+            finished.tolist(),
+            *own["inputs"].values.T.tolist(),
+        ]
+        if "outputs" in own:
+            columns += own["outputs"].values.reshape(count, -1).T.tolist()
+        yield columns
+
+
+def in_plain_numbers(runs: xr.Dataset) -> xr.Dataset:
+    """Return the runs without what NetCDF 3 does not have: dates become seconds since 1970."""
+    found = runs.load()
+    for name, own in found.variables.items():
+        if own.dtype.kind == "T":
+            found[name] = own.dims, np.array(own.values.tolist(), dtype=str), own.attrs
+        elif own.dtype.kind == "M":
+            seconds = own.values.astype("M8[ns]").astype("int64") / 1e9
+            found[name] = own.dims, seconds, {"long_name": "seconds since 1970-01-01"}
+        elif own.dtype.kind == "m":
+            found[name] = own.dims, own.values / np.timedelta64(1, "s"), {"units": "s"}
+    return found
+
+
+def write_parquet(runs: xr.Dataset, file: Path) -> None:
+    """Write a Parquet file; raise `InputError` if pyarrow is missing."""
+    try:
+        import pyarrow as pa  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+        import pyarrow.parquet as pq  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError(f"--to {file} requires pyarrow: pip install 'flexband[parquet]'") from None
+    names, parts = header(runs), list(blocks(runs))
+    columns = [[value for part in parts for value in part[k]] for k in range(len(names))]
+    with replaced(file) as partial:
+        pq.write_table(pa.table(dict(zip(names, columns, strict=True))), partial)

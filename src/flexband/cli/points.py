@@ -1,0 +1,99 @@
+"""The commands for models that are run elsewhere: points, ingest."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexband.cli.application import app
+from flexband.cli.carrying_out import carry_out
+from flexband.cli.files import File, Folder, Output
+from flexband.cli.messages import print_text, reported_errors
+from flexband.cli.methods import METHODS, with_method_options
+from flexband.cli.plan import POLICIES, Plan
+from flexband.cli.runs import plan_in
+from flexband.errors import InputError
+from flexband.execution.journal import Finished
+from flexband.execution.store import Store
+from flexband.study.folder import StudyFolder
+from flexband.study.points import Points
+from flexband.study.study import Study
+from flexband.uncertainty.evaluations import evaluations
+
+
+@app.command()
+@reported_errors()
+@with_method_options
+def points(
+    file: File,
+    output: Output = Path("output"),
+    method: Annotated[
+        str | None,
+        typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}."),
+    ] = None,
+    sigmas: Annotated[float | None, typer.Option(help="k of the error bar μ ± kσ.")] = None,
+    verify: Annotated[
+        int | None, typer.Option(help="New runs that verify the result.  [default: 0]")
+    ] = None,
+    failed: Annotated[
+        str, typer.Option(help=f"What to do about a run that fails: {', '.join(POLICIES)}.")
+    ] = "stop",
+    **values: Any,
+) -> None:
+    """Write the next points of the study in FILE, whose response is run elsewhere.
+
+    They are in points.csv in the folder: the number of each point and all its inputs. `flexband
+    ingest` records their results; then this command writes the next points, with exit status 4, or
+    the bands, with exit status 0, once the method has all the runs that it needs.
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    plan = Plan(str(file.resolve()), method, given, sigmas, verify, failed)
+    response_elsewhere(plan.study())
+    carry_out(plan, output)
+
+
+@app.command()
+@reported_errors()
+def ingest(
+    folder: Folder,
+    results: Annotated[Path, typer.Argument(help="Table with the results (.csv or .nc).")],
+) -> None:
+    """Record the results of points that were run elsewhere.
+
+    RESULTS has the number of each point, and a column for every output, such as force or
+    force[time=0.5]. A run whose cells are empty has failed; a column "reason" may tell why.
+    """
+    plan = plan_in(folder)
+    study = plan.study()
+    response = response_elsewhere(study)
+    with StudyFolder(folder).held():
+        found = Points.of(folder).read(results, response.labels)
+        with evaluations(response, study.inputs, store=Store(folder)) as evaluate:
+            record = evaluate.record
+            assert record is not None
+            record.begin(response.labels)
+            new = 0
+            for one in found:
+                row = one.inputs[None]
+                if record.find(one.setting, row)[0] >= 0:
+                    continue
+                values = None if one.values is None else one.values[None]
+                record.add(Finished(one.setting, row, values, one.reason, 0.0, time.time()))
+                new += 1
+    failed = sum(one.values is None for one in found)
+    told = f"{new} runs are recorded, {failed} of {len(found)} failed"
+    known = f"; {len(found) - new} were recorded before" if new < len(found) else ""
+    print_text(f"{told}{known}. `flexband resume {folder}` goes on")
+
+
+def response_elsewhere(study: Study) -> Any:
+    """Return the response; raise `InputError` if it is not run elsewhere."""
+    if not getattr(study.response, "elsewhere", False):
+        raise InputError(
+            "the response must be one that is run elsewhere, fb.elsewhere('a', 'b', …), where a "
+            f"and b are inputs; got {study.response!r}. `flexband run` runs others"
+        )
+    return study.response

@@ -1,0 +1,100 @@
+"""Models that other people run: points go out as a file, results come back as one."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NoReturn
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, finite, shown
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """A response that is not called: its runs come from a store.
+
+    Attributes
+    ----------
+    elsewhere : a study raises `RunsNeeded` with the points that the store does not have.
+    """
+
+    names: tuple[str, ...]
+    outputs: tuple[str, ...] | None = None
+    times: tuple[float, ...] | None = None
+    elsewhere: ClassVar[bool] = True
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        kind = inspect.Parameter.KEYWORD_ONLY
+        return inspect.Signature([inspect.Parameter(name, kind) for name in self.names])
+
+    @property
+    def labels(self) -> xr.DataArray:
+        """No runs, with the dims and the coordinates of results."""
+        coords: dict[str, Any] = {}
+        if self.outputs is not None:
+            coords["output"] = "output", list(self.outputs)
+        if self.times is not None:
+            coords["time"] = "time", np.array(self.times), {"units": "s"}
+        shape = [0, *(len(one[1]) for one in coords.values())]
+        return xr.DataArray(np.empty(shape), coords, ("sample", *coords))
+
+    def __call__(self, **values: Any) -> NoReturn:
+        """Raise `InputError`: there is nothing to call."""
+        raise InputError(
+            f"a response elsewhere cannot be called; got {shown(values)}. Fields among its inputs "
+            "need a domain"
+        )
+
+
+def elsewhere(
+    *names: str, outputs: Sequence[str] | None = None, times: ArrayLike | None = None
+) -> Elsewhere:
+    """Return a response that other people run, on another machine or in a laboratory.
+
+    `propagate` with a store raises `RunsNeeded` with the next points. `flexband points` writes them
+    into a file, and `flexband ingest` records their results, until the method has what it needs.
+
+    Parameters
+    ----------
+    names : of the inputs.
+    outputs : names of the outputs; None for one without a name.
+    times : of the results [s], if they are functions of time.
+
+    Raises
+    ------
+    InputError
+        If names are no identifiers, are not different, or times do not increase.
+
+    Examples
+    --------
+    >>> import flexband as fb
+    >>> response = fb.elsewhere("speed", "load", outputs=["force", "wear"])
+    """
+    for one in names:
+        if not isinstance(one, str) or not one.isidentifier():
+            raise InputError(f"names must be those of inputs; got {shown(one)}")
+    own = None if outputs is None else _texts(outputs)
+    for group in (names, own or ()):
+        if len(set(group)) < len(group):
+            raise InputError(f"names must differ; got {shown(group)}")
+    if not names:
+        raise InputError("names must be those of inputs; got none")
+    if times is None:
+        return Elsewhere(names, own)
+    steps = finite("times [s]", times, rank=None)
+    if steps.ndim != 1 or np.any(np.diff(steps) <= 0):
+        raise InputError(f"times [s] must be numbers that increase; got {shown(times)}")
+    return Elsewhere(names, own, tuple(steps.tolist()))
+
+
+def _texts(outputs: Iterable[str]) -> tuple[str, ...]:
+    found = () if isinstance(outputs, str) else tuple(outputs)
+    if not found or not all(isinstance(one, str) and one for one in found):
+        raise InputError(f"outputs must be names such as ['force', 'wear']; got {shown(outputs)}")
+    return found

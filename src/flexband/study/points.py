@@ -1,0 +1,185 @@
+"""Points that are run elsewhere, and the results that come back."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, RunsNeeded, StoreError
+from flexband.files import replaced
+from flexband.study.columns import column_names, read_csv, write_csv
+from flexband.uncertainty.inputs.choices import cases
+from flexband.uncertainty.inputs.constants import Constant
+from flexband.uncertainty.inputs.evaluation import aligned
+
+LEDGER, POINTS = "points.json", "points.csv"
+
+SAME = 1e-6
+"""Inputs in a file of results may differ so much, relatively: programs drop digits."""
+
+
+@dataclass
+class Points:
+    """All points of a study that were ever asked for; each keeps its number.
+
+    Attributes
+    ----------
+    names : of the numbers.
+    asked : setting and numbers of every point; the first one has the number 1.
+    """
+
+    folder: Path
+    names: list[str]
+    asked: list[tuple[str, tuple[float, ...]]]
+
+    @classmethod
+    def of(cls, folder: Path) -> Points:
+        """Return the points in a folder; raise `StoreError` if the file is damaged."""
+        file = folder / LEDGER
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+            asked = [(str(setting), tuple(map(float, row))) for setting, row in found["asked"]]
+            return cls(folder, list(found["names"]), asked)
+        except FileNotFoundError:
+            return cls(folder, [], [])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise StoreError(f"{file} is damaged: {error}") from None
+
+    def ask(self, needed: RunsNeeded, inputs: Mapping[str, Any]) -> Path:
+        """Write the points that are needed as a table, and keep them; return its path."""
+        if self.names != list(needed.names):
+            self.names, self.asked = list(needed.names), []
+        known = {point: k for k, point in enumerate(self.asked, start=1)}
+        options = _options(inputs, needed.setting)
+        rows = []
+        for row in needed.points.tolist():
+            point = needed.setting, tuple(row)
+            if point not in known:
+                self.asked.append(point)
+                known[point] = len(self.asked)
+            rows.append([known[point], *row, *options.values()])
+        with replaced(self.folder / LEDGER) as partial:
+            content = {"names": self.names, "asked": self.asked}
+            partial.write_text(json.dumps(content), encoding="utf-8")
+        file = self.folder / POINTS
+        write_csv(file, ["number", *self.names, *options], rows)
+        return file
+
+    def read(self, file: Path, labels: xr.DataArray) -> list[Result]:
+        """Return the results in a file.
+
+        Raises
+        ------
+        InputError
+            If it is no table of results of points that were asked for: see `docs/studies.md`.
+        """
+        found = _netcdf(file, labels) if file.suffix == ".nc" else self._table(file, labels)
+        numbers = [number for number, _, _ in found]
+        wrong = [k for k in numbers if not 1 <= k <= len(self.asked)]
+        if wrong:
+            raise InputError(
+                f"{file}: number must be that of a point which was asked for, 1 to "
+                f"{len(self.asked)}; got {wrong[0]}"
+            )
+        if len(set(numbers)) < len(numbers):
+            twice = next(k for k in numbers if numbers.count(k) > 1)
+            raise InputError(f"{file} must have each number once; {twice} is there twice")
+        results = []
+        for number, values, reason in found:
+            setting, inputs = self.asked[number - 1]
+            good = bool(np.isfinite(values).all())
+            why = "" if good else reason or f"{file.name} has no values for it"
+            results.append(Result(setting, np.array(inputs), values if good else None, why))
+        return results
+
+    def _table(self, file: Path, labels: xr.DataArray) -> list[tuple[int, np.ndarray, str]]:
+        header, rows = read_csv(file)
+        columns = column_names(labels)
+        missing = [name for name in ("number", *columns) if name not in header]
+        if missing:
+            raise InputError(
+                f"{file} must have the columns number and {_some(columns)}; {missing[0]!r} is "
+                "missing"
+            )
+        found = []
+        for k, row in enumerate(rows, start=2):
+            place = f"{file}, row {k}"
+            number = _number(f"{place}: number", row["number"])
+            if number != round(number):
+                raise InputError(f"{place}: number must be a whole number; got {number!r}")
+            if 1 <= number <= len(self.asked):
+                self._check_inputs(place, row, int(number))
+            values = [_number(f"{place}: {name}", row[name], blank=True) for name in columns]
+            shaped = np.reshape(values, labels.shape[1:])
+            found.append((int(number), shaped, row.get("reason", "").strip()))
+        return found
+
+    def _check_inputs(self, place: str, row: Mapping[str, str], number: int) -> None:
+        """Refuse a row whose inputs are those of another point."""
+        for name, value in zip(self.names, self.asked[number - 1][1], strict=True):
+            if name in row:
+                own = _number(f"{place}: {name}", row[name])
+                if abs(own - value) > SAME * max(abs(value), abs(own)):
+                    raise InputError(
+                        f"{place}: {name} must be {value!r}, as point {number} has it; got {own!r}"
+                    )
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came back for a point.
+
+    Attributes
+    ----------
+    inputs : its numbers, shape (inputs,).
+    values : of the response, None if the run failed for a reason.
+    """
+
+    setting: str
+    inputs: np.ndarray
+    values: np.ndarray | None
+    reason: str
+
+
+def _options(inputs: Mapping[str, Any], setting: str) -> dict[str, str]:
+    """Return the inputs of a combination of options that are texts."""
+    own = cases(inputs).get(setting, {})
+    return {
+        name: one.constant
+        for name, one in own.items()
+        if isinstance(one, Constant) and isinstance(one.constant, str)
+    } | {name: one for name, one in own.items() if isinstance(one, str)}
+
+
+def _netcdf(file: Path, labels: xr.DataArray) -> list[tuple[int, np.ndarray, str]]:
+    try:
+        with xr.open_dataset(file, engine="scipy", decode_timedelta=False) as opened:
+            found = opened.load()
+        outputs, numbers = found["outputs"], found["number"].values
+        own = aligned(outputs.rename({str(found["number"].dims[0]): "sample"}), labels)
+        own = own.transpose(*labels.dims)
+    except InputError:
+        raise
+    except Exception as error:  # whatever the reader raises for other files
+        raise InputError(
+            f"{file} must be a NetCDF 3 file with the variables number and outputs: {error}"
+        ) from None
+    return [(int(number), row, "") for number, row in zip(numbers, own.values, strict=True)]
+
+
+def _number(name: str, text: str, *, blank: bool = False) -> float:
+    try:
+        return float("nan") if blank and not text.strip() else float(text)
+    except ValueError:
+        raise InputError(f"{name} must be a number; got {text!r}") from None
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:3])
+    return shown if len(names) <= 3 else f"{shown}, … ({len(names)} of them)"

@@ -141,8 +141,8 @@ def test_public_names():
 
 def test_notebooks_show_a_mechanism_as_its_drawing():
     shown = {}
-    png = SimpleNamespace(for_type=shown.__setitem__)
-    formatter = SimpleNamespace(formatters={"image/png": png})
+    kind = SimpleNamespace(for_type=shown.__setitem__)
+    formatter = SimpleNamespace(formatters={"image/png": kind, "text/html": kind})
     fb.load_ipython_extension(SimpleNamespace(display_formatter=formatter))
     mass = fb.PointMass(mass=1.0, position=(np.float64(0.0), 0.0))
     image = shown[fb.Mechanism](fb.Mechanism(bodies={"m": mass}))

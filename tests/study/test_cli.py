@@ -195,7 +195,15 @@ def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, mon
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("x = 1", "must define `study`, a flexband.Study; got None"),
+        ("x = 1", "must define `study`, a flexband.Study; got no `study`"),
+        (STUDY.replace("study = fb", "mine = fb"), "got no `study`; 'mine' is one, call it study"),
+        (STUDY.replace("ImprovedPCCI(1, 4)", "PCCI"), "got the class PCCI: write PCCI(…)"),
+        (STUDY.replace("fb.Interval(0.1, 0.2)", "fb.Interval"), "rate"),
+        (STUDY.replace("    values =", "    raise SystemExit(0)\n    values =", 1),
+         "the response called sys.exit(0)"),
+        (STUDY.replace("domain=(0.0, 0.5), ", "")
+         .replace("    values =", "    raise SystemExit(0)\n    values =", 1),
+         "the study called sys.exit(0)"),
         (STUDY.replace('"rate": fb.Interval(0.1, 0.2)', '"speed": fb.Interval(0.1, 0.2)'),
          "inputs name speed, which the response does not take"),
         (STUDY.replace("Interval(0.1, 0.2)", "Interval(0.3, 0.2)"), "must not be above"),
@@ -208,6 +216,15 @@ def test_errors_are_one_line_and_exit_with_status_one(tmp_path, text, message):
     assert result.exit_code == 1
     assert message in " ".join(result.output.split())
     assert "Traceback" not in result.output
+
+
+def test_debug_prints_the_traceback(tmp_path):
+    file = tmp_path / "bad.py"
+    file.write_text("study = 1 / 0", encoding="utf-8")
+    for arguments in (["--debug", "run", file], ["run", file, "--debug"]):
+        assert call(*arguments).exit_code == 1
+        assert "Traceback" in call(*arguments).output
+    assert "Traceback" not in call("run", file).output
 
 
 def test_missing_file_and_bad_orders(tmp_path, study_file):

@@ -16,7 +16,7 @@ STUDY = f"""
 import flexband as fb
 response = fb.elsewhere("a", "b", "oil", outputs=["u", "v"], times={TIMES})
 inputs = {{"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.1, 0.3), "oil": fb.Choice("thin", "thick")}}
-study = fb.Study(response, inputs, fb.AdaptivePCCI(1e-3))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(0.01))
 """
 
 
@@ -79,7 +79,7 @@ def test_round_by_round_until_the_method_has_converged(file, tmp_path):
     assert rounds >= 3
     inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.1, 0.3),
               "oil": fb.Choice("thin", "thick")}  # fmt: skip
-    direct = fb.propagate(model, inputs, fb.AdaptivePCCI(1e-3))
+    direct = fb.propagate(model, inputs, fb.AdaptivePCCI(0.01))
     with xr.open_dataset(out / "bands.nc", engine="scipy") as bands:
         for name in ("mean", "error_bar"):
             np.testing.assert_array_equal(bands[name], direct[name])

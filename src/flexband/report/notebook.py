@@ -1,17 +1,37 @@
-"""Mechanisms drawn in notebooks: ``%load_ext flexband``."""
+"""Rich displays in notebooks: ``%load_ext flexband``."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from html import escape
 from io import BytesIO
 from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
 
 from flexband.errors import InputError, shown
 from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
+from flexband.report.tables import percent
+from flexband.study.study import Study
+from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+NODES = 32
+"""Of the Gauss rule for the mean and the standard deviation of a distribution."""
 
 
 def load_ipython_extension(ipython: Any) -> None:
-    """Show every `Mechanism` that is the value of a cell as the drawing of `flexband.draw`.
+    """Show what is the value of a cell: a `Mechanism` as its drawing, others as a table.
+
+    Others are inputs, a `Study` and a surrogate.
 
     Parameters
     ----------
@@ -19,10 +39,90 @@ def load_ipython_extension(ipython: Any) -> None:
     """
     if not hasattr(ipython, "display_formatter"):
         raise InputError(f"ipython must be a running shell; got {shown(ipython)}")
-    ipython.display_formatter.formatters["image/png"].for_type(Mechanism, _png)
+    formatters = ipython.display_formatter.formatters
+    formatters["image/png"].for_type(Mechanism, mechanism_png)
+    for kind in (Input, Choice, Correlated):
+        formatters["text/html"].for_type(kind, input_html)
+    formatters["text/html"].for_type(Study, study_html)
+    for kind in (Surrogate, SurrogateOfChoices):
+        formatters["text/html"].for_type(kind, surrogate_html)
 
 
-def _png(mechanism: Mechanism) -> bytes:
+def mechanism_png(mechanism: Mechanism) -> bytes:
+    """Return the drawing of a mechanism."""
     image = BytesIO()
     draw(mechanism).savefig(image, format="png")
     return image.getvalue()
+
+
+def input_html(one: Any) -> str:
+    """Return a table of one input."""
+    return _inputs({"": one})
+
+
+def study_html(study: Study) -> str:
+    """Return a table of a study: its response, method, error bar and inputs."""
+    name = getattr(study.response, "__qualname__", type(study.response).__name__)
+    bar = "μ ± σ" if study.sigmas == 1 else f"μ ± {study.sigmas:g}σ"
+    rows = [("response", name), ("method", repr(study.method)), ("error bar", bar)]
+    return _table(("study", ""), rows) + _inputs(study.inputs)
+
+
+def surrogate_html(surrogate: Surrogate | SurrogateOfChoices) -> str:
+    """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
+    if isinstance(surrogate, SurrogateOfChoices):
+        given, several = surrogate.given, list(surrogate.surrogates.values())
+    else:
+        given, several = surrogate.space.given, [surrogate]
+    labels = several[0].labels
+    sizes = [f"{dim} ({size})" for dim, size in labels.sizes.items() if dim != "sample"]
+    rows = [("dims", ", ".join(sizes) or "one number")]
+    if "output" in labels.coords:
+        rows.insert(0, ("outputs", ", ".join(map(str, labels["output"].values))))
+    attrs = [one.diagnostics.attrs for one in several]
+    rows += [(name, str(attrs[0][name])) for name in ("method",) if name in attrs[0]]
+    rows.append(("runs", str(sum(int(own.get("runs", 0)) for own in attrs))))
+    errors = [own["expected_error"] for own in attrs if "expected_error" in own]
+    if errors:
+        rows.append(("expected error", f"{percent(max(errors))} of the error bar's width"))
+    rows += [("not reliable", own["not_trusted"]) for own in attrs if "not_trusted" in own]
+    return _table(("surrogate", ""), rows) + _inputs(given)
+
+
+def _inputs(given: Mapping[str, Any]) -> str:
+    """Return a table of inputs: what each is, and its nominal value and range."""
+    rows = [(name, *_about(name, one)) for name, one in given.items()]
+    return _table(("input", "", "from", "to", "mean", "std"), rows)
+
+
+def _about(name: str, one: Any) -> tuple[str, ...]:
+    if isinstance(one, Interval):
+        return "interval", f"{one.lower:g}", f"{one.upper:g}", "", ""
+    if isinstance(one, Field):
+        return f"{one.kind}: {one!r}", "", "", "", ""
+    if isinstance(one, Choice | Correlated):
+        return repr(one), "", "", "", ""
+    space = Space(first_case({name or "input": one}))
+    if space.random_dimension != 1:
+        return repr(one), "", "", "", ""
+
+    def at(xi: np.ndarray) -> np.ndarray:
+        eta = np.zeros((len(xi), space.interval_dimension))
+        return np.asarray(space.values(xi, eta)[name or "input"])
+
+    ends = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
+    nodes, weights = space.families[0].gauss(NODES)
+    values = at(nodes[:, None])
+    mean = float(weights @ values)
+    std = float(np.sqrt(weights @ (values - mean) ** 2))
+    told = f"{one!r}, 90 % of values"
+    return told, f"{ends[0]:.4g}", f"{ends[1]:.4g}", f"{mean:.4g}", f"{std:.3g}"
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    def line(tag: str, cells: Sequence[str]) -> str:
+        told = "".join(f'<{tag} style="text-align:left">{escape(c)}</{tag}>' for c in cells)
+        return f"<tr>{told}</tr>"
+
+    body = "".join(line("td", row) for row in rows)
+    return f"<table>{line('th', header)}{body}</table>"

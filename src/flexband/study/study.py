@@ -135,12 +135,16 @@ def load_study(file: Path) -> Study:
         raise InputError(f"file must be a Python file that exists; got {str(file)!r}")
     sys.path.insert(0, str(file.resolve().parent))
     try:
-        study = runpy.run_path(str(file)).get("study")
+        found = runpy.run_path(str(file))
     except (Exception, SystemExit) as error:
         frames = traceback.extract_tb(error.__traceback__)
         lines = [f", line {frame.lineno}" for frame in frames if frame.filename == str(file)]
         reason = error if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         raise InputError(f"{file}{lines[-1] if lines else ''}: {reason}") from error
+    study = found.get("study")
     if not isinstance(study, Study):
-        raise InputError(f"{file} must define `study`, a flexband.Study; got {study!r}")
+        near = [name for name, one in found.items() if isinstance(one, Study)]
+        told = f"{study!r}" if study is not None else "no `study`"
+        hint = f"; {near[0]!r} is one, call it study" if near else ""
+        raise InputError(f"{file} must define `study`, a flexband.Study; got {told}{hint}")
     return study

@@ -47,7 +47,9 @@ def _count(runs: int) -> str:
 def check_method(method: object) -> None:
     """Raise `InputError` if an object is no method."""
     if isinstance(method, type) or not callable(getattr(method, "solve", None)):
-        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {method!r}")
+        name = method.__name__ if isinstance(method, type) else ""
+        told = f"the class {name}: write {name}(…)" if name else repr(method)
+        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {told}")
 
 
 def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: int = 1) -> None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import os
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -224,8 +224,11 @@ class GrowingArrays:
         self._last = last
         self._blank |= blank
 
-    def commit(self) -> None:
-        """Write the metadata of the group, which tells the number of runs and the attributes."""
+    def commit(self, files: Sequence[str] = (COPY, GROUP)) -> None:
+        """Write the metadata of the group, which tells the number of runs and the attributes.
+
+        With the copy alone, the group can be opened here, but is not there yet for others.
+        """
         members = {name: array.metadata(self.runs) for name, array in self.arrays.items()}
         consolidated = {"kind": "inline", "must_understand": False, "metadata": members}
         found = {
@@ -235,7 +238,7 @@ class GrowingArrays:
             "consolidated_metadata": consolidated,
         }
         self.attrs["checksum"] = _checksum(found)
-        _write_together(dict.fromkeys((self.folder / COPY, self.folder / GROUP), _json(found)))
+        _write_together(dict.fromkeys([self.folder / file for file in files], _json(found)))
 
     def finish(self) -> None:
         """Write the metadata of every array, for readers that do not know that of the group."""

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import StoreError, warn
-from flexband.execution.growing import GrowingArrays
+from flexband.execution.growing import COPY, GrowingArrays
 from flexband.execution.journal import Finished, Journal
 from flexband.execution.layout import (
     AGAIN,
@@ -78,7 +78,7 @@ class Record:
         self.rows: dict[bytes, int] = {}
         self.status = np.zeros(0, np.int8)
         if "status" not in self.arrays.arrays:
-            self.arrays.commit()
+            self.arrays.commit([COPY])
             add_columns(self.arrays, self.owner.inputs.split(", "))
         elif self.arrays.runs:
             self.status = self.arrays.read("status")

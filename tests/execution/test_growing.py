@@ -1,0 +1,155 @@
+"""Growing arrays and the journal: whatever happens, what was acknowledged is there."""
+
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexband.errors import StoreError
+from flexband.execution import growing
+from flexband.execution.growing import Array, GrowingArrays
+from flexband.execution.journal import Finished, Journal
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("append"), st.integers(1, 9)),
+        st.tuples(st.sampled_from(["reopen", "fail", "fail to commit"]), st.integers(0, 3)),
+    ),
+    max_size=12,
+)
+
+
+def begun(folder):
+    arrays = GrowingArrays(folder)
+    arrays.add("x", Array("float64", ("run", "place"), (0, 3), {}))
+    arrays.add("text", Array("string", ("run",), (0,), {}))
+    arrays.add("name", Array("string", ("place",), (3,), {}), np.array(["a", "ß", ""], object))
+    arrays.commit()
+    return arrays
+
+
+@given(steps=STEPS, rows=st.integers(1, 7))
+def test_arrays_keep_what_was_appended(steps, rows):
+    folder, expected = Path(tempfile.mkdtemp()), []
+    before, write = growing.ROWS, growing._write_together
+    growing.ROWS = rows
+    try:
+        arrays = begun(folder)
+        for what, number in steps:
+            first = len(expected)
+            new = [(float(k), "" if k % 3 else f"µ{k}") for k in range(first, first + number)]
+            if what == "append":
+                append(arrays, new)
+                expected += new
+            elif what == "reopen":
+                arrays = GrowingArrays(folder)
+            else:  # a disk that is full after so many writings; other values are there then
+                left = [1 if what == "fail to commit" else 0]
+
+                def failing(files, left=left):
+                    left[0] -= 1
+                    if left[0] < 0:
+                        raise OSError
+                    write(files)
+
+                growing._write_together = failing
+                with pytest.raises(OSError):  # noqa: PT011
+                    append(arrays, [(-1.0, "other")] * (number + 1))
+                growing._write_together = write
+        for one in (arrays, GrowingArrays(folder)):
+            assert one.runs == len(expected)
+            np.testing.assert_array_equal(one.read("x")[:, 1], [x for x, _ in expected])
+            assert list(one.read("text")) == [text for _, text in expected]
+            assert list(one.read("name")) == ["a", "ß", ""]
+        with xr.open_zarr(folder, chunks=None) as found:
+            assert found.sizes == {"run": len(expected), "place": 3}
+            assert list(found["text"].values) == [text for _, text in expected]
+            np.testing.assert_array_equal(found["x"][:, 2], [x for x, _ in expected])
+    finally:
+        growing.ROWS, growing._write_together = before, write
+        shutil.rmtree(folder)
+
+
+def append(arrays, new):
+    x, texts = zip(*new, strict=True)
+    columns = {"x": np.repeat(x, 3).reshape(-1, 3), "text": np.array(texts, object)}
+    arrays.append(columns)
+
+
+@given(data=st.data())
+def test_any_flipped_bit_is_found_or_harmless(data):
+    folder = Path(tempfile.mkdtemp())
+    try:
+        append(begun(folder), [(float(k), f"{k}") for k in range(5)])
+        files = sorted(f for f in folder.rglob("*") if f.is_file())
+        file = data.draw(st.sampled_from(files))
+        content = bytearray(file.read_bytes())
+        place = data.draw(st.integers(0, len(content) - 1))
+        content[place] ^= 1 << data.draw(st.integers(0, 7))
+        file.write_bytes(content)
+        arrays = GrowingArrays(folder)
+        bad, chunks = arrays.damaged()
+        assert bad.all() == bool(chunks)
+        for name, values in (("x", np.arange(5.0)), ("text", list("01234"))):
+            if not chunks or chunks[0][0] != name:
+                found = arrays.read(name)
+                assert list(found if name == "text" else found[:, 0]) == list(values)
+            else:
+                with pytest.raises(StoreError, match="damaged"):
+                    arrays.read(name)
+        assert list(arrays.read("name")) == ["a", "ß", ""]
+    finally:
+        shutil.rmtree(folder)
+
+
+def record(k, count=2):
+    values = None if k % 4 == 3 else np.full((count, 3), float(k))
+    return Finished(f"s{k}", np.full((count, 1), float(k)), values, "why" * k, 0.1, 1e9)
+
+
+@given(
+    steps=st.lists(st.sampled_from(["append", "reopen", "rotate"]), max_size=12),
+    cut=st.integers(0, 200),
+    flip=st.integers(0, 10_000),
+)
+def test_a_journal_keeps_what_was_appended(steps, cut, flip):
+    folder, count = Path(tempfile.mkdtemp()), 0
+    journal = Journal(folder)
+    opened = [journal]
+    try:
+        for what in steps:
+            if what == "append":
+                journal.append(2 * count, record(count), sync=False)
+                count += 1
+            elif what == "reopen":
+                journal = Journal(folder)  # as after a kill: the one before is not closed
+                opened.append(journal)
+            else:
+                journal.rotate()
+        found = Journal(folder).read(0)
+        assert len(found) == count
+        for k, one in enumerate(found):
+            for own, other in zip(one, record(k), strict=True):
+                np.testing.assert_array_equal(own, other)
+        assert len(Journal(folder).read(4)) == max(0, count - 2)
+        files = sorted(folder.glob("journal-*"))
+        if files:  # of the last file, only the records that are whole remain
+            content = files[-1].read_bytes()
+            files[-1].write_bytes(content[: max(0, len(content) - cut)])
+            left = Journal(folder).read(0)
+            assert [one.setting for one in left] == [f"s{k}" for k in range(len(left))]
+            damaged = bytearray(content)
+            damaged[flip % len(content)] ^= 4
+            files[-1].write_bytes(damaged)
+            known = {record(k).setting: record(k) for k in range(count)}
+            for one in Journal(folder).read(0):
+                np.testing.assert_array_equal(one.inputs, known[one.setting].inputs)
+    finally:
+        for journal in opened:
+            journal.rotate()
+        shutil.rmtree(folder)

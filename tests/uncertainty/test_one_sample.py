@@ -98,7 +98,7 @@ def test_other_errors_stay_what_they_are(response, error):
     assert "samplewise" not in str(caught.value)
 
 
-@pytest.mark.parametrize("scalar", [lambda h: max(h, 0.0)], ids=["max"])
+@pytest.mark.parametrize("scalar", [lambda h: max(h, 0.0), math.fabs], ids=["max", "fabs"])
 def test_a_builder_of_one_mechanism_is_recognized(scalar):
     def falling(height, mass):
         body = fb.PointMass(mass=mass, position=(0.0, scalar(height)))

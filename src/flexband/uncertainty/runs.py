@@ -24,6 +24,7 @@ from flexband.uncertainty.evaluations import evaluations, setting
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
+from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
@@ -320,4 +321,11 @@ class Level:
         method, space = getattr(self.response, name, None), self.runs.space
         if not callable(method):
             return default
-        return method(**space.arguments_at(*space.nominal()))
+        arguments = space.arguments_at(*space.nominal())
+        try:
+            return method(**arguments)
+        except Exception as error:
+            scalar = of_one_sample(self.response, arguments, error)
+            if scalar is None:
+                raise
+            raise scalar from error

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, numbers, positive, shown
+from flexband.errors import InputError, finite, instance, numbers, positive, shown
 from flexband.models.extras import extra
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
 from flexband.models.one_by_one import ModelError, OneByOne
@@ -70,6 +70,7 @@ class FMU(OneByOne):
     checksum: str = field(init=False, default="")
 
     def __post_init__(self) -> None:
+        instance("FMU path", self.path, str | os.PathLike, "the path of a file")
         path = os.path.abspath(os.fspath(self.path))
         if not os.path.isfile(path):
             raise InputError(f"FMU path must be a file that exists; got {shown(self.path)}")

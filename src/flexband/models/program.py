@@ -75,7 +75,7 @@ class ExternalProgram(OneByOne):
     keep: str | os.PathLike[str] | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.command, str | bytes | os.PathLike) or not self.command:
+        if not isinstance(self.command, list | tuple) or not self.command:
             raise InputError(
                 "command must be a list of the program and its arguments, such as "
                 f"['solver', 'input.txt']; got {shown(self.command)}"
@@ -99,6 +99,9 @@ class ExternalProgram(OneByOne):
             raise InputError(
                 "command, files or standard_input must have a placeholder, such as ${length}"
             )
+        kind = inspect.Parameter.KEYWORD_ONLY
+        signature = inspect.Signature([inspect.Parameter(name, kind) for name in self.names])
+        object.__setattr__(self, "__signature__", signature)  # of the instance, not of the class
 
     @cached_property
     def names(self) -> list[str]:
@@ -115,11 +118,6 @@ class ExternalProgram(OneByOne):
         )
         files = tuple(sorted(self.files.items()))
         return self.command, content, files, self.standard_input, self.read
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        kind = inspect.Parameter.KEYWORD_ONLY
-        return inspect.Signature([inspect.Parameter(name, kind) for name in self.names])
 
     @cached_property
     def _templates(self) -> dict[tuple[str, object], Template]:

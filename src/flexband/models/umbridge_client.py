@@ -98,6 +98,9 @@ class UMBridgeModel(OneByOne):
         for name, value in own.items():
             object.__setattr__(self, name, value)
         self._check_sizes()
+        kind = inspect.Parameter.KEYWORD_ONLY
+        signature = inspect.Signature([inspect.Parameter(name, kind) for name in self.inputs])
+        object.__setattr__(self, "__signature__", signature)  # of the instance, not of the class
 
     def _check_sizes(self) -> None:
         if len(self.inputs) != sum(self.input_sizes):
@@ -126,11 +129,6 @@ class UMBridgeModel(OneByOne):
     @property
     def _times(self) -> tuple[float, ...]:
         return self.times  # pyright: ignore[reportReturnType]
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        kind = inspect.Parameter.KEYWORD_ONLY
-        return inspect.Signature([inspect.Parameter(name, kind) for name in self.inputs])
 
     def sample(self, **values: Any) -> xr.DataArray:
         """Return the outputs of one evaluation.

@@ -65,6 +65,7 @@ def test_a_finished_study_is_not_run_again(file, tmp_path):
     assert made == 9 + 1 + 4
     again = call("run", file, "-o", out, "--verify", 4)
     assert "has this result already: no run was made" in again
+    assert "Outputs of 10 runs take 8e-05 MB." in first
     assert "sum: improved PCCI (2, 2), 10 runs" in first
     assert "sum: improved PCCI (2, 2), 10 runs" in again
     assert "has this result already" in call("resume", out)
@@ -96,6 +97,7 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     refused = call("run", file, "-o", out, status=1)
     assert "has runs of another response: the code or the data of the response changed" in refused
     assert "--insist" in refused
+    assert "--replace" in refused
     assert (out / "study.json").read_bytes() == before
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
     assert float(bands(out)["mean"].sel(bound="upper")) == pytest.approx(5.0 + 0.04, abs=1e-12)

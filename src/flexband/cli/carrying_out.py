@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 import time
@@ -25,7 +26,7 @@ from flexband.cli.messages import (
 )
 from flexband.cli.plan import Plan
 from flexband.cli.progress import Progress, progress_bars
-from flexband.errors import RunError, RunsNeeded
+from flexband.errors import RunError, RunsNeeded, free_memory
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder, this_process
@@ -46,18 +47,32 @@ class Course:
         self.folder, self.about = folder, about
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
+        self.sized = False
 
     def __call__(self, done: int, total: int) -> None:
         """Take progress: the first call comes when the store has been opened."""
         new = self.about["total"] != total
         self.about |= {"done": done, "total": total}
         self.bar(done, total)
+        if not self.sized:
+            self.tell_size(total)
         now = time.monotonic()
         if new or done == total or now > self.written + PERIOD:
             self.written = now
             self.write("running")
         goes_on = f"`flexband resume {shlex.quote(str(self.folder.path))}` goes on"
         Ending.stopped = f"flexband: stopped; {goes_on}"
+
+    def tell_size(self, total: int) -> None:
+        """Tell how much memory the outputs take, once the store knows the size of one run's."""
+        outputs = GrowingArrays(self.folder.runs).arrays.get("outputs")
+        if outputs is None:
+            return
+        self.sized = True
+        size = 8e-6 * total * math.prod(outputs.shape[1:])
+        print_text(f"Outputs of {total} runs take {size:.3g} MB.", error=True)
+        if size > 1e-6 * free_memory():
+            print_remark(f"only {1e-6 * free_memory():.3g} MB of memory are free")
 
     def write(self, state: str, **more: Any) -> None:
         """Write study.json; print a remark, once, if that fails: the study goes on."""

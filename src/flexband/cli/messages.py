@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 
-from flexband.errors import FlexbandWarning, InputError, RunError, StoreError
+from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, StoreError
 
 ERROR, DOUBTFUL, WAITING, STOPPED = 1, 3, 4, 130
 """Exit statuses besides 0, done, and 2, wrong usage: an error; finished, but the result does not
@@ -64,7 +64,7 @@ def reported_errors() -> Iterator[None]:
 
 def in_words(error: BaseException) -> str:
     """Return an error as text; for one that flexband did not raise, with its place."""
-    if isinstance(error, InputError | RunError | StoreError | OSError):
+    if isinstance(error, InputError | RunError | StoreError | RunsNeeded | OSError):
         return str(error)
     if isinstance(error, SystemExit):
         return f"the study called sys.exit({error.code!r})"

@@ -12,6 +12,9 @@ from rich.console import Console
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
 
+LOOKED_UP = 0.2
+"""Time [s] in which runs of a store are looked up: it tells nothing about the time left."""
+
 Progress = Callable[[int, int], object]
 
 
@@ -44,8 +47,8 @@ class _Lines:
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        if self.first is None:
-            self.first, self.begin = done, now
+        if self.first is None or now < self.begin + LOOKED_UP:
+            self.first, self.begin = done, self.begin if self.first is not None else now
         self.batches += done > self.first
         if self.batches > 1 and now < self.told + PERIOD and done < total:
             return

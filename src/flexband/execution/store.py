@@ -109,7 +109,8 @@ class Owner(NamedTuple):
             changed = " and ".join(WORDS[name] for name in differ) + f" ({told})" * bool(told)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
-                f"Take another folder{insist * ('inputs' not in differ)}"
+                "Take another folder, or delete its runs (--replace)"
+                f"{insist * ('inputs' not in differ)}"
             )
 
 

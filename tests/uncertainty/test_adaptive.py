@@ -544,3 +544,9 @@ def test_the_place_where_a_response_is_not_smooth_is_named():
     assert told.endswith("in gap")
     place = float(re.search(r"gap = (\S+):", told)[1])
     assert abs(place - 0.3) < 0.25  # a held-out run next to it
+
+
+def test_one_run_alone_can_be_held_out():
+    # the bounds of an output that does not depend on the random input rest in one place
+    response = honesty_response("quick return", 4000003)
+    bands = fb.propagate(*response, fb.AdaptivePCCI())

@@ -62,8 +62,9 @@ class _Walk:
         self.hash = hashlib.sha256()
         self.seen: dict[int, int] = {}
         self.kept: list[object] = []  # an object that was freed could give its number to another
-        while isinstance(response, functools.partial):
-            response = response.func
+        while isinstance(response, functools.partial) or hasattr(response, "__wrapped__"):
+            partial = isinstance(response, functools.partial)
+            response = response.func if partial else response.__wrapped__
         self.package = str(getattr(response, "__module__", "")).partition(".")[0]
 
     def text(self, *words: object) -> None:

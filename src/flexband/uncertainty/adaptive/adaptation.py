@@ -212,12 +212,11 @@ class Adaptation:
 def _succeeded(runs: Runs, needed: int) -> Runs:
     """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
     good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
-    failed = np.flatnonzero(~good[:needed])
-    left = int(good[needed:].sum())
-    if len(failed) or (needed < len(good) and left < FEWEST_HELD):
-        which = (
-            f"{len(failed)} of {needed} runs that are fitted" if len(failed) else "held-out runs"
-        )
+    failed, held = np.flatnonzero(~good[:needed]), good[needed:]
+    few = needed and held.sum() < min(FEWEST_HELD, len(held))
+    if len(failed) or few:
+        fitted = f"{len(failed)} of {needed} runs that are fitted"
+        which = fitted if len(failed) else "most of the held-out runs"
         raise RunError(
             f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "
             "scanning methods go on without them",

@@ -26,6 +26,8 @@ from scipy.special import ndtri
 import flexband as fb
 from flexband.report.tables import remarks
 from flexband.study.comparison import relative_error
+from flexband.uncertainty.adaptive.adaptation import succeeded
+from flexband.uncertainty.adaptive.fits import Runs
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.expansions.expansion import Extremes
@@ -546,7 +548,13 @@ def test_the_place_where_a_response_is_not_smooth_is_named():
     assert abs(place - 0.3) < 0.25  # a held-out run next to it
 
 
-def test_one_run_alone_can_be_held_out():
-    # the bounds of an output that does not depend on the random input rest in one place
-    response = honesty_response("quick return", 4000003)
-    bands = fb.propagate(*response, fb.AdaptivePCCI())
+def test_only_runs_that_fail_are_left_out_of_those_held_out():
+    values = np.array([1.0, 2.0, np.nan]).reshape(3, 1, 1)
+    runs = Runs(np.zeros((3, 0)), np.arange(3.0)[:, None], values)
+    one = Runs(*(v[:1] for v in runs))
+    np.testing.assert_array_equal(succeeded(one, 0).values, one.values)  # bounds at one place
+    np.testing.assert_array_equal(succeeded(runs, 0).values, values[:2])
+    with pytest.raises(fb.RunError, match="most of the held-out runs"):
+        succeeded(runs, 1)
+    with pytest.raises(fb.RunError, match="1 of 3 runs that are fitted"):
+        succeeded(runs, 3)

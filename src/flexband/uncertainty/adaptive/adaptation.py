@@ -74,7 +74,7 @@ class Adaptation:
         runs = Runs(xi, eta, series(values))
         if len(known[0]):
             runs += Runs(known[0], known[1], known[2].reshape(-1, *runs.values.shape[1:]))
-        runs = _succeeded(runs, count)
+        runs = succeeded(runs, count)
         self.generic = len(runs.values) - count
         self.fitted = Runs(*(v[:count] for v in runs))
         self.held = Runs(*(v[count:] for v in runs))
@@ -176,7 +176,7 @@ class Adaptation:
         return True
 
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> Runs:
-        return _succeeded(Runs(xi, eta, series(self.evaluate(xi, eta))), needed)
+        return succeeded(Runs(xi, eta, series(self.evaluate(xi, eta))), needed)
 
     def discretization(self) -> dict[str, np.ndarray]:
         """Return the error that is due to each part of the discretization.
@@ -192,7 +192,7 @@ class Adaptation:
             try:
                 for name, response in refinements(self.evaluate).items():
                     finer = Runs(few[0], few[1], series(response(*few)))
-                    self.finer[name] = _succeeded(finer, len(few[0])).values
+                    self.finer[name] = succeeded(finer, len(few[0])).values
             except RunError as error:
                 if getattr(self.evaluate, "left_out", []):
                     raise
@@ -209,7 +209,7 @@ class Adaptation:
         return self.of_finer
 
 
-def _succeeded(runs: Runs, needed: int) -> Runs:
+def succeeded(runs: Runs, needed: int) -> Runs:
     """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
     good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
     failed, held = np.flatnonzero(~good[:needed]), good[needed:]

@@ -1,0 +1,90 @@
+"""What a store and worker processes cost: three measurements, each in alternating runs.
+
+The slider–crank of the paper with and without a store, for several numbers of runs that are
+recorded together; trivial responses without a store; a response of 20 ms in one and two processes.
+"""
+
+from __future__ import annotations
+
+import runpy
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from harness import ROOT, alternate, medians, options, report
+
+import flexband as fb
+from flexband.uncertainty import evaluations
+
+INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+
+
+def seconds(study: Callable[..., object], *, stored: bool = False, together: int = 64) -> float:
+    """Return the wall time of a study [s]."""
+    evaluations.RECORDED_TOGETHER = together
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        study(store=folder if stored else None)
+        return time.perf_counter() - begin
+
+
+def trivial(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return one number per sample."""
+    return a * b
+
+
+def slow(a: float, b: float) -> float:
+    """Take 20 ms."""
+    end = time.perf_counter() + 0.02
+    while time.perf_counter() < end:
+        pass
+    return a * b
+
+
+def main() -> None:
+    chosen = options(__doc__, 10_000)
+    points = 10
+    example = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
+    scan = fb.LHSScanning(max(2, chosen.samples // points), points)
+    crank = partial(fb.propagate, example["response"], example["inputs"], fb.LHSScanning(10, 2))
+    crank()  # compile
+    crank = partial(fb.propagate, example["response"], example["inputs"], scan)
+    quick = partial(fb.propagate, trivial, INPUTS, fb.LHSScanning(100_000, 10))
+    scan = fb.LHSScanning(20, 10)
+    single = partial(fb.propagate, fb.samplewise(slow), INPUTS, scan)
+    raw = alternate(
+        {
+            "slider–crank": partial(seconds, crank),
+            "slider–crank, 64 together": partial(seconds, crank, stored=True),
+            "slider–crank, 512 together": partial(seconds, crank, stored=True, together=512),
+            "1 000 000 trivial runs": partial(seconds, quick),
+            "200 runs of 20 ms, one process": partial(
+                seconds, partial(single, executor=fb.Processes(1))
+            ),
+            "200 runs of 20 ms, two processes": partial(
+                seconds, partial(single, executor=fb.Processes(2))
+            ),
+        },
+        chosen.repeats,
+    )
+    measured = medians(raw)
+    plain, few, many, quickly, one, two = measured.values()
+    report(
+        chosen.output,
+        "store",
+        ["case", "value"],
+        [
+            *([name, f"{value:.2f} s"] for name, value in measured.items()),
+            ["a store with 64 together adds", f"{100 * (few / plain - 1):.1f} %"],
+            ["a store with 512 together adds", f"{100 * (many / plain - 1):.1f} %"],
+            ["trivial runs in a second", f"{1e6 / quickly:.0f}"],
+            ["two processes are faster by", f"{one / two:.2f}"],
+        ],
+        raw,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -64,7 +64,7 @@ class _Walk:
         self.kept: list[object] = []  # an object that was freed could give its number to another
         while isinstance(response, functools.partial) or hasattr(response, "__wrapped__"):
             partial = isinstance(response, functools.partial)
-            response = response.func if partial else response.__wrapped__
+            response = getattr(response, "func" if partial else "__wrapped__")
         self.package = str(getattr(response, "__module__", "")).partition(".")[0]
 
     def text(self, *words: object) -> None:

@@ -28,8 +28,9 @@ from flexband.cli.plan import Plan
 from flexband.cli.progress import Progress, progress_bars
 from flexband.errors import RunError, RunsNeeded, free_memory
 from flexband.execution.growing import GrowingArrays
+from flexband.execution.lock import this_process
 from flexband.execution.store import Store
-from flexband.study.folder import StudyFolder, this_process
+from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
 from flexband.study.points import Points
 from flexband.study.study import Study

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from pathlib import Path
 from weakref import WeakSet
 
@@ -15,6 +16,10 @@ else:
     import msvcrt
 
 
+WAITING = 0.5
+"""Time [s] in which a lock that another process only looked at is free again."""
+
+
 class Lock:
     """An open file that the system locks for this process; its text tells the process and host.
 
@@ -22,8 +27,10 @@ class Lock:
     at once: it would hold the lock after the end of its parent.
     """
 
-    def __init__(self, folder: Path):
-        """Take the folder.
+    def __init__(self, folder: Path, name: str = "lock"):
+        """Take the folder, by a file of this name.
+
+        Another process that only looks whether it is locked is waited for.
 
         Raises
         ------
@@ -32,11 +39,12 @@ class Lock:
         OSError
             If the file cannot be written to.
         """
-        self._handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)
+        self._handle = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o666)
         holder = folder / "holder"
-        try:
-            _lock(self._handle)
-        except OSError:
+        end = time.monotonic() + WAITING
+        while not (mine := _locked(self._handle)) and time.monotonic() < end:
+            time.sleep(WAITING / 20)
+        if not mine:
             self.release()
             try:
                 who = holder.read_text(encoding="utf-8")
@@ -44,7 +52,7 @@ class Lock:
                 who = "another process"
             raise StoreError(f"{folder} is in use by {who}") from None
         try:
-            holder.write_text(this_process(), encoding="utf-8")
+            holder.write_bytes(this_process().encode())
         except BaseException:
             self.release()
             raise
@@ -58,6 +66,18 @@ class Lock:
             os.close(handle)
 
 
+def is_locked(file: Path) -> bool:
+    """Return whether a process has the folder of this file."""
+    try:
+        handle = os.open(file, os.O_RDWR)
+    except OSError:  # there is none, or it may only be read
+        return False
+    try:
+        return not _locked(handle)
+    finally:
+        os.close(handle)
+
+
 def this_process() -> str:
     """Return in words which process on which host this is."""
     return f"process {os.getpid()} on {socket.gethostname()}"
@@ -66,11 +86,16 @@ def this_process() -> str:
 _locks: WeakSet[Lock] = WeakSet()
 
 
-def _lock(handle: int) -> None:
-    if os.name == "posix":
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    else:
-        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # pyright: ignore
+def _locked(handle: int) -> bool:
+    """Lock an open file; return whether that succeeded."""
+    try:
+        if os.name == "posix":
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # pyright: ignore
+    except OSError:
+        return False
+    return True
 
 
 def _close_in_child() -> None:

@@ -7,9 +7,7 @@ nothing is left to do. Whoever writes it holds the lock of the folder.
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import socket
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import google_crc32c
-from filelock import FileLock, Timeout
 
 from flexband.errors import StoreError
+from flexband.execution.lock import Lock, is_locked
 from flexband.execution.store import RUNS
 from flexband.files import replaced
 
@@ -30,9 +28,6 @@ FILE = "study.json"
 
 LOCKS = ("study.lock", "lock")
 """Those of the command line, and of the store."""
-
-WAITING = 1.0
-"""Time [s] in which a lock that another process only looked at is free again."""
 
 
 @dataclass(frozen=True)
@@ -84,36 +79,21 @@ class StudyFolder:
 
         `kept` is whether the file of the lock stays.
         """
-        lock = FileLock(self.path / LOCKS[0], timeout=WAITING)
         try:
-            lock.acquire()
-        except Timeout:
-            about = self.read()
-            running = about.get("state") == "running"
-            holder = about["process"] if running else "another process"
-            raise StoreError(f"{self.path} is in use by {holder}") from None
+            lock = Lock(self.path, LOCKS[0])
         except OSError as error:
             raise StoreError(f"{self.path} must be a folder to write to; got {error}") from None
         try:
             yield
         finally:
             if not kept and not (self.path / FILE).exists():
-                Path(lock.lock_file).unlink(missing_ok=True)
+                (self.path / LOCKS[0]).unlink(missing_ok=True)
+                (self.path / "holder").unlink(missing_ok=True)
             lock.release()
 
     def in_use(self) -> bool:
         """Return whether a process holds the folder."""
-        for name in LOCKS:
-            if (self.path / name).exists():
-                lock = FileLock(self.path / name, timeout=0)
-                try:
-                    lock.acquire()
-                except Timeout:
-                    return True
-                except OSError:  # a folder that may only be read
-                    continue
-                lock.release()
-        return False
+        return any(is_locked(self.path / name) for name in LOCKS)
 
     def delete_runs(self) -> None:
         """Delete the recorded runs and study.json."""
@@ -131,8 +111,3 @@ class StudyFolder:
             return self.signed([self.path / name for name in signed]) == signed
         except OSError:
             return False
-
-
-def this_process() -> str:
-    """Return this process and its host as text."""
-    return f"process {os.getpid()} on {socket.gethostname()}"

@@ -47,7 +47,7 @@ def main() -> None:
     chosen = options(__doc__, 10_000)
     points = 10
     example = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
-    scan = fb.LHSScanning(max(2, chosen.samples // points), points)
+    scan = fb.LHSScanning(max(2, chosen.samples // points**2), points)
     crank = partial(fb.propagate, example["response"], example["inputs"], fb.LHSScanning(10, 2))
     crank()  # compile
     crank = partial(fb.propagate, example["response"], example["inputs"], scan)

@@ -33,7 +33,7 @@ from flexband.uncertainty.reuse import texts
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
 
-RECORDED_TOGETHER = 64
+RECORDED_TOGETHER = 512
 """Most runs in one call of a response whose runs are recorded: so many may be lost."""
 
 HALVINGS = 3

@@ -104,9 +104,11 @@ def test_a_killed_study_leaves_no_workers_and_no_lock(tmp_path):
     wait_until(lambda: len(runs_of(log)) >= 2 * BATCH)
     process.kill()
     process.join()
-    os.kill(int(pid.read_text()), 0)  # it lives
-    found = study(tmp_path / "s", log)
-    os.kill(int(pid.read_text()), signal.SIGKILL)
+    try:
+        os.kill(int(pid.read_text()), 0)  # it lives
+        found = study(tmp_path / "s", log)
+    finally:
+        os.kill(int(pid.read_text()), signal.SIGKILL)
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
 
 

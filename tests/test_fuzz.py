@@ -65,6 +65,9 @@ OWN = {
     ("PrescribedPath", "y"): np.cos,
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
+    ("elsewhere", "name"): "a",
+    ("elsewhere", "outputs"): ["y"],
+    ("elsewhere", "times"): (0.0, 1.0),
     **{("Weibull", name): 2.0 for name in ("scale", "shape")},
     **{("Beta", name): 2.0 for name in ("alpha", "beta")},
     **{
@@ -122,7 +125,12 @@ def choice(option, other):
     return fb.Choice(option, other)
 
 
-CALLABLES = dict(callables()) | {"Choice": choice}
+def elsewhere(name, outputs, times):
+    """Return a model that runs elsewhere, whose inputs have no names."""
+    return fb.elsewhere(name, outputs=outputs, times=times)
+
+
+CALLABLES = dict(callables()) | {"Choice": choice, "elsewhere": elsewhere}
 
 
 def parameters(name):

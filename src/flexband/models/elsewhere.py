@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn
 
@@ -93,8 +93,8 @@ def elsewhere(
     return Elsewhere(names, own, tuple(steps.tolist()))
 
 
-def _texts(outputs: Iterable[str]) -> tuple[str, ...]:
-    found = () if isinstance(outputs, str) else tuple(outputs)
+def _texts(outputs: Any) -> tuple[str, ...]:
+    found = tuple(outputs) if isinstance(outputs, list | tuple | np.ndarray) else ()
     if not found or not all(isinstance(one, str) and one for one in found):
         raise InputError(f"outputs must be names such as ['force', 'wear']; got {shown(outputs)}")
     return found

@@ -192,7 +192,7 @@ def test_nothing_but_an_input_error_comes_out(name, tmp_path, monkeypatch):
         return
 
     @settings(
-        suppress_health_check=list(HealthCheck), max_examples=8 + 4 * len(names), database=None
+        suppress_health_check=list(HealthCheck), max_examples=6 + 2 * len(names), database=None
     )
     @given(st.dictionaries(st.sampled_from(names), VALUES, min_size=1, max_size=2))
     def refuses(changes):

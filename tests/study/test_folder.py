@@ -145,7 +145,7 @@ def wait_until(happened, seconds=60.0):
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 def test_a_study_that_is_stopped_goes_on(file, tmp_path):
     out, log = tmp_path / "out", file.with_name("log")
-    file.write_text(STUDY.replace("PAUSE", "0.4"), encoding="utf-8")
+    file.write_text(STUDY.replace("PAUSE", "0.25"), encoding="utf-8")
     with started(file, "run", file, "-o", "out", "--verify", 0) as process:
         wait_until(lambda: log.exists() and runs_made(file) > 0)
         state = state_of(out)

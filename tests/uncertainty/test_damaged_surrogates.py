@@ -93,7 +93,7 @@ def test_damaged_files_are_refused_or_equal(kind, tmp_path_factory):
     folder = tmp_path_factory.mktemp("damaged")
     content = saved(kind)
 
-    @settings(max_examples=12, deadline=None, database=None)
+    @settings(max_examples=6, deadline=None, database=None)
     @given(st.data())
     def check(data):
         surrogate = loaded(damaged(content, data), folder)
@@ -112,7 +112,7 @@ def test_files_with_other_inputs_are_refused_or_can_be_evaluated(kind, tmp_path_
     about = json.loads(str(np.load(io.BytesIO(parts["about.npy"]))))
     places = [path for path in paths(about) if {"inputs", "given"} & set(path)]
 
-    @settings(max_examples=12, deadline=None, database=None)
+    @settings(max_examples=6, deadline=None, database=None)
     @given(st.sampled_from(places), st.sampled_from(VALUES))
     def check(place, value):
         record = npy(np.array(json.dumps(replaced(about, place, value))))

@@ -21,6 +21,7 @@ from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.evaluation import (
     aligned,
     check_labels,
+    coordinates,
     explained,
     labelled,
     not_finite,
@@ -269,11 +270,8 @@ class Evaluated:
         assert self.labels is not None
         if self.values is None:
             empty = np.full((len(self._known), *self.labels.shape[1:]), np.nan)
-            coords = {k: c for k, c in self.labels.coords.items() if "sample" not in c.dims}
-            self.values = self.labels[:0].copy()
-            self.values = xr.DataArray(
-                empty, coords, self.labels.dims, self.labels.name, self.labels.attrs
-            )
+            own = self.labels
+            self.values = xr.DataArray(empty, coordinates(own), own.dims, own.name, own.attrs)
         self.values.values[runs] = values
         self._known[runs] = True
 

@@ -179,7 +179,7 @@ class Runs:
         """Keep runs that succeeded; of the first ones, one is made again."""
         if not self.calls:
             self._repeat(response, *call)
-        good = np.isfinite(call[2].reshape(len(call[2]), -1)).all(axis=1)
+        good = _succeeded(call[2])
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]
         own = [calls for kept, calls in self.calls if kept is response]
@@ -198,7 +198,7 @@ class Runs:
         record, stored = self.evaluations.record, self.stored
         if getattr(response, "elsewhere", False):
             return
-        good = np.asarray(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+        good = _succeeded(values)
         old = np.zeros(0, int) if stored is None else stored[good[stored]]
         if record is not None and len(old):
             if not record.confirmed:
@@ -276,6 +276,11 @@ class Runs:
         parts = zip(*calls, strict=True)
         xi, eta, values = (p[0] if len(p) == 1 else np.concatenate(p) for p in parts)
         return without_effect(self.space, (xi, eta), values)
+
+
+def _succeeded(values: np.ndarray) -> np.ndarray:
+    """Return which runs did not fail."""
+    return np.asarray(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
 
 
 class Level:

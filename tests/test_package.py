@@ -39,7 +39,6 @@ ROOMS = [
     "models",
     "uncertainty.expansions",
     "uncertainty.inputs",
-    "uncertainty.reuse",
     "uncertainty.evaluations",
     "uncertainty.phases",
     "uncertainty.surrogates",

@@ -116,7 +116,7 @@ def test_both_copies_damaged_are_refused(damage, copied):
 
 def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkeypatch):
     flip(copied / "runs.zarr" / "outputs" / "c" / "0" / "0")
-    write, left = growing._write_together, [0]
+    write, left = growing.write_synced, [0]
 
     def stopping(files):
         if current_thread() is main_thread():
@@ -125,7 +125,7 @@ def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkey
                 raise KeyboardInterrupt
         write(files)
 
-    monkeypatch.setattr(growing, "_write_together", stopping)
+    monkeypatch.setattr(growing, "write_synced", stopping)
     for count in range(1, 20):
         left[0] = count
         with warnings.catch_warnings(), suppress(KeyboardInterrupt):
@@ -284,7 +284,7 @@ def test_a_full_disk_costs_no_results(tmp_path):
 @pytest.mark.parametrize("seed", range(2))
 def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch):
     random = np.random.default_rng(seed)
-    write, append = growing._write_together, Journal.append
+    write, append = growing.write_synced, Journal.append
 
     def writing(files):
         if random.random() < 0.5:
@@ -298,7 +298,7 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
 
     def progress(done, total):
         if done == 4:
-            monkeypatch.setattr(growing, "_write_together", writing)
+            monkeypatch.setattr(growing, "write_synced", writing)
             monkeypatch.setattr(Journal, "append", appending)
             monkeypatch.setattr("flexband.execution.record.PERIOD", 0.002)
 

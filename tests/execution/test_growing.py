@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexband.errors import StoreError
-from flexband.execution import growing
-from flexband.execution.growing import Array, GrowingArrays
+from flexband.execution import chunks, growing
+from flexband.execution.chunks import Array
+from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Finished, Journal
 
 STEPS = st.lists(
@@ -36,8 +37,8 @@ def begun(folder):
 @given(steps=STEPS, rows=st.integers(1, 7))
 def test_arrays_keep_what_was_appended(steps, rows):
     folder, expected = Path(tempfile.mkdtemp()), []
-    before, write = growing.ROWS, growing._write_together
-    growing.ROWS = rows
+    before, write = chunks.ROWS, growing.write_synced
+    chunks.ROWS = rows
     try:
         arrays = begun(folder)
         for what, number in steps:
@@ -57,10 +58,10 @@ def test_arrays_keep_what_was_appended(steps, rows):
                         raise OSError
                     write(files)
 
-                growing._write_together = failing
+                growing.write_synced = failing
                 with pytest.raises(OSError):  # noqa: PT011
                     append(arrays, [(-1.0, "other")] * (number + 1))
-                growing._write_together = write
+                growing.write_synced = write
         for one in (arrays, GrowingArrays(folder)):
             assert one.runs == len(expected)
             np.testing.assert_array_equal(one.read("x")[:, 1], [x for x, _ in expected])
@@ -71,7 +72,7 @@ def test_arrays_keep_what_was_appended(steps, rows):
             assert list(found["text"].values) == [text for _, text in expected]
             np.testing.assert_array_equal(found["x"][:, 2], [x for x, _ in expected])
     finally:
-        growing.ROWS, growing._write_together = before, write
+        chunks.ROWS, growing.write_synced = before, write
         shutil.rmtree(folder)
 
 

@@ -332,3 +332,10 @@ def test_extrapolation_of_a_field_of_one_term_is_warned_of():
     surrogate = fb.expand(lambda f: f(np.array([0.5]))[:, 0], inputs, fb.PCCI(1, 0))
     with pytest.warns(fb.FlexbandWarning, match=r"f \(ξ = 7\) is beyond its runs"):
         surrogate.evaluate(f=np.array([[7.0]]))
+
+
+@pytest.mark.parametrize("expansion", [fb.karhunen_loeve, fb.orthogonal_series])
+@pytest.mark.parametrize("length", [1e-300, 1e-310, 1e-3])
+def test_a_length_that_polynomials_cannot_follow_is_refused(expansion, length):
+    with pytest.raises(fb.InputError, match="too short for"):
+        expansion(fb.exponential, length, (0.0, 1.0), 12)

@@ -34,8 +34,8 @@ from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
 from flexband.study.points import Points
 from flexband.study.study import Study
-from flexband.uncertainty.evaluations import evaluations
-from flexband.uncertainty.reuse import located
+from flexband.uncertainty.evaluations.evaluations import evaluations
+from flexband.uncertainty.evaluations.reuse import located
 
 PERIOD = 0.5
 """Time [s] between two writings of study.json."""

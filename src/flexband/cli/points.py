@@ -21,7 +21,7 @@ from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder
 from flexband.study.points import Points
 from flexband.study.study import Study
-from flexband.uncertainty.evaluations import evaluations
+from flexband.uncertainty.evaluations.evaluations import evaluations
 
 
 @app.command()

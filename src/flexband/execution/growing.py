@@ -7,132 +7,29 @@ knows of it is written again. Chunks end with a checksum, so that damaged ones a
 not an entry of a run, and could not be made again, is written twice.
 
 The format is written here, since Zarr's own library neither syncs nor changes several arrays at
-once, and takes several milliseconds for each change. See zarr-specs.readthedocs.io, version 3.
+once, and takes several milliseconds for each change.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import struct
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import google_crc32c
 import numpy as np
 
-from flexband.errors import InputError, StoreError
+from flexband.errors import StoreError
+from flexband.execution.chunks import CODES, Array
+from flexband.execution.synced import write_synced
 
 FORMAT = 1
 """Of the store; a program refuses stores with a larger number."""
 
-CHUNK = 1_000_000
-"""Size of the chunks of outputs [bytes], unless a run is larger."""
-
-ROWS = 4096
-"""Most runs in a chunk."""
-
-FILL: dict[str, Any] = {"float64": "NaN", "int64": 0, "int8": 0, "bool": False, "string": ""}
 GROUP, COPY = "zarr.json", "zarr.json.copy"
 """Files of the consolidated metadata."""
-
-EMPTY = struct.pack("<I", 0)
-"""An empty text."""
-
-CODES = {"float64": "<f8", "int64": "<i8", "int8": "|i1", "bool": "|b1"}
-
-
-@dataclass(frozen=True)
-class Array:
-    """What an array is: one with the first dim "run" grows.
-
-    Attributes
-    ----------
-    kind : a key of `FILL`.
-    dims, shape : of all dims, the number of runs left at 0.
-    """
-
-    kind: str
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    attrs: Mapping[str, Any]
-
-    @property
-    def grows(self) -> bool:
-        """Whether there is one entry a run."""
-        return self.dims[:1] == ("run",)
-
-    @cached_property
-    def rows(self) -> int:
-        """Runs in a chunk."""
-        size = 8 * int(np.prod(self.shape[1:], dtype=float))
-        return max(1, min(ROWS, CHUNK // max(1, size))) if self.grows else 0
-
-    @property
-    def chunk(self) -> tuple[int, ...]:
-        """Shape of a chunk."""
-        own = (self.rows, *self.shape[1:]) if self.grows else self.shape
-        return tuple(max(1, n) for n in own)
-
-    def metadata(self, runs: int) -> dict[str, Any]:
-        """Return the content of zarr.json."""
-        shape = (runs, *self.shape[1:]) if self.grows else self.shape
-        numbers = {"name": "bytes", "configuration": {"endian": "little"}}
-        texts = {"name": "vlen-utf8", "configuration": {}}
-        return {
-            "zarr_format": 3,
-            "node_type": "array",
-            "shape": list(shape),
-            "data_type": self.kind,
-            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
-            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
-            "fill_value": FILL[self.kind],
-            "codecs": [texts if self.kind == "string" else numbers, {"name": "crc32c"}],
-            "attributes": dict(self.attrs),
-            "dimension_names": list(self.dims),
-            "storage_transformers": [],
-        }
-
-    @classmethod
-    def of(cls, metadata: Mapping[str, Any]) -> Array:
-        """Return the array of a zarr.json."""
-        dims, shape = tuple(metadata["dimension_names"]), tuple(metadata["shape"])
-        if dims[:1] == ("run",):
-            shape = (0, *shape[1:])
-        return cls(metadata["data_type"], dims, shape, metadata["attributes"])
-
-    def encoded(self, values: np.ndarray) -> bytes:
-        """Return the content of a chunk with these first entries; the others are the fill value."""
-        if self.kind == "string":
-            texts, count = values.ravel(), int(np.prod(self.chunk))
-            known = {text: str(text).encode() for text in set(texts)}
-            framed = {text: struct.pack("<I", len(own)) + own for text, own in known.items()}
-            parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
-            content = b"".join(parts) + EMPTY * (count - len(texts))
-        else:
-            whole = np.full(self.chunk, np.nan if self.kind == "float64" else 0, CODES[self.kind])
-            whole[tuple(map(slice, values.shape))] = values
-            content = whole.tobytes()
-        return content + struct.pack("<I", google_crc32c.value(content))
-
-    def decoded(self, data: bytes) -> np.ndarray:
-        """Return the values of a chunk; raise `ValueError` if it is damaged."""
-        content, checksum = data[:-4], data[-4:]
-        if struct.pack("<I", google_crc32c.value(content)) != checksum:
-            raise ValueError("the checksum is wrong")
-        if self.kind != "string":
-            return np.frombuffer(content, CODES[self.kind]).reshape(self.chunk).copy()
-        texts, place = [], 4
-        for _ in range(struct.unpack("<I", content[:4])[0]):
-            end = place + 4 + struct.unpack("<I", content[place : place + 4])[0]
-            texts.append(content[place + 4 : end].decode())
-            place = end
-        return np.array(texts, dtype=object).reshape(self.chunk)
 
 
 class GrowingArrays:
@@ -187,7 +84,7 @@ class GrowingArrays:
             empty = array.encoded(np.zeros((0, *array.chunk[1:])))
             chunks = range(-(-self.runs // array.rows))
             files |= {self._file(name, chunk, array): empty for chunk in chunks}
-        _write_together(files)
+        write_synced(files)
         self.arrays[name] = array
 
     def append(self, columns: Mapping[str, np.ndarray]) -> None:
@@ -214,7 +111,7 @@ class GrowingArrays:
                     blank.add(file)
                 done += len(part) - used
                 last[name] = part
-        _write_together(files)
+        write_synced(files)
         self.runs += count
         try:
             self.commit()
@@ -238,12 +135,12 @@ class GrowingArrays:
             "consolidated_metadata": consolidated,
         }
         self.attrs["checksum"] = _checksum(found)
-        _write_together(dict.fromkeys([self.folder / file for file in files], _json(found)))
+        write_synced(dict.fromkeys([self.folder / file for file in files], _json(found)))
 
     def finish(self) -> None:
         """Write the metadata of every array, for readers that do not know that of the group."""
         for name, array in self.arrays.items():
-            _write(self.folder / name / "zarr.json", _json(array.metadata(self.runs)))
+            write_synced({self.folder / name / "zarr.json": _json(array.metadata(self.runs))})
 
     def read(self, name: str, runs: np.ndarray | None = None) -> np.ndarray:
         """Return the values of an array, of all or of some runs."""
@@ -265,7 +162,7 @@ class GrowingArrays:
         for chunk in np.unique(runs // array.rows):
             values = self._stored(name, int(chunk))
             values[runs[runs // array.rows == chunk] - chunk * array.rows] = value
-            _write(self._file(name, int(chunk)), array.encoded(values))
+            write_synced({self._file(name, int(chunk)): array.encoded(values)})
         self._last.pop(name, None)
 
     def damaged(self) -> tuple[np.ndarray, list[tuple[str, int]]]:
@@ -291,44 +188,25 @@ class GrowingArrays:
     def clear(self, name: str, chunk: int) -> None:
         """Give all runs of a chunk the fill value."""
         array = self.arrays[name]
-        _write(self._file(name, chunk), array.encoded(np.zeros((0, *array.chunk[1:]))))
+        write_synced({self._file(name, chunk): array.encoded(np.zeros((0, *array.chunk[1:])))})
 
     def _stored(self, name: str, chunk: int) -> np.ndarray:
         file, array = self._file(name, chunk), self.arrays[name]
         try:
-            return _decoded(array, file)
+            return array.decoded(file.read_bytes())
         except (OSError, ValueError, struct.error, IndexError) as error:
             reason = f"{file} is missing or damaged: {error}"
         try:
-            values = _decoded(array, self.folder / name / "copy")
+            values = array.decoded((self.folder / name / "copy").read_bytes())
         except (OSError, ValueError, struct.error, IndexError):
             raise StoreError(reason) from None
-        _write(file, array.encoded(values))
+        write_synced({file: array.encoded(values)})
         return values
 
     def _file(self, name: str, chunk: int, array: Array | None = None) -> Path:
         dims = (array or self.arrays[name]).dims
         places = [chunk, *(0 for _ in dims[1:])][: len(dims)]
         return (self.folder / name / "c").joinpath(*map(str, places))
-
-
-def _decoded(array: Array, file: Path) -> np.ndarray:
-    return array.decoded(file.read_bytes())
-
-
-def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, Any]]:
-    """Return the kind, the stored values and the attributes of a coordinate."""
-    kind = values.dtype.kind
-    if kind in "fiub":
-        own = {"f": "float64", "b": "bool"}.get(kind, "int64")
-        return own, values.astype(CODES[own]), {}
-    if kind in "Mm":
-        since = {"units": "nanoseconds" + " since 1970-01-01" * (kind == "M")}
-        return "int64", values.astype(f"{kind}8[ns]").astype("int64"), since
-    texts = [str(one) for one in values.ravel()]
-    if texts != list(values.ravel()):
-        raise InputError(f"coordinate {name!r} must be numbers, times or texts to be recorded")
-    return "string", np.array(texts, dtype=object).reshape(values.shape), {}
 
 
 def _checksum(found: Mapping[str, Any]) -> int:
@@ -338,46 +216,3 @@ def _checksum(found: Mapping[str, Any]) -> int:
 
 def _json(content: Any) -> bytes:
     return json.dumps(content, sort_keys=True).encode()
-
-
-def _write(file: Path, content: bytes) -> None:
-    """Write a file so that it is there as a whole, or as it was, whatever happens."""
-    _write_together({file: content})
-
-
-def _write_together(files: Mapping[Path, bytes]) -> None:
-    """Write files, each of which is there as a whole, or as it was, whatever happens.
-
-    They are synced at the same time, since a disk does that at once.
-    """
-    partials = {file: file.with_name(f"{file.name}-{uuid4().hex}.partial") for file in files}
-    try:
-        for file, content in files.items():
-            try:
-                partials[file].write_bytes(content)
-            except FileNotFoundError:
-                file.parent.mkdir(parents=True, exist_ok=True)
-                partials[file].write_bytes(content)
-        _together(partials.values())
-        for file, partial in partials.items():
-            partial.replace(file)
-        if os.name == "posix":
-            _together({file.parent for file in files})
-    except OSError:
-        for partial in partials.values():
-            partial.unlink(missing_ok=True)
-        raise
-
-
-def _together(paths: Iterable[Path]) -> None:
-    """Sync files or folders."""
-    with ThreadPoolExecutor(16) as threads:
-        list(threads.map(_sync, paths))
-
-
-def _sync(path: Path) -> None:
-    handle = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.execution.growing import Array, GrowingArrays, described
+from flexband.execution.chunks import Array, described
+from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Finished
 
 LOST, DONE, FAILED, AGAIN = range(4)

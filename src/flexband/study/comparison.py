@@ -18,7 +18,7 @@ from flexband.uncertainty.least_squares import RegressionPCCI
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI, Method
 from flexband.uncertainty.perturbation import PerturbationChebyshev
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
-from flexband.uncertainty.runs import check_runs
+from flexband.uncertainty.runs.budget import check_runs
 from flexband.uncertainty.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 
 ROUND_OFF_SHARE = 1e-10

@@ -10,7 +10,8 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
-from flexband.uncertainty.runs import MOST_RUNS, Runs, check_method, in_cases
+from flexband.uncertainty.runs.budget import MOST_RUNS, check_method
+from flexband.uncertainty.runs.runs import Runs, in_cases
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate

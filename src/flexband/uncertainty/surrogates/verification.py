@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
-from flexband.uncertainty.evaluations import Evaluations, evaluations, setting
+from flexband.uncertainty.evaluations.evaluations import Evaluations, evaluations, setting
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals

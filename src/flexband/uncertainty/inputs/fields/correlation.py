@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from scipy.special import gammaln, kve
@@ -92,6 +93,8 @@ def equidistant(
     start, end = numbers("RandomField domain", domain, 2)
     if start >= end:
         raise InputError(f"RandomField domain must run upwards; got {domain}")
+    if not isfinite(float(end - start) / float(length)):
+        raise InputError(f"RandomField correlation_length {length:g} is too short for {domain}")
     return np.linspace(start, end, whole("RandomField nodes", nodes, 2, MAX_NODES))
 
 

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.fields.correlation import (
     Correlation,
     check_eigenvalues,
@@ -34,6 +35,9 @@ POINTS = 10
 
 CHUNK = 64
 """Positions at which covariances are integrated at once."""
+
+WIDEST = 250.0
+"""Correlation lengths that an element may hold: it takes four Gauss points for each."""
 
 
 def karhunen_loeve(
@@ -79,7 +83,13 @@ def galerkin(
     """Return the expansion in so many polynomials on each element, at least `nodes` in all."""
     x = equidistant(correlation, length, domain, nodes)
     elements = -(-nodes // polynomials)
-    width, count = (x[-1] - x[0]) / length / elements, -(-nodes // elements)
+    width, count = float(x[-1] - x[0]) / length / elements, -(-nodes // elements)
+    if not width <= WIDEST:
+        raise InputError(
+            f"RandomField correlation_length {length:g} is too short for the domain {domain} and "
+            f"nodes={nodes}: {count} polynomials cannot follow {width:.3g} correlation lengths; "
+            f"allowed are {WIDEST:g} for each {polynomials} nodes"
+        )
     at_nodes = correlation_matrix(correlation, length, x)
     check_eigenvalues(np.linalg.eigvalsh(at_nodes))
     basis = Polynomials(elements, count, width)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, TypeVar
@@ -20,7 +19,8 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.execution.store import as_store, versions
-from flexband.uncertainty.evaluations import evaluations, setting
+from flexband.uncertainty.evaluations.evaluations import evaluations, setting
+from flexband.uncertainty.evaluations.reuse import generic_runs, located
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
@@ -29,44 +29,13 @@ from flexband.uncertainty.inputs.repetition import check_repetition, check_store
 from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
-from flexband.uncertainty.reuse import generic_runs, located
+from flexband.uncertainty.runs.budget import check_runs
 from flexband.uncertainty.surrogates.extrapolation import reached
 
 Result = TypeVar("Result")
 
-MOST_RUNS = 1_000_000
-
 MOST_FAILED = 0.05
 """Above this part of runs that failed and were left out, results are not trusted."""
-
-
-def _count(runs: int) -> str:
-    """Return a number of runs as text; a power of ten if it is astronomical."""
-    return str(runs) if runs < 10**12 else f"about 10^{math.log10(runs):.0f}"
-
-
-def check_method(method: object) -> None:
-    """Raise `InputError` if an object is no method."""
-    if isinstance(method, type) or not callable(getattr(method, "solve", None)):
-        name = method.__name__ if isinstance(method, type) else ""
-        told = f"the class {name}: write {name}(…)" if name else repr(method)
-        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {told}")
-
-
-def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: int = 1) -> None:
-    """Raise `InputError` if a method takes more runs; it names what a scan could take instead.
-
-    `count` is the number of combinations of options, each with runs of its own.
-    """
-    runs = count * method.runs(space)
-    if runs > most_runs:
-        advice = getattr(method, "fitting", None)
-        sampled = f". {advice(space, most_runs // count)}" if callable(advice) else ""
-        told = sampled or space.advice_on_fields
-        raise InputError(
-            f"{method!r} would take {_count(runs)} runs, with {space.random_dimension} random and "
-            f"{space.interval_dimension} interval variables; most_runs is {most_runs}{told}"
-        )
 
 
 def in_cases(

@@ -1,0 +1,132 @@
+"""The arrays of a store: their metadata, and their chunks as bytes with a checksum.
+
+See zarr-specs.readthedocs.io, version 3.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import google_crc32c
+import numpy as np
+
+from flexband.errors import InputError
+
+CHUNK = 1_000_000
+"""Size of the chunks of outputs [bytes], unless a run is larger."""
+
+ROWS = 4096
+"""Most runs in a chunk."""
+
+FILL: dict[str, Any] = {"float64": "NaN", "int64": 0, "int8": 0, "bool": False, "string": ""}
+CODES = {"float64": "<f8", "int64": "<i8", "int8": "|i1", "bool": "|b1"}
+
+EMPTY = struct.pack("<I", 0)
+"""An empty text."""
+
+
+@dataclass(frozen=True)
+class Array:
+    """What an array is: one with the first dim "run" grows.
+
+    Attributes
+    ----------
+    kind : a key of `FILL`.
+    dims, shape : of all dims, the number of runs left at 0.
+    """
+
+    kind: str
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    attrs: Mapping[str, Any]
+
+    @property
+    def grows(self) -> bool:
+        """Whether there is one entry a run."""
+        return self.dims[:1] == ("run",)
+
+    @cached_property
+    def rows(self) -> int:
+        """Runs in a chunk."""
+        size = 8 * int(np.prod(self.shape[1:], dtype=float))
+        return max(1, min(ROWS, CHUNK // max(1, size))) if self.grows else 0
+
+    @property
+    def chunk(self) -> tuple[int, ...]:
+        """Shape of a chunk."""
+        own = (self.rows, *self.shape[1:]) if self.grows else self.shape
+        return tuple(max(1, n) for n in own)
+
+    def metadata(self, runs: int) -> dict[str, Any]:
+        """Return the content of zarr.json."""
+        shape = (runs, *self.shape[1:]) if self.grows else self.shape
+        numbers = {"name": "bytes", "configuration": {"endian": "little"}}
+        texts = {"name": "vlen-utf8", "configuration": {}}
+        return {
+            "zarr_format": 3,
+            "node_type": "array",
+            "shape": list(shape),
+            "data_type": self.kind,
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+            "fill_value": FILL[self.kind],
+            "codecs": [texts if self.kind == "string" else numbers, {"name": "crc32c"}],
+            "attributes": dict(self.attrs),
+            "dimension_names": list(self.dims),
+            "storage_transformers": [],
+        }
+
+    @classmethod
+    def of(cls, metadata: Mapping[str, Any]) -> Array:
+        """Return the array of a zarr.json."""
+        dims, shape = tuple(metadata["dimension_names"]), tuple(metadata["shape"])
+        if dims[:1] == ("run",):
+            shape = (0, *shape[1:])
+        return cls(metadata["data_type"], dims, shape, metadata["attributes"])
+
+    def encoded(self, values: np.ndarray) -> bytes:
+        """Return the content of a chunk with these first entries; the others are the fill value."""
+        if self.kind == "string":
+            texts, count = values.ravel(), int(np.prod(self.chunk))
+            known = {text: str(text).encode() for text in set(texts)}
+            framed = {text: struct.pack("<I", len(own)) + own for text, own in known.items()}
+            parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
+            content = b"".join(parts) + EMPTY * (count - len(texts))
+        else:
+            whole = np.full(self.chunk, np.nan if self.kind == "float64" else 0, CODES[self.kind])
+            whole[tuple(map(slice, values.shape))] = values
+            content = whole.tobytes()
+        return content + struct.pack("<I", google_crc32c.value(content))
+
+    def decoded(self, data: bytes) -> np.ndarray:
+        """Return the values of a chunk; raise `ValueError` if it is damaged."""
+        content, checksum = data[:-4], data[-4:]
+        if struct.pack("<I", google_crc32c.value(content)) != checksum:
+            raise ValueError("the checksum is wrong")
+        if self.kind != "string":
+            return np.frombuffer(content, CODES[self.kind]).reshape(self.chunk).copy()
+        texts, place = [], 4
+        for _ in range(struct.unpack("<I", content[:4])[0]):
+            end = place + 4 + struct.unpack("<I", content[place : place + 4])[0]
+            texts.append(content[place + 4 : end].decode())
+            place = end
+        return np.array(texts, dtype=object).reshape(self.chunk)
+
+
+def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, Any]]:
+    """Return the kind, the stored values and the attributes of a coordinate."""
+    kind = values.dtype.kind
+    if kind in "fiub":
+        own = {"f": "float64", "b": "bool"}.get(kind, "int64")
+        return own, values.astype(CODES[own]), {}
+    if kind in "Mm":
+        since = {"units": "nanoseconds" + " since 1970-01-01" * (kind == "M")}
+        return "int64", values.astype(f"{kind}8[ns]").astype("int64"), since
+    texts = [str(one) for one in values.ravel()]
+    if texts != list(values.ravel()):
+        raise InputError(f"coordinate {name!r} must be numbers, times or texts to be recorded")
+    return "string", np.array(texts, dtype=object).reshape(values.shape), {}

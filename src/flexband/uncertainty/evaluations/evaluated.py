@@ -1,0 +1,129 @@
+"""The values of a response at some points: what a call returned, checked run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, RunError
+from flexband.execution.executors import Outcome
+from flexband.uncertainty.inputs.evaluation import (
+    aligned,
+    check_labels,
+    coordinates,
+    explained,
+    labelled,
+    not_finite,
+)
+from flexband.uncertainty.inputs.one_sample import of_one_sample
+from flexband.uncertainty.inputs.space import Response, Space
+
+
+class Evaluated:
+    """The values of a response at some points, as far as they are known.
+
+    Attributes
+    ----------
+    values : DataArray, dims (sample, …), NaN where runs failed; None before the first success.
+    failed : number of each run that failed -> reason.
+    stored : numbers of the runs that were recorded before.
+    """
+
+    def __init__(
+        self,
+        response: Response,
+        space: Space,
+        setting: str,
+        points: tuple[np.ndarray, np.ndarray],
+        labels: xr.DataArray | None,
+    ):
+        self.response, self.space, self.setting, self.points = response, space, setting, points
+        self.labels = labels
+        self.values: xr.DataArray | None = None
+        self.failed: dict[int, str] = {}
+        self.stored = np.zeros(0, int)
+        self._known = np.zeros(len(points[0]), bool)
+        self._numbers: np.ndarray | None = None
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The numbers that a run is recorded with, shape (runs, inputs)."""
+        if self._numbers is None:
+            self._numbers = np.stack(list(self.space.recorded_at(*self.points).values()), axis=1)
+        return self._numbers
+
+    @property
+    def missing(self) -> np.ndarray:
+        """Numbers of the runs that have no values yet."""
+        return np.flatnonzero(~self._known)
+
+    def arguments(self, runs: np.ndarray) -> dict[str, Any]:
+        """Return what the response is called with."""
+        xi, eta = self.points
+        return self.space.arguments_at(xi[runs], eta[runs])
+
+    def take(self, runs: np.ndarray, values: np.ndarray) -> None:
+        """Take the values of runs."""
+        assert self.labels is not None
+        if self.values is None:
+            empty = np.full((len(self._known), *self.labels.shape[1:]), np.nan)
+            own = self.labels
+            self.values = xr.DataArray(empty, coordinates(own), own.dims, own.name, own.attrs)
+        self.values.values[runs] = values
+        self._known[runs] = True
+
+    def leave_out(self, failed: Mapping[int, str]) -> None:
+        """Take runs as failed, for these reasons."""
+        self.failed |= failed
+        self._known[list(failed)] = True
+
+    def judged(
+        self, runs: np.ndarray, outcome: Outcome
+    ) -> tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]:
+        """Return which runs of a call are good and their values, and which failed and why.
+
+        No run is named where an error does not tell which of several failed.
+        """
+        points = tuple(v[runs] for v in self.points)
+        error, value, bad = outcome.error, outcome.value, {}
+        if isinstance(error, RunError) and error.results is not None:
+            value = error.results
+            bad = {int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()}
+        elif error is not None:
+            scalar = None  # once it has returned values for arrays, it is none
+            if self.labels is None:
+                scalar = of_one_sample(self.response, self.arguments(runs), error)
+            error = scalar or explained(error, self.space, *points)
+            alone = len(runs) == 1
+            return runs[:0], None, {int(runs[0]): _in_words(error)} if alone else {}, error
+        try:
+            values = self._checked(value, len(runs)).values
+        except InputError as wrong:
+            error = of_one_sample(self.response, self.arguments(runs), wrong) or wrong
+            alone = len(runs) == 1
+            return runs[:0], None, {int(runs[0]): str(error)} if alone else {}, error
+        reason, wrong = not_finite(values, self.space, *points)
+        if bad:
+            assert error is not None
+            error = explained(error, self.space, *points)
+        elif reason:
+            bad = dict.fromkeys(map(int, runs[wrong]), "the response is not finite")
+            error = InputError(reason)
+        good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
+        return runs[good], values[good], bad, error
+
+    def _checked(self, value: Any, count: int) -> xr.DataArray:
+        part = labelled(value, count)
+        if self.labels is None:
+            check_labels(part)
+            self.labels = part[:0].copy()
+            return part
+        return aligned(part, self.labels)
+
+
+def _in_words(error: Exception) -> str:
+    text = str(error) if isinstance(error, RunError | InputError) else ""
+    return text or f"{type(error).__name__}: {error}"

@@ -16,7 +16,7 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
-from flexband.uncertainty import evaluations
+from flexband.uncertainty.evaluations import evaluations
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.uncertainty import evaluations as module
+from flexband.uncertainty.evaluations.evaluations import HOPELESS
 from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
@@ -140,7 +140,7 @@ def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
 
     with pytest.raises(Exception, match=WORDS[fault].split(": ")[-1]):
         fb.propagate(response, INPUTS, LHS, failed="leave out", store=tmp_path / "s")
-    assert (status(tmp_path / "s").status == 2).sum() <= max(module.HOPELESS, calls[0])
+    assert (status(tmp_path / "s").status == 2).sum() <= max(HOPELESS, calls[0])
 
 
 def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):

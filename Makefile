@@ -17,6 +17,7 @@ demo: install
 	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/demo/paper
 
 test: install
+	$(BIN)/python -m tests.compiled
 	$(BIN)/pytest
 
 check: install

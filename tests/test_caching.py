@@ -169,3 +169,9 @@ def test_the_engine_depends_on_every_kernel():
     assert basis is not None
     kernels = Path(caching.__file__).parent / "mechanics" / "kernels"
     assert {file.name for file in kernels.glob("*.py")} < {entry[0] for entry in basis[:-7]}
+
+
+def test_code_of_others_depends_on_the_kernels_it_calls():
+    basis = caching._basis("tests.mechanics.models")
+    assert basis is not None
+    assert {"models.py", "equations.py"} <= {entry[0] for entry in basis[:-7]}

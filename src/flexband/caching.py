@@ -34,6 +34,9 @@ KEPT = 8
 """Files of a function that are kept in a folder, the last used ones: one for each version of the
 package, processor and signature."""
 
+PACKAGE = __name__.partition(".")[0]
+"""Whose functions those of other packages call."""
+
 DEPENDENCIES = ("numba", "llvmlite", "numpy")
 """Packages whose version the machine code depends on."""
 
@@ -134,16 +137,16 @@ def _folders(source: Path) -> list[Path]:
 def _basis(module: str) -> tuple[object, ...] | None:
     """Return what the code of a module's functions depends on; None if it cannot be known.
 
-    This is the content of the modules of its package that it imports, directly or not, and of all
-    other files in their folders, since types and overloads are not imported where they are used;
-    the versions of the packages and of Python; and Numba's settings.
+    This is the content of the modules of its package and of this one that it imports, directly or
+    not, and of all other files in their folders, since types and overloads are not imported where
+    they are used; the versions of the packages and of Python; and Numba's settings.
     """
     top = module.partition(".")[0]
     seen, waiting, folders = set(), [module], set()
     try:
         while waiting:
             name = waiting.pop()
-            file = _file(name) if name.partition(".")[0] == top else None
+            file = _file(name) if name.partition(".")[0] in (top, PACKAGE) else None
             if file and file not in seen:
                 seen.add(file)
                 folders.add(file.parent)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 import flexband as fb
+from flexband.caching import cached_on_disk
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
@@ -246,7 +246,7 @@ class Dense:
 
     def residual(self, unknowns, acceleration=None):
         self._fill(unknowns, acceleration)
-        residual(self.structure, self.values, 0, self.work.z, self.work.r, self.work.blocks)
+        residual_of(self.structure, self.values, self.work)
         return self.work.r[1 : 1 + self.structure.pattern.unknowns, 3].copy()
 
     def tangent(self, unknowns, weight=1.0):
@@ -275,17 +275,22 @@ class Dense:
         return np.stack([self.residual(zero, e)[:n] - rest for e in np.eye(n)], axis=1)
 
 
-@njit
+@cached_on_disk
+def residual_of(structure, values, work):
+    residual(structure, values, 0, work.z, work.r, work.blocks)
+
+
+@cached_on_disk
 def tangent_of(structure, values, work, weight):
     tangent(structure, values, 0, work.z, filled(weight), 0.0, work.matrix, work.blocks)
 
 
-@njit
+@cached_on_disk
 def factorize_of(structure, work):
     factorize(structure.pattern, work.matrix, filled(1e-12), work.s)
 
 
-@njit
+@cached_on_disk
 def solve_of(structure, work):
     solve(structure.pattern, structure.pattern.below, work.matrix, (work.r,))
 

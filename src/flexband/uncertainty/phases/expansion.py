@@ -68,7 +68,7 @@ class PhaseExpansion:
 
         def solve(block: tuple[slice, Terms]) -> None:
             times, own = block
-            places[..., times, :] = _search(own, targets, values[..., times])
+            values[..., times], places[..., times, :] = _search(own, targets, self.columns.outputs)
 
         in_threads(solve, terms.blocks())
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
@@ -100,8 +100,8 @@ def expansion_of(parts: HybridExpansion, columns: PartColumns) -> Expansion:
     return DirectExpansion(outputs, parts)
 
 
-def _search(terms: Terms, targets: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Fill the bounds of one block of times, and return their places."""
+def _search(terms: Terms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bounds of one block of times, (targets, outputs, times), and their places."""
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
     with_xi = np.any(terms.index[:, m:] > 0, axis=1)
     mixed = terms.reach((terms.index[:, :m].T > 0) & with_xi)
@@ -118,6 +118,7 @@ def _search(terms: Terms, targets: np.ndarray, values: np.ndarray) -> np.ndarray
     basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
     smooth, index = np.ascontiguousarray(smooth[:, matter]), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)
+    values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))
     search(smooth, index, *scan, *moments, targets, DESCENTS, values, places)
-    return places
+    return values, places

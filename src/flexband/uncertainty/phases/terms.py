@@ -136,7 +136,9 @@ class Terms:
         m, expansion = self.interval_dimension, self.expansion
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
-        own = self.coefficients, expansion.i, expansion.j, expansion.chebyshev(eta)
+        phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
+        own = self.coefficients, expansion.i, expansion.j, phi
+        index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
         if self.saturated():
             without_turning(*own, norms, *filled)
@@ -145,12 +147,13 @@ class Terms:
         rule = resolving_rule(families, self.orders[m:], self.turns(), slopes)
         if rule is not None:
             xi, weights = rule
-            by_points(*own, expansion.orthogonal(xi), weights, *filled)
+            psi = np.ascontiguousarray(expansion.orthogonal(xi))
+            by_points(*own, psi, weights, *filled)
         elif self.normal.all():
             points = *saddle_rule(len(families)), sobol_normal(len(families), SAMPLES)
-            by_saddles(*own, expansion.random_index, norms, *points, *filled)
+            by_saddles(*own, index, norms, *points, *filled)
         else:
             grid = Grid.of(families, self.orders[m:], self.turns())
-            psi = grid.values(expansion.random_index)
-            by_axes(*own, expansion.random_index, norms, grid, psi, *filled)
+            psi = grid.values(index)
+            by_axes(*own, index, norms, grid, psi, *filled)
         return table

@@ -49,7 +49,10 @@ def _extremes(
     def solve(first: int) -> None:
         some = slice(first, first + AT_ONCE)
         own = np.ascontiguousarray((expansion.coefficients[order, some] * weight).T)
-        search(terms, grid, tried, own, targets, values[:, some], places[:, some])
+        # arrays of one layout, since the search is compiled for each that it is given
+        least, place = (np.empty((len(targets), len(own), *m)) for m in ((), (len(orders),)))
+        search(terms, grid, tried, own, targets, least, place)
+        values[:, some], places[:, some] = least, place
 
     in_threads(solve, range(0, series if sigmas else 0, AT_ONCE))
     return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]

@@ -73,7 +73,8 @@ def lines(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     points = np.zeros((len(counts), counts.max(initial=1)))
     for own, count in zip(points, counts, strict=True):
         own[:count] = lobatto(count)
-    return points, chebyshev_values(max(orders, default=0), points), counts
+    values = np.ascontiguousarray(chebyshev_values(max(orders, default=0), points))
+    return points, values, counts
 
 
 def lobatto(count: int) -> np.ndarray:

@@ -50,7 +50,7 @@ class Terms(NamedTuple):
         depends = np.zeros((index.shape[1], j.max(initial=0) + 1), dtype=bool)
         term, own = np.nonzero(index[i])
         depends[own, j[term]] = True
-        return Terms(
+        parts = (
             np.searchsorted(i, np.arange(len(index) + 1)),
             j,
             np.searchsorted(row, np.arange(len(index) + 1)),
@@ -63,6 +63,7 @@ class Terms(NamedTuple):
             np.searchsorted(j[by_group], np.arange(depends.shape[1] + 1)),
             depends,
         )
+        return Terms(*map(np.ascontiguousarray, parts))
 
 
 @cached_on_disk

@@ -1,0 +1,32 @@
+"""Compiles what most tests need, on two cores, before the tests all wait for the same code."""
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+
+import flexband as fb
+from tests.mechanics.models import Dense, pendulum
+
+
+def mechanics():
+    """Compile the engine."""
+    fb.simulate(pendulum(), duration=2e-3, step=1e-3)
+    fb.equilibrium(pendulum())
+
+
+def uncertainty():
+    """Compile the search for bounds, plain and with phases, and what tests call of the engine."""
+    t = np.linspace(0, 1, 200)
+    wave = {"a": fb.Interval(60.0, 66.0), "b": fb.Normal(1.0, 0.01)}
+    fb.propagate(lambda a, b: a[:, None] * b[:, None] * t, wave, fb.PCCI(1, 1))
+    fb.propagate(lambda a, b: np.sin((a * b)[:, None] * t), wave, fb.PhaseResolvedPCCI(2, 2))
+    dense = Dense(pendulum())
+    unknowns = dense.structure.pattern.unknowns
+    dense.solved(np.zeros(unknowns), np.zeros(unknowns))
+
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(2, get_context("spawn")) as processes:
+        for task in [processes.submit(mechanics), processes.submit(uncertainty)]:
+            task.result()

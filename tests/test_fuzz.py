@@ -58,6 +58,7 @@ GOOD = {
     "inputs": STUDY, "method": fb.PCCI(1, 1), "lower": 0.0, "upper": 1.0, "mean": 1.0,
     "vertices": [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "file": "surrogate.npz",
     "poissons_ratio": 0.3, "surrogate": fb.expand(response, STUDY, fb.PCCI(1, 1)),
+    "limits": fb.Limit(below=5.0),
 }  # fmt: skip
 OWN = {
     ("PrescribedRotation", "angle"): lambda t: 0.0,
@@ -65,6 +66,7 @@ OWN = {
     ("PrescribedPath", "y"): np.cos,
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
+    ("Limit", "below"): 1.0,
     ("elsewhere", "name"): "a",
     ("elsewhere", "outputs"): ["y"],
     ("elsewhere", "times"): (0.0, 1.0),

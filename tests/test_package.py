@@ -50,6 +50,7 @@ ROOMS = [
     "uncertainty.phase_resolved",
     "uncertainty.runs",
     "uncertainty.propagate",
+    "uncertainty.answers",
     "study",
     "report",
     "cli",

@@ -81,6 +81,8 @@ if TYPE_CHECKING:
     from flexband.report.notebook import load_ipython_extension
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
+    from flexband.uncertainty.answers.limits import Limit
+    from flexband.uncertainty.answers.margins import check_limits
     from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.distribution import Distribution

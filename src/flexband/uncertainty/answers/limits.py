@@ -1,0 +1,241 @@
+"""Limits of outputs, and what they leave of a response: a corridor at every time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, finite, function, instance, numbers, returned, shown
+
+Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], Any] | None
+"""A number or a curve; None where there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """What an output must stay below, above, or between.
+
+    Parameters
+    ----------
+    output : name of the output; None if the response has one output only.
+    below, above : a number; an array, one per value of the last dim (time) or of the shape of the
+        output; a DataArray with dims and coordinates of the output; or a function of the times,
+        shape (times,), which returns as many numbers, or one.
+    during : first and last time, or value of the last dim, between which the limit holds, ends
+        included; always unless given.
+
+    Raises
+    ------
+    InputError
+        If neither `below` nor `above` is given, or one of them is not real and finite.
+    """
+
+    output: str | None = None
+    below: Bound = None
+    above: Bound = None
+    during: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.output is not None:
+            instance("Limit output", self.output, str, "the name of an output")
+        if self.below is None and self.above is None:
+            raise InputError("Limit must have below, above or both; got none")
+        for name in ("below", "above"):
+            object.__setattr__(self, name, _checked(f"Limit {name}", getattr(self, name)))
+        if self.during is not None:
+            first, last = map(float, numbers("Limit during", self.during, 2))
+            if first > last:
+                raise InputError(f"Limit during must be first and last time; got {self.during}")
+            object.__setattr__(self, "during", (first, last))
+
+    def __str__(self) -> str:
+        """Return the limit in words: F between -5 and 5 from 0.1 to 0.2."""
+        low, high = map(_in_words, (self.above, self.below))
+        if low and high:
+            text = f"between {low} and {high}"
+        else:
+            text = f"below {high}" if high else f"above {low}"
+        if self.during is not None:
+            text += f" from {self.during[0]:g} to {self.during[1]:g}"
+        return f"{self.output or 'response'} {text}"
+
+    def corridor(self, labels: xr.DataArray) -> Corridor:
+        """Return where the response must be, at every output and time.
+
+        Parameters
+        ----------
+        labels : a response of shape (runs, …), for its dims and coordinates.
+
+        Raises
+        ------
+        InputError
+            If the response has no such output, a curve does not fit it, no time is within
+            `during`, or `above` is not less than `below` somewhere.
+        """
+        name, chosen = _chosen(self.output, labels)
+        own = labels.isel({"output": chosen} if chosen is not None else {})
+        at_times = _during(self.during, own)
+        low = _curve("Limit above", self.above, own, -np.inf)
+        high = _curve("Limit below", self.below, own, np.inf)
+        if np.any(at_times & (low >= high)):
+            raise InputError(f"Limit above must be less than below; got {self}")
+        place = (slice(None),) * (labels.dims.index("output") - 1) if chosen is not None else ()
+        lower, upper = np.full(labels.shape[1:], -np.inf), np.full(labels.shape[1:], np.inf)
+        where = (*place, chosen) if chosen is not None else (...,)
+        lower[where], upper[where] = (
+            np.where(at_times, low, -np.inf),
+            np.where(at_times, high, np.inf),
+        )
+        return Corridor(name, lower, upper, where)
+
+
+@dataclass(frozen=True, eq=False)
+class Corridor:
+    """Where a response must be.
+
+    Attributes
+    ----------
+    output : name of the output; "" if the response has one only, or for several outputs.
+    lower, upper : shape of the response without its runs; ∓∞ where nothing is required.
+    where : index of the output in these arrays.
+    """
+
+    output: str
+    lower: np.ndarray
+    upper: np.ndarray
+    where: tuple[Any, ...]
+
+    def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
+        return np.minimum(low - self.lower, self.upper - high)
+
+
+def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
+    """Return the corridor of each limit, by the limit in words.
+
+    Raises
+    ------
+    InputError
+        If `limits` is neither a `Limit` nor several, or one does not fit the response.
+    """
+    own = [limits] if isinstance(limits, Limit) else limits
+    if not isinstance(own, Sequence) or not own or not all(isinstance(k, Limit) for k in own):
+        raise InputError(f"limits must be a Limit or a list of them; got {shown(limits)}")
+    found: dict[str, Corridor] = {}
+    for one in own:
+        name, count = str(one), 2
+        while name in found:
+            name, count = f"{one} ({count})", count + 1
+        found[name] = one.corridor(labels)
+    return found
+
+
+def _checked(name: str, bound: Any) -> Any:
+    """Return a bound as a float, an array, a DataArray, a function, or None."""
+    if bound is None:
+        return None
+    if isinstance(bound, xr.DataArray):
+        finite(name, bound.values, rank=None)
+        return bound.astype(float)
+    if callable(bound):
+        function(name, bound)
+        return bound
+    values = finite(name, bound, "a number, finite numbers, or a function of time", rank=None)
+    return float(values) if values.ndim == 0 else values
+
+
+def _in_words(bound: Any) -> str:
+    if bound is None:
+        return ""
+    return f"{bound:g}" if isinstance(bound, float) else "a curve"
+
+
+def _chosen(output: str | None, labels: xr.DataArray) -> tuple[str, int | None]:
+    """Return the name of the limited output and its number along dim "output", if there is one."""
+    if "output" not in labels.dims:
+        if output is not None and output != labels.name:
+            own = "" if labels.name is None else f" or {labels.name!r}"
+            raise InputError(
+                f"Limit output must be None{own}, since the response has one output; got {output!r}"
+            )
+        return str(labels.name or ""), None
+    count = labels.sizes["output"]
+    names = [
+        str(v) for v in (labels["output"].values if "output" in labels.coords else range(count))
+    ]
+    if output is None and count == 1:
+        return names[0], 0
+    if output not in names:
+        raise InputError(f"Limit output must be one of {', '.join(names)}; got {output!r}")
+    return output, names.index(output)
+
+
+def _during(during: tuple[float, float] | None, own: xr.DataArray) -> np.ndarray:
+    """Return which values of an output are limited, of its shape."""
+    shape = own.shape[1:]
+    if during is None:
+        return np.full(shape, True)
+    dim, times = _times("Limit during", own)
+    within = (times >= during[0]) & (times <= during[1])
+    if not within.any():
+        raise InputError(
+            f"Limit during must contain a value of {dim}, which are from {times.min():g} to "
+            f"{times.max():g}; got {during}"
+        )
+    return np.broadcast_to(within, shape)
+
+
+def _curve(name: str, bound: Any, own: xr.DataArray, free: float) -> np.ndarray:
+    """Return a bound at all values of an output, of its shape; `free` if there is none."""
+    shape = own.shape[1:]
+    if bound is None:
+        return np.full(shape, free)
+    if isinstance(bound, xr.DataArray):
+        return _aligned(name, bound, own)
+    if callable(bound):
+        _, times = _times(name, own)
+        bound = finite(name, returned(bound, times, f"the function of {name}"), rank=None)
+    fits = np.shape(bound) in ((), shape[-1:], shape)
+    if not fits:
+        allowed = " or ".join(str(s) for s in dict.fromkeys([shape[-1:], shape]))
+        raise InputError(
+            f"{name} must be one number, or numbers of shape {allowed}; got shape {np.shape(bound)}"
+        )
+    return np.broadcast_to(bound, shape)
+
+
+def _times(name: str, own: xr.DataArray) -> tuple[Hashable, np.ndarray]:
+    """Return the last dim of an output and its values."""
+    dim = own.dims[-1]
+    if own.ndim < 2 or dim not in own.coords or own[dim].dtype.kind not in "iuf":
+        where = f"its last dim {dim!r} has none" if own.ndim > 1 else "it has no dim"
+        raise InputError(f"{name} requires times, which the response must give; {where}")
+    return dim, own[dim].values.astype(float)
+
+
+def _aligned(name: str, bound: xr.DataArray, own: xr.DataArray) -> np.ndarray:
+    """Return a curve with dims of an output at all its values."""
+    for dim in bound.dims:
+        if dim not in own.dims[1:]:
+            allowed = ", ".join(map(str, own.dims[1:])) or "none"
+            raise InputError(f"{name} must have dims of the output ({allowed}); got {dim!r}")
+        same = bound.sizes[dim] == own.sizes[dim]
+        if same and dim in bound.coords and dim in own.coords:
+            ours, theirs = own[dim].values, bound[dim].values
+            numeric = ours.dtype.kind in "iuf" and theirs.dtype.kind in "iuf"
+            size = np.abs(ours).max(initial=0) if numeric else 0.0
+            same = (
+                np.allclose(ours, theirs, rtol=0, atol=1e-9 * size)
+                if numeric
+                else np.array_equal(ours, theirs)
+            )
+        if not same:
+            raise InputError(f"{name} must have the values of {dim!r} that the output has")
+    dims = [dim for dim in own.dims[1:] if dim in bound.dims]
+    values = bound.transpose(*dims).values
+    index = tuple(slice(None) if dim in dims else None for dim in own.dims[1:])
+    return np.broadcast_to(values[index], own.shape[1:])

@@ -1,0 +1,193 @@
+"""Whether limits are kept for all tolerances, and by how much."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import instance
+from flexband.uncertainty.answers.limits import Corridor, corridors
+from flexband.uncertainty.answers.peaks import drops, spacing
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+KEPT, NOT_KEPT, UNDECIDED = "kept", "not kept", "undecided"
+
+ERRORS = ("error_bar_expected_error", "truncation")
+"""Variables of bands that tell their error, the best first."""
+
+
+def labels_of(surrogate: Surrogate | SurrogateOfChoices) -> xr.DataArray:
+    """Return a response without runs, for its dims and coordinates."""
+    several = isinstance(surrogate, SurrogateOfChoices)
+    return next(iter(surrogate.surrogates.values())).labels if several else surrogate.labels
+
+
+def error_of(told: xr.Dataset, labels: xr.DataArray) -> tuple[str, np.ndarray]:
+    """Return which variable tells the error of bands, and its values, (outputs …, times).
+
+    Without one the name is "" and the values are zero.
+    """
+    for name in ERRORS:
+        if name in told:
+            return name, told[name].transpose(*labels.dims[1:]).values
+    return "", np.zeros(labels.shape[1:])
+
+
+def check_limits(
+    surrogate: Surrogate | SurrogateOfChoices, limits: Any, *, sigmas: float = 3.0
+) -> xr.Dataset:
+    """Return whether each limit is kept for all values of the interval inputs, and its margin.
+
+    The margin of a limit is how far it is from the error bar μ ± kσ, or, if there are no random
+    inputs, from the range of the response. No runs are made.
+
+    Parameters
+    ----------
+    surrogate : what `expand` returns.
+    limits : a `Limit`, or several.
+    sigmas : k of the error bar.
+
+    Returns
+    -------
+    Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
+    limited; `expected_error` that of the error bar. `least_margin`, `least_margin_error` and
+    `least_margin_at` are the least margin, its expected error and the value of the last dim where
+    it is; `side` tells whether it is the limit "below" or "above" which is nearest there;
+    `worst_inputs`, dims (input, limit), are the values of the interval inputs there, and
+    `worst_choice` the options. `grid_error` is by how much the margin may be less between the
+    times, by parabolas. `verdict` is "kept" if the margin is more than its errors everywhere, "not
+    kept" if it is below zero by more than the expected error somewhere, else "undecided".
+    ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
+    "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
+
+    Raises
+    ------
+    InputError
+        If `surrogate` is none, a limit does not fit its outputs, or `sigmas` is not positive.
+    """
+    kinds = Surrogate | SurrogateOfChoices
+    instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    labels = labels_of(surrogate)
+    found = corridors(limits, labels)
+    bands = surrogate.bands(sigmas)
+    source, error = error_of(bands, labels)
+    own = [_checked(corridor, bands, labels, error) for corridor in found.values()]
+    result = xr.concat(own, "limit").assign_coords(limit=list(found))
+    words = [_in_words(result.isel(limit=k), labels) for k in range(len(found))]
+    told = {
+        "sigmas": bands.attrs["sigmas"],
+        "error": source or "not estimated",
+        "verdict": ". ".join(words) + ("" if source else ". The error of this is not estimated"),
+    }
+    verdicts = result["verdict"].values.tolist()
+    joint = next((one for one in (NOT_KEPT, UNDECIDED) if one in verdicts), KEPT)
+    return _described(result.assign_attrs(told, kept=joint, inputs=bands.attrs.get("inputs", "")))
+
+
+def _checked(
+    corridor: Corridor, bands: xr.Dataset, labels: xr.DataArray, error: np.ndarray
+) -> xr.Dataset:
+    """Return the result for one limit."""
+    where = corridor.where
+    bar = bands["error_bar"].transpose("bound", *labels.dims[1:]).drop_vars("bound")
+    low, high = (np.asarray(one)[where] for one in bar.values)
+    lower, upper = corridor.lower[where], corridor.upper[where]
+    margins = np.stack([low - lower, upper - high])
+    margin, error = margins.min(axis=0), np.asarray(error[where])
+    limited = np.isfinite(margin)
+    at = np.unravel_index(int(np.argmin(margin)), margin.shape)
+    side = int(np.argmin(margins[(slice(None), *at)]))
+    one = bar.isel(bound=side)[where][at]
+    drop = drops(margin, spacing(labels))
+    between = np.where(limited, margin - drop, np.inf).min()
+    trusted = "trusted" not in bands or bool(np.all(_of_output(bands["trusted"], labels, corridor)))
+    verdict = UNDECIDED
+    if trusted and np.any(margin[limited] + error[limited] < 0):
+        verdict = NOT_KEPT
+    elif trusted and np.all(margin[limited] - drop[limited] - error[limited] >= 0):
+        verdict = KEPT
+    dims = bar[0][where].dims
+    coords = {k: c for k, c in bar[0][where].coords.items() if set(c.dims) <= set(dims)}
+    data: dict[str, Any] = {
+        "margin": (dims, np.where(limited, margin, np.nan)),
+        "expected_error": (dims, np.where(limited, error, np.nan)),
+        "least_margin": margin[at],
+        "least_margin_error": error[at],
+        "grid_error": margin[at] - between,
+        "side": ("above", "below")[side],
+        "verdict": verdict,
+    }
+    last = labels.dims[-1]
+    if last in one.coords and last != "output" and labels.ndim > 1:
+        data["least_margin_at"] = one[last].values
+    at_bound = bands.get("error_bar_at")
+    if at_bound is not None:
+        places = at_bound.transpose("input", *bar.dims).isel(bound=side)
+        data["worst_inputs"] = "input", places.values[(slice(None), *where)][(slice(None), *at)]
+        coords["input"] = at_bound["input"].values
+    if "error_bar_choice" in bands:
+        choice = bands["error_bar_choice"].transpose(*bar.dims).isel(bound=side)
+        data["worst_choice"] = str(choice.values[where][at])
+    return xr.Dataset(data, coords)
+
+
+def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -> np.ndarray:
+    """Return the values of an output, of values without the last dim."""
+    if "output" in values.dims and "output" in labels.dims:
+        number = corridor.where[-1]
+        return values.isel(output=number).values
+    return values.values
+
+
+def _in_words(one: xr.Dataset, labels: xr.DataArray) -> str:
+    """Return the verdict of one limit as a sentence."""
+    unit = f" {one['unit'].values}" if "unit" in one.coords else ""
+    error = float(one["least_margin_error"])
+    text = f"{one['limit'].values}: {one['verdict'].values}, least margin "
+    text += f"{float(one['least_margin']):.4g}{f' ± {error:.2g}' if error else ''}{unit}"
+    if "least_margin_at" in one:
+        last = labels.dims[-1]
+        text += f" at {last} {_number(one['least_margin_at'].values)}"
+        text += f" {labels[last].attrs.get('units', '')}".rstrip()
+    inputs = []
+    if "worst_inputs" in one:
+        pairs = zip(one["input"].values, one["worst_inputs"].values, strict=True)
+        inputs = [f"{name} = {value:.6g}" for name, value in pairs]
+    if "worst_choice" in one:
+        inputs.insert(0, str(one["worst_choice"].values))
+    return text + (f", with {', '.join(inputs)}" if inputs else "")
+
+
+def _number(value: np.ndarray) -> str:
+    return f"{float(value):.4g}" if value.dtype.kind in "iuf" else str(value)
+
+
+LONG_NAMES = {
+    "margin": "distance of μ ± {k}σ from the limit, for all values of the interval inputs",
+    "expected_error": "error expected of the margin",
+    "least_margin": "least margin",
+    "least_margin_error": "error expected of the least margin",
+    "least_margin_at": "where the least margin is",
+    "worst_inputs": "values of the interval inputs at the least margin",
+    "worst_choice": "options at the least margin",
+    "grid_error": "by how much the margin may be less between the times",
+    "side": "which side of the limit is nearest",
+    "verdict": "whether the limit is kept for all values of the interval inputs",
+}
+
+
+def _described(result: xr.Dataset) -> xr.Dataset:
+    """Give every variable a `long_name`, and `units` where all limits have the same."""
+    k = "" if result.attrs["sigmas"] == 1 else f"{result.attrs['sigmas']:g}"
+    units = set(np.ravel(result["unit"].values).tolist()) if "unit" in result.coords else set()
+    for name, words in LONG_NAMES.items():
+        if name in result:
+            result[name].attrs["long_name"] = words.format(k=k)
+            if len(units) == 1 and result[name].dtype.kind == "f" and name != "worst_inputs":
+                result[name].attrs["units"] = str(next(iter(units)))
+    if "least_margin_at" in result:
+        result["least_margin_at"].attrs.pop("units", None)
+    return result

@@ -1,0 +1,43 @@
+"""How low a sampled curve may be between its points: parabolas through its minima."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+
+def spacing(labels: xr.DataArray) -> np.ndarray | None:
+    """Return the steps of the last dim of a response; None where it has no order or few values."""
+    last = labels.dims[-1]
+    if labels.ndim < 2 or last == "output" or labels.shape[-1] < 3:
+        return None
+    if last not in labels.coords:
+        return np.ones(labels.shape[-1] - 1)
+    if labels[last].dtype.kind not in "iuf":
+        return None
+    steps = np.diff(labels[last].values.astype(float))
+    return steps if (steps > 0).all() or (steps < 0).all() else None
+
+
+def drops(values: np.ndarray, steps: np.ndarray | None) -> np.ndarray:
+    """Return by how much a curve is lower beside each of its minima, zero at other points.
+
+    A parabola goes through the minimum and its two neighbours, at steps a and b. With its slope d
+    at the minimum and half its second derivative c, its own minimum is lower by d²/4c.
+
+    Parameters
+    ----------
+    values : curves, shape (…, times); they are not continued to where they are infinite.
+    steps : those between the times, (times − 1,); None if the curves are known at points only.
+    """
+    found = np.zeros(values.shape)
+    if steps is None:
+        return found
+    a, b = np.abs(steps[:-1]), np.abs(steps[1:])
+    with np.errstate(invalid="ignore"):
+        rise = np.diff(values, axis=-1) / np.abs(steps)
+        before, after = rise[..., :-1], rise[..., 1:]
+        c, d = (after - before) / (a + b), (before * b + after * a) / (a + b)
+        least = (before <= 0) & (after >= 0) & np.isfinite(c) & (c > 0)
+    found[..., 1:-1] = np.divide(d**2, 4 * c, out=np.zeros(c.shape), where=least)
+    return found

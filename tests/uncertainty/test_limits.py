@@ -1,0 +1,141 @@
+"""Limits of outputs: corridors, margins against closed forms, verdicts, and what is refused."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import flexband as fb
+
+T = np.linspace(0.0, 1.0, 61)
+INPUTS = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
+
+
+def moving(e, x):
+    """y = (1 + e/10) sin 2πt + x/20 and 2y."""
+    y = (1 + 0.1 * e)[:, None] * np.sin(2 * np.pi * T) + 0.05 * x[:, None]
+    coords = {"output": ["a", "b"], "time": T, "unit": ("output", ["mm", "N"])}
+    return xr.DataArray(np.stack([y, 2 * y], 1), coords, ("sample", "output", "time"))
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    return fb.expand(moving, INPUTS, fb.AdaptivePCCI())
+
+
+def test_margin_is_the_distance_from_the_error_bar(surrogate):
+    found = fb.check_limits(
+        surrogate,
+        [fb.Limit("a", below=1.3, above=-1.2), fb.Limit("b", below=2.6, during=(0.5, 1.0))],
+        sigmas=2.0,
+    )
+    swing = np.abs(np.sin(2 * np.pi * T))
+    high = np.where(T < 0.5, 1.1, 0.9) * np.sin(2 * np.pi * T) + 0.1
+    low = np.where(T < 0.5, 0.9, 1.1) * np.sin(2 * np.pi * T) - 0.1
+    np.testing.assert_allclose(found["margin"][0], np.minimum(1.3 - high, low + 1.2), atol=1e-9)
+    late = T >= 0.5
+    np.testing.assert_allclose(found["margin"][1, late], 2.6 - 2 * high[late], atol=1e-9)
+    assert np.isnan(found["margin"][1, ~late]).all()
+    assert swing.max() == 1.0
+    np.testing.assert_allclose(found["least_margin"], [0.0, 2.4], atol=1e-9)
+    assert found["side"].values.tolist() == ["above", "below"]
+    assert found["least_margin_at"].values.tolist()[0] == 0.75
+    assert found["worst_inputs"].sel(input="e").values[0] == 1.0
+    assert found["verdict"].values.tolist() == ["undecided", "kept"]
+    assert found.attrs["kept"] == "undecided"
+    assert "b below 2.6 from 0.5 to 1: kept, least margin 2.4" in found.attrs["verdict"]
+
+
+def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
+    curve = 1.2 + T
+    own = [curve, lambda t: 1.2 + t, xr.DataArray(curve, coords={"time": T})]
+    found = [fb.check_limits(surrogate, fb.Limit("a", below=one))["margin"] for one in own]
+    for one in found[1:]:
+        np.testing.assert_array_equal(one, found[0])
+    np.testing.assert_allclose(found[0][0, 0], 1.2 - 0.15, atol=1e-9)
+
+
+def test_the_expected_error_decides():
+    """tanh is missed: near the bound the limit is neither kept nor not kept."""
+
+    def response(x):
+        return np.tanh(2 * x)[:, None] * np.ones(3)
+
+    rough = fb.expand(response, {"x": fb.Normal(0, 1)}, fb.AdaptivePCCI(0.01, 16))
+    bar = rough.bands(3.0)
+    high, error = float(bar["error_bar"][1, 0]), float(bar["error_bar_expected_error"][0])
+    assert error > 1e-3
+    for shift, verdict in (
+        (-1.1, "not kept"),
+        (-0.9, "undecided"),
+        (0.9, "undecided"),
+        (1.1, "kept"),
+    ):
+        found = fb.check_limits(rough, fb.Limit(below=high + shift * error))
+        assert found.attrs["kept"] == verdict
+        assert float(found["least_margin_error"][0]) == pytest.approx(error)
+
+
+def test_margin_between_the_times():
+    """A peak of sin between two times of a coarse grid, and one on which the limit is kept."""
+    t = np.linspace(0, 3, 14)
+
+    def response(e):
+        return xr.DataArray(e[:, None] * np.sin(t), dims=("sample", "time"), coords={"time": t})
+
+    own = fb.expand(response, {"e": fb.Interval(0.5, 1.0)}, fb.AdaptivePCCI())
+    found = fb.check_limits(own, fb.Limit(below=1 - 2e-4))
+    on_grid = 1 - 2e-4 - np.sin(t).max()
+    assert float(found["least_margin"][0]) == pytest.approx(on_grid)
+    assert float(found["grid_error"][0]) == pytest.approx(1 - np.sin(t).max(), rel=0.02)
+    assert found.attrs["kept"] == "undecided"
+
+
+def test_choices_are_all_checked():
+    def response(e, kind):
+        return e[:, None] * np.where(kind == "steel", 2.0, 1.0)[:, None] * np.ones(4)
+
+    inputs = {"e": fb.Interval(0.0, 1.0), "kind": fb.Choice("steel", "brass")}
+    both = fb.expand(response, inputs, fb.AdaptivePCCI())
+    found = fb.check_limits(both, fb.Limit(below=1.5))
+    assert float(found["least_margin"][0]) == pytest.approx(-0.5)
+    assert found["worst_choice"].values[0] == "steel"
+    assert found["verdict"].values[0] == "not kept"
+
+
+def test_the_dims_of_an_output_stay(surrogate):
+    x = np.linspace(0, 1, 3)
+
+    def response(e):
+        y = e[:, None, None] * x[:, None] * np.ones(5)
+        return xr.DataArray(y, dims=("sample", "x", "time"), coords={"x": x, "time": np.arange(5)})
+
+    own = fb.expand(response, {"e": fb.Interval(-1.0, 1.0)}, fb.AdaptivePCCI())
+    found = fb.check_limits(own, fb.Limit(above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x})))
+    np.testing.assert_allclose(found["margin"][0], 0.1 + 0.5 * x[:, None] * np.ones(5), atol=1e-9)
+    number = fb.expand(lambda e: e**2, {"e": fb.Interval(-1, 1)}, fb.AdaptivePCCI())
+    assert float(fb.check_limits(number, fb.Limit(above=-0.5))["margin"][0]) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"output": "c", "below": 1.0}, "output must be one of a, b; got 'c'"),
+        ({"below": 1.0}, "output must be one of a, b; got None"),
+        ({"output": "a"}, "below, above or both"),
+        ({"output": "a", "below": np.nan}, "below must be"),
+        ({"output": "a", "below": True}, "below must be"),
+        ({"output": "a", "below": "high"}, "below must be"),
+        ({"output": "a", "below": [1.0, 2.0]}, r"shape \(61,\)"),
+        ({"output": "a", "below": lambda t: t[:3]}, r"shape \(61,\)"),
+        ({"output": "a", "below": lambda t: 1 / 0}, "raised an error"),
+        ({"output": "a", "below": xr.DataArray(T, coords={"time": T + 1})}, "values of 'time'"),
+        ({"output": "a", "below": xr.DataArray(T, dims="x")}, "dims of the output"),
+        ({"output": "a", "below": 1.0, "above": 1.0}, "less than below"),
+        ({"output": "a", "below": 1.0, "during": (2, 3)}, "from 0 to 1"),
+        ({"output": "a", "below": 1.0, "during": (1, 0)}, "first and last"),
+        ({"output": "a", "below": 1.0, "during": 1.0}, "2 numbers"),
+    ],
+)
+def test_refused_by_name(surrogate, options, message):
+    with pytest.raises(fb.InputError, match=message):
+        fb.check_limits(surrogate, fb.Limit(**options))

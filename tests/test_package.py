@@ -16,6 +16,7 @@ ROOMS = [
     "errors",
     "smoothness",
     "files",
+    "progress",
     "caching",
     "execution",
     "mechanics.kernels",

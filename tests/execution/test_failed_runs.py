@@ -8,6 +8,7 @@ from threading import Lock
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import flexband as fb
 from flexband.uncertainty.evaluations.evaluations import HOPELESS
@@ -122,6 +123,43 @@ def test_regression_and_held_out_runs_go_on_without_failed_ones():
     assert found.attrs["runs_failed"] > 0
     exact = fb.propagate(good, INPUTS, with_all)
     np.testing.assert_allclose(found["mean"], exact["mean"], atol=0.05)
+
+
+def test_verification_leaves_failed_runs_out(tmp_path):
+    """What is missed of the others is what it is without the failed ones."""
+    surrogate = fb.expand(good, INPUTS, fb.AdaptivePCCI(0.3))
+    whole = fb.verify(surrogate, good, runs=12)
+    some = fb.verify(surrogate, partial(bad, fault="raises"), runs=12, failed="leave out")
+    failed = wrong(*whole["run_values"].values)
+    assert 0 < failed.sum() == some.attrs["runs_failed"] < 6
+    expected = whole["missed_in_run"].where(xr.DataArray(~failed, dims="sample"))
+    xr.testing.assert_allclose(some["missed_in_run"], expected)
+    mean = np.sqrt((expected**2).mean("sample"))
+    xr.testing.assert_allclose(some["missed"], mean)
+    assert not failed[some["missed_most_in"]].any()
+    assert some.attrs["verdict"].startswith(f"Confirmed: {12 - failed.sum()} new runs (")
+    assert f"({failed.sum()} more failed, and" in some.attrs["verdict"]
+    with pytest.raises(ZeroDivisionError):
+        fb.verify(surrogate, partial(bad, fault="raises"), runs=12)
+
+
+def test_held_out_runs_of_the_adaptive_method_are_left_out(tmp_path):
+    """No run that is fitted is in the corner that fails."""
+    inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Interval(0.0, 1.0)}
+    wrong_runs = []
+
+    def corner(a, b):
+        failing = (a > 1.5) & (b > 0.5) & (a < 2.0) & (b < 1.0)
+        wrong_runs.extend(a[failing])
+        return np.where(failing[:, None], np.nan, good(a, b))
+
+    found = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="leave out", store=tmp_path)
+    assert found.attrs["runs_failed"] == len(wrong_runs) > 0
+    assert "what fails is rarely random" in found.attrs["not_trusted"]
+    exact = fb.propagate(good, inputs, fb.AdaptivePCCI())
+    np.testing.assert_allclose(found["error_bar"], exact["error_bar"], atol=1e-3)
+    again = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="leave out", store=tmp_path)
+    np.testing.assert_array_equal(again["error_bar"], found["error_bar"])
 
 
 def test_a_design_that_needs_every_run_says_which_one_failed():

@@ -237,8 +237,11 @@ def test_results_are_the_same_bit_for_bit_in_all_processes(tmp_path):
     response = fb.samplewise(fields)
     method = fb.LHSScanning(6, 3)
     exact = fb.propagate(response, inputs, method)
-    for executor in (fb.Processes(2), None):
-        found = fb.propagate(response, inputs, method, store=tmp_path, executor=executor)
-        for name in exact.data_vars:
-            np.testing.assert_array_equal(found[name], exact[name])
-    assert len(fb.open_runs(tmp_path).run) == 36
+    with ProcessPoolExecutor(1, CONTEXT) as pool:
+        for number, executor in enumerate((fb.Processes(2), pool)):
+            folder = tmp_path / str(number)
+            for again in (executor, None):
+                found = fb.propagate(response, inputs, method, store=folder, executor=again)
+                for name in exact.data_vars:
+                    np.testing.assert_array_equal(found[name], exact[name])
+            assert len(fb.open_runs(folder).run) == 36

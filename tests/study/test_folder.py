@@ -127,6 +127,26 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     assert runs_made(file) < made + 9 + 1 + 16
 
 
+def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
+    out = tmp_path / "out"
+    text = file.read_text(encoding="utf-8").replace(
+        "return a +", "if len(LOG.read_text().split()) > 20: raise KeyError('worn')\n    return a +"
+    )
+    file.write_text(text, encoding="utf-8")
+    told = call("run", file, "-o", out, "--verify", 4, status=3)
+    assert "remark: the result is not verified: KeyError: 'worn'" in told
+    assert "sum: improved PCCI (2, 2), 10 runs" in told
+    state = state_of(out)
+    assert (state["state"], state["done"], state["total"]) == ("finished", 10, 14)
+    assert state["doubts"] == ["new runs failed, so that the result is not verified"]
+    options = ["--verify", 4, "--failed", "leave-out"]
+    file.write_text(text.replace("> 20", "== 24"), encoding="utf-8")
+    file.with_name("log").unlink()
+    told = call("run", file, "-o", tmp_path / "other", *options)
+    assert "3 new runs (1 more failed, and what fails is rarely random)" in told
+    assert "new runs: 4 of 4 runs" in told
+
+
 def started(file, *arguments):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     return subprocess.Popen(

@@ -26,7 +26,7 @@ from flexband.cli.messages import (
 )
 from flexband.cli.plan import Plan
 from flexband.cli.progress import Progress, progress_bars
-from flexband.errors import RunError, RunsNeeded, free_memory
+from flexband.errors import RunsNeeded, free_memory
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
@@ -48,13 +48,19 @@ class Course:
         self.folder, self.about = folder, about
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
-        self.sized = False
+        self.before, self.sized = 0, False
+
+    def of(self, bar: Progress) -> Course:
+        """Return itself for further runs, whose progress a bar shows."""
+        self.bar, self.before = bar, self.about["done"]
+        return self
 
     def __call__(self, done: int, total: int) -> None:
         """Take progress: the first call comes when the store has been opened."""
+        self.bar(done, total)
+        done, total = self.before + done, self.before + total
         new = self.about["total"] != total
         self.about |= {"done": done, "total": total}
-        self.bar(done, total)
         if not self.sized:
             self.tell_size(total)
         now = time.monotonic()
@@ -145,7 +151,7 @@ def carry_out(
                     course.write("failed", reason=in_words(error))
             raise
         if store is not None:
-            course.write("finished", result=result, done=about["total"])
+            course.write("finished", result=result)
     tell(result, as_json=as_json)
     if result["doubts"]:
         raise typer.Exit(DOUBTFUL)
@@ -198,8 +204,7 @@ def results(
         text = f"{output} has {before} recorded runs; those that serve are not made again."
         print_text(text, error=True)
     with progress_bars() as task:
-        course.bar = task(label)
-        progress = course.bar if store is None else course
+        progress = course.of(task(label)) if store is not None else task(label)
         if study.expands:
             surrogate = study.expand(**options, progress=progress)
             files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
@@ -207,8 +212,12 @@ def results(
         else:
             surrogate, files, bands = None, [], study.run(**options, progress=progress)
     files += [data] * save(lambda: write_netcdf(bands, data))
-    new = plan.new_runs(study)
-    checked = verified(surrogate, study, new, store, where) if surrogate and new else None
+    checked, new = None, plan.new_runs(study)
+    if surrogate is not None and new:
+        own = {k: options[k] for k in ("store", "executor", "failed")}
+        with progress_bars() as task:
+            progress = course.of(task("new runs")) if store is not None else task("new runs")
+            checked = verified(surrogate, study, runs=new, progress=progress, **own)
     if checked is not None:
         files += [checks] * save(lambda: write_netcdf(checked, checks))
     title = f"{plan.title}: {label}, {bands.attrs['runs']} runs"
@@ -229,7 +238,7 @@ def results(
         "title": title,
         "table": table,
         "runs": int(bands.attrs["runs"]),
-        "doubts": doubts(bands, checked),
+        "doubts": doubts(bands, checked, asked=bool(new)),
         "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
         "written": written,
         "checksums": course.folder.signed([page, *files]),
@@ -241,20 +250,19 @@ def recorded_runs(folder: StudyFolder) -> int:
     return GrowingArrays(folder.runs).runs
 
 
-def verified(
-    surrogate: Any, study: Study, runs: int, store: Store | None, where: Any
-) -> xr.Dataset | None:
+def verified(surrogate: Any, study: Study, **options: Any) -> xr.Dataset | None:
     """Return how new runs judge a surrogate; print a remark and return None if they fail."""
-    options = {"runs": runs, "sigmas": study.sigmas, "store": store, "executor": where}
     try:
-        return fb.verify(surrogate, study.response, **options)
-    except (fb.InputError, RunError) as error:
-        print_remark(f"the result is not verified: {error}")
+        return fb.verify(surrogate, study.response, sigmas=study.sigmas, **options)
+    except RunsNeeded:
+        raise
+    except Exception as error:  # whatever a response raises; the bands are there
+        print_remark(f"the result is not verified: {in_words(error)}")
         return None
 
 
-def doubts(bands: xr.Dataset, checked: xr.Dataset | None) -> list[str]:
-    """Return why a result is not what was asked for."""
+def doubts(bands: xr.Dataset, checked: xr.Dataset | None, *, asked: bool) -> list[str]:
+    """Return why a result is not what was asked for; `asked` is whether new runs were."""
     own, found = bands.attrs, []
     if own.get("expected_error", 0.0) > own.get("tolerance", float("inf")):
         found.append("the tolerance is not met")
@@ -262,6 +270,8 @@ def doubts(bands: xr.Dataset, checked: xr.Dataset | None) -> list[str]:
         found.append("the result is not trusted")
     if checked is not None and checked.attrs["confirmed"] == "no":
         found.append("new runs do not confirm the result")
+    if checked is None and asked:
+        found.append("new runs failed, so that the result is not verified")
     return found
 
 

@@ -18,12 +18,13 @@ from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, S
 
 ERROR, DOUBTFUL, WAITING, STOPPED = 1, 3, 4, 130
 """Exit statuses besides 0, done, and 2, wrong usage: an error; finished, but the result does not
-meet its tolerance or is not trusted; points wait to be run elsewhere; stopped by Ctrl-C."""
+meet its tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by
+Ctrl-C."""
 
 EXITS = (
     "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
-    "result is not trusted or not confirmed by new runs; 4 points wait to be run elsewhere; 130 "
-    "stopped by Ctrl-C."
+    "result is not trusted, or new runs fail or do not confirm it; 4 points wait to be run "
+    "elsewhere; 130 stopped by Ctrl-C."
 )
 
 

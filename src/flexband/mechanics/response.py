@@ -25,6 +25,7 @@ from flexband.errors import (
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulated
+from flexband.progress import listener
 
 OUTPUTS = 500
 """Times without a given step."""
@@ -128,6 +129,7 @@ class DynamicResponse:
                     substeps=self.step_parts,
                     integrator=self.integrator,
                     threads=self.threads,
+                    progress=listener(),
                     complete=self.given_step,
                 )
             except RunError as error:

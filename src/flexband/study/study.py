@@ -114,7 +114,7 @@ class Study:
         """Return the response with every input at its mean or midpoint: ξ = 0, η = 0."""
         space = Space(first_case(self.located().inputs))
         nominal = space.nominal()
-        found = Evaluations()(self.response, space, "", nominal, None, lambda runs: None)
+        found = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)
         assert found.values is not None
         return found.values.isel(sample=0)
 

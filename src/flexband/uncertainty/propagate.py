@@ -57,7 +57,8 @@ def propagate(
         "stop"; try "half step", a quarter and an eighth, and stop if these fail too; or "leave out"
         and go on without, which regression and the scanning methods can, others only where they
         hold runs out.
-    progress : called as ``progress(done, total)`` after every batch.
+    progress : called as ``progress(done, total)`` after every batch, and, in this process, within a
+        batch of `dynamic_response`.
 
     Returns
     -------

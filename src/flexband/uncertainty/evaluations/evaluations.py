@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -17,6 +17,7 @@ from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import Record
 from flexband.execution.store import Owner, as_store
+from flexband.progress import listening
 from flexband.uncertainty.evaluations.evaluated import Evaluated
 from flexband.uncertainty.evaluations.reuse import texts
 from flexband.uncertainty.inputs.choices import first_case
@@ -34,6 +35,12 @@ HALVINGS = 3
 
 HOPELESS = 8
 """Runs without a success after which all are taken to fail."""
+
+
+class Advance(Protocol):
+    """Takes how many more runs are finished, and how many are done of a call that is not."""
+
+    def __call__(self, finished: int, under_way: int = 0, /) -> object: ...
 
 
 @dataclass
@@ -62,7 +69,7 @@ class Evaluations:
         setting: str,
         points: tuple[np.ndarray, np.ndarray],
         labels: xr.DataArray | None,
-        advance: Callable[[int], object],
+        advance: Advance,
         *,
         recorded: bool = True,
     ) -> Evaluated:
@@ -72,7 +79,7 @@ class Evaluations:
         ----------
         setting : what the values depend on besides the inputs' numbers: options, discretization.
         labels : earlier runs, whose dims and coordinates the response must have.
-        advance : called with the number of runs that are finished.
+        advance : called when runs are finished, and while a call in this process goes on.
         recorded : whether runs are looked up in the store and recorded there.
 
         Raises
@@ -103,7 +110,7 @@ class Evaluations:
         self.failures += len(found.failed)
         return found
 
-    def _look_up(self, found: Evaluated, record: Record, advance: Callable[[int], object]) -> None:
+    def _look_up(self, found: Evaluated, record: Record, advance: Advance) -> None:
         """Take the runs that were made before; failed ones only if they are left out."""
         rows = record.find(found.setting, found.numbers)
         hits = np.flatnonzero(rows >= 0)
@@ -124,14 +131,16 @@ class Evaluations:
         runs: np.ndarray,
         most: int,
         record: Record | None,
-        advance: Callable[[int], object],
+        advance: Advance,
     ) -> None:
         """Make runs, at most so many in one call."""
         parts = [runs[k : k + most] for k in range(0, len(runs), most)]
         tasks = [lambda part=part: found.arguments(part) for part in parts]
         unclear: list[np.ndarray] = []
         failed: dict[int, tuple[str, Exception | None, float]] = {}
-        with closing(self.perform(found.response, tasks)) as outcomes:
+        one_call_at_a_time = self.perform is in_process
+        heard = (lambda done, total: advance(0, done)) if one_call_at_a_time else None
+        with listening(heard), closing(self.perform(found.response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 own, seconds = parts[number], outcome.seconds / len(parts[number])
                 good, values, bad, error = found.judged(own, outcome)
@@ -161,7 +170,7 @@ class Evaluations:
         found: Evaluated,
         failed: Mapping[int, tuple[str, Exception | None, float]],
         record: Record | None,
-        advance: Callable[[int], object],
+        advance: Advance,
     ) -> None:
         """Record failed runs, and raise the error of one unless they are left out."""
         for run, (reason, _, seconds) in failed.items():
@@ -188,7 +197,8 @@ class Evaluations:
             outcome = next(iter(self.perform(response, [lambda: found.arguments(run)])))[1]
             good, values, _, _ = found.judged(run, outcome)
             if len(good):
-                text = f"completed with 1/{2**part} of the step"
+                again = "halved_step" in getattr(outcome.value, "attrs", {})  # by the response
+                text = f"completed with 1/{2 ** (part + again)} of the step"
                 self._keep(record, found, good, values, text, outcome.seconds)
                 return True
         return False

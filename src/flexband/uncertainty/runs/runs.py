@@ -190,9 +190,9 @@ class Runs:
         samples = not callable(getattr(self.method, "expand", None))
         check_repetition(values, again, run, noise_allowed=samples)
 
-    def _advance(self, runs: int) -> None:
-        self.done += runs
-        self.progress(self.done, self.total)
+    def _advance(self, finished: int, under_way: int = 0) -> None:
+        self.done += finished
+        self.progress(self.done + under_way, self.total)
 
     def attributes(self, doubts: str = "") -> dict[str, object]:
         """Return the number of runs and the method, and report that all runs are done.

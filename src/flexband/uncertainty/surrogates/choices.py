@@ -88,7 +88,10 @@ def verified_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
     first = next(iter(found.values())).attrs
     confirmed = [one.attrs["confirmed"] for one in found.values()]
     told = {
-        "runs": sum(one.attrs["runs"] for one in found.values()),
+        name: sum(one.attrs.get(name, 0) for one in found.values())
+        for name in ("runs", "runs_failed")
+        if any(name in one.attrs for one in found.values())
+    } | {
         "confirmed": next((own for own in ("no", "yes") if own in confirmed), confirmed[0]),
         "verdict": ". ".join(f"{label}: {one.attrs['verdict']}" for label, one in found.items()),
     }

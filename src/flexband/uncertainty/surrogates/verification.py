@@ -14,13 +14,19 @@ inequality it exceeds 1/α with a probability below α, whatever the distributio
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
-from flexband.uncertainty.evaluations.evaluations import Evaluations, evaluations, setting
+from flexband.uncertainty.evaluations.evaluations import (
+    Advance,
+    Evaluations,
+    evaluations,
+    setting,
+)
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
@@ -69,6 +75,8 @@ def verify(
     seed: int = 0,
     store: Any = None,
     executor: Any = None,
+    failed: str = "stop",
+    progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
     """Return how far new runs of a response are from its surrogate, and a verdict in words.
 
@@ -82,7 +90,8 @@ def verify(
     runs : number of new runs, whatever the number of outputs.
     sigmas : k of the error bar μ ± kσ.
     seed : seed of the random numbers.
-    store, executor : as in `propagate`.
+    store, executor, failed, progress : as in `propagate`. Runs that are left out are not compared;
+        the verdict counts them.
 
     Returns
     -------
@@ -108,11 +117,21 @@ def verify(
     own = surrogate.surrogates if several else {"": surrogate}
     given = next(iter(own.values())).space.given
     check_names(response, given)
-    with evaluations(response, given, batch=BATCH, store=store, executor=executor) as evaluate:
-        found = {
-            label: _verified(one, response, label, evaluate, runs, sigmas, seed)
-            for label, one in own.items()
-        }
+    if progress is not None:
+        function("progress", progress)
+    options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
+    done, total, found = 0, runs * len(own), {}
+
+    def advance(finished: int, under_way: int = 0) -> None:
+        nonlocal done
+        done += finished
+        if progress is not None:
+            progress(done + under_way, total)
+
+    with evaluations(response, given, **options) as evaluate:
+        advance(0)
+        for label, one in own.items():
+            found[label] = _verified(one, response, label, evaluate, advance, runs, sigmas, seed)
     return verified_choices(found) if several else found[""]
 
 
@@ -121,6 +140,7 @@ def _verified(
     response: Response,
     case: str,
     evaluate: Evaluations,
+    advance: Advance,
     runs: int,
     sigmas: float,
     seed: int,
@@ -132,10 +152,11 @@ def _verified(
     with without_warnings(ResolutionWarning):
         response, halved = _as_expanded(surrogate, response)
         known = setting(case, halved)
-        made = evaluate(response, space, known, (xi, eta), labels, lambda done: None)
+        made = evaluate(response, space, known, (xi, eta), labels, advance)
     assert made.values is not None
-    F = made.values.values
-    missed = np.abs(F - surrogate.standard(xi, eta)).reshape(runs, -1, times)
+    good = np.setdiff1d(np.arange(runs), list(made.failed))
+    F = made.values.values[good]
+    missed = np.abs(F - surrogate.standard(xi[good], eta[good])).reshape(len(good), -1, times)
     round_off = ROUND_OFF * np.abs(F).reshape(missed.shape).max(axis=(0, 2)) + TINY
     width = np.maximum(width, round_off)
     square = np.mean(missed**2, axis=2)
@@ -145,7 +166,7 @@ def _verified(
         "missed": np.sqrt(square.mean(axis=0)),
         "implied_error": SHARE * growth(sigmas) * np.sqrt(square.mean(axis=0)),
         "bar_width": width,
-        "missed_most_in": worst,
+        "missed_most_in": good[worst],
         "missed_most_at": missed[worst, np.arange(len(worst))].argmax(axis=1),
     }
     claim = _expected(surrogate)
@@ -160,13 +181,17 @@ def _verified(
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
     checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in found.items()}, coords)
     values = space.numbers_at(xi, eta)
-    checked["missed_in_run"] = ("sample", *dims), np.sqrt(square).reshape(runs, *shape)
+    in_run = np.full((runs, *shape), np.nan)
+    in_run[good] = np.sqrt(square).reshape(-1, *shape)
+    checked["missed_in_run"] = ("sample", *dims), in_run
     checked["run_place"] = "sample", place
     if values:
         checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
         checked = checked.assign_coords(input=list(values))
-    told = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
-    return checked.assign_attrs(told | _verdict(checked, labels))
+    told: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
+    if made.failed:
+        told["runs_failed"] = len(made.failed)
+    return checked.assign_attrs(told | _verdict(checked, labels, good))
 
 
 def _as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
@@ -217,11 +242,12 @@ def _expected(surrogate: Surrogate) -> np.ndarray | None:
     return None
 
 
-def _verdict(checked: xr.Dataset, labels: xr.DataArray) -> dict[str, str]:
-    """Return the attributes "confirmed" and "verdict"."""
-    runs = checked.sizes["sample"]
-    bounds = sum(own != "anywhere" for own in checked["run_place"].values.tolist())
-    new = f"{runs} new runs, {bounds} of them where the bounds rest,"
+def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
+    """Return the attributes "confirmed" and "verdict"; `good` are the runs that did not fail."""
+    failed = checked.sizes["sample"] - len(good)
+    bounds = sum(own != "anywhere" for own in checked["run_place"].values[good].tolist())
+    left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
+    new = f"{len(good)} new runs{left_out}, {bounds} of them where the bounds rest,"
     share = np.ravel(checked["implied_error"] / checked["bar_width"])
     off = f"{100 * share.max():.2g} % of the error bar's width"
     if "allowed" not in checked:

@@ -1,0 +1,64 @@
+"""Progress within a batch, and of verification."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from flexband.progress import listener
+from tests.execution.responses import good
+from tests.mechanics.models import hardening_spring
+
+INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+
+
+def halfway(a, b):
+    """Tell how many runs are done in the midst of a call, as a simulation does."""
+    if (tell := listener()) is not None:
+        tell(len(a) // 2, len(a))
+    return good(a, b)
+
+
+def test_a_batch_tells_how_many_of_its_runs_are_done(tmp_path):
+    told = []
+    study = {"batch": 16, "progress": lambda *both: told.append(both)}
+    fb.propagate(halfway, INPUTS, fb.LHSScanning(8, 4), **study)
+    done = [0, 8, 16, 24, 32, 32, 33]  # the last run is made again
+    assert told == [(k, 33) for k in done]
+    assert listener() is None
+    told.clear()
+    with ThreadPoolExecutor(2) as executor:  # calls at the same time are told when they end
+        fb.propagate(halfway, INPUTS, fb.LHSScanning(8, 4), executor=executor, **study)
+    assert told == [(k, 33) for k in (0, 16, 32, 33)]
+
+
+def test_verification_tells_its_progress():
+    surrogate, told = fb.expand(good, INPUTS, fb.PCCI(1, 1)), []
+    fb.verify(surrogate, halfway, runs=6, progress=lambda *both: told.append(both))
+    assert told == [(0, 6), (3, 6), (6, 6)]
+    with pytest.raises(fb.InputError, match="progress must be a function"):
+        fb.verify(surrogate, halfway, progress=3)
+
+
+@pytest.mark.filterwarnings("ignore:.*runs diverged with steps")
+def test_simulations_tell_their_progress_and_run_again_with_shorter_steps(tmp_path):
+    """A mass that hits a stiff spring at 15 m/s fails with 0.02 s and with 0.01 s."""
+    response = fb.dynamic_response(hardening_spring, duration=0.2, step=0.02)
+    inputs, told = {"speed": fb.Interval(10.0, 15.0)}, []
+    with pytest.raises(fb.SimulationError, match="speed = 15"):
+        fb.propagate(response, inputs, fb.LHSScanning(2, 2))
+    found = fb.propagate(
+        response, inputs, fb.LHSScanning(2, 21), failed="half step", store=tmp_path,
+        progress=lambda done, total: told.append(done),
+    )  # fmt: skip
+    assert told[0] == 0
+    assert len({done for done in told if 0 < done < 21}) >= 2  # of three blocks of lanes
+    assert told[-1] == 22
+    with fb.open_runs(tmp_path) as runs:
+        own = runs.isel(run=runs.inputs.values[:, 0] == 15.0).load()
+        assert (runs.status == 1).all()
+    assert own.reason.values.tolist() == ["completed with 1/4 of the step"]
+    finer = fb.dynamic_response(hardening_spring, duration=0.2, step=0.005, output_step=0.02)
+    np.testing.assert_array_equal(own.outputs, finer(speed=np.array([15.0])))
+    assert "runs_failed" not in found.attrs

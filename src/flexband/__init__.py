@@ -83,6 +83,9 @@ if TYPE_CHECKING:
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits
+    from flexband.uncertainty.answers.p_box import p_box
+    from flexband.uncertainty.answers.quantiles import quantiles
+    from flexband.uncertainty.answers.value_range import value_range
     from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.distribution import Distribution

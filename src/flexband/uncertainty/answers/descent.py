@@ -1,0 +1,166 @@
+"""Lowest values of many functions of η over the box [−1, 1]^m, by a pattern search.
+
+The functions need no derivatives: quantiles of samples, for instance, have kinks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+FIRST_STEP, NEAR_STEP, LAST_STEP, FACTOR = 0.3, 0.1, 0.01, 4.0
+"""Steps of η: the first, that near the place of a neighbour, the smallest, and what a step is
+divided by where it finds nothing."""
+
+SHARED = 3
+"""Rounds in which the places of neighbours are tried."""
+
+MOST_SWEEPS = 24
+
+Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""η of shape (rows, m) and the number of the function of each row -> values, (rows,)."""
+
+
+def descend(
+    function: Function,
+    which: np.ndarray,
+    eta: np.ndarray,
+    values: np.ndarray,
+    tolerance: np.ndarray,
+    first_step: float = FIRST_STEP,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return values and places of local minima near given places.
+
+    Each variable is tried on both sides of a place; where both are higher, the vertex of the
+    parabola is tried as well; after a sweep over all variables, its whole change once more.
+
+    Parameters
+    ----------
+    which : the number of the function of each row, shape (rows,).
+    eta : where the searches start, shape (rows, m).
+    values : the functions there, shape (rows,).
+    tolerance : gains that count as none, shape (rows,).
+    """
+    best = eta.copy()
+    lowest = values.copy()
+    m = eta.shape[1]
+    step = np.full(len(best), first_step)
+    rows = np.arange(len(best)) if m else np.zeros(0, dtype=int)
+
+    def tried(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Take the places that are lower; return all values, infinite where nothing changes."""
+        found = np.full(len(rows), np.inf)
+        new = np.flatnonzero(np.any(places != best[rows], axis=1))
+        if len(new):
+            found[new] = function(places[new], which[rows[new]])
+            better = new[found[new] < lowest[rows[new]]]
+            best[rows[better]], lowest[rows[better]] = places[better], found[better]
+        return found
+
+    for _ in range(MOST_SWEEPS):
+        if not len(rows):
+            break
+        before, at_start = lowest[rows].copy(), best[rows].copy()
+        for k in range(m):
+            middle, center = best[rows].copy(), lowest[rows].copy()
+            sides = []
+            for sign in (-1.0, 1.0):
+                places = middle.copy()
+                places[:, k] = np.clip(middle[:, k] + sign * step[rows], -1, 1)
+                sides.append((places[:, k] - middle[:, k], tried(rows, places)))
+            (a, left), (b, right) = sides
+            inside = np.flatnonzero(np.isfinite(left + right) & (center < np.minimum(left, right)))
+            if len(inside):
+                a, b, left, right, center = (v[inside] for v in (a, b, left, right, center))
+                slopes = (left - center) / a, (right - center) / b
+                bend = (slopes[1] - slopes[0]) / (b - a)
+                vertex = -(slopes[0] - bend * a) / (2 * bend)
+                places = middle[inside]
+                places[:, k] = np.clip(places[:, k] + np.clip(vertex, a, b), -1, 1)
+                tried(rows[inside], places)
+        if m > 1:
+            moved = best[rows] - at_start
+            tried(rows, np.clip(best[rows] + moved, -1, 1))
+        step[rows[before - lowest[rows] <= tolerance[rows]]] /= FACTOR
+        rows = rows[step[rows] > LAST_STEP]
+    return lowest, best
+
+
+def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarray:
+    """Return the lowest points of a scan that no neighbour is below, shape (count, series).
+
+    Where there are fewer, the lowest one is repeated.
+
+    Parameters
+    ----------
+    values : shape (points, series).
+    beside : the numbers of the points next to each, shape (points, neighbours).
+    """
+    free = np.ones(values.shape, dtype=bool)
+    for own in beside.T:
+        free &= values <= values[own]
+    ranked = np.where(free, values, np.inf)
+    count = min(count, len(values))
+    found = np.argpartition(ranked, count - 1, axis=0)[:count]
+    first = ranked.argmin(axis=0)
+    ranks = np.take_along_axis(ranked, found, axis=0)
+    return np.where(np.isfinite(ranks), found, first)
+
+
+def lowest_of_neighbours(
+    function: Function,
+    which: np.ndarray,
+    starts: np.ndarray,
+    tolerance: np.ndarray,
+    descents: int | None = None,
+) -> np.ndarray:
+    """Return the places of the lowest values of functions that change little from each to the next.
+
+    Parameters
+    ----------
+    which : numbers of the functions, shape (functions,).
+    starts : places where searches start, shape (starts, functions, m).
+    tolerance : as in `descend`, shape (functions,).
+    descents : number of these, the lowest ones, from which there is a descent; all by default.
+    """
+    count, rows, m = starts.shape
+    own = np.arange(rows)
+    repeated = np.tile(which, count)
+    values = function(starts.reshape(-1, m), repeated).reshape(count, rows)
+    first_step = FIRST_STEP
+    if descents is not None:
+        chosen = values.argsort(axis=0)[:descents]
+        starts, values = starts[chosen, own], np.take_along_axis(values, chosen, axis=0)
+        count, first_step, repeated = descents, NEAR_STEP, np.tile(which, descents)
+    flat, places = descend(
+        function,
+        repeated,
+        starts.reshape(-1, m),
+        values.ravel(),
+        np.tile(tolerance, count),
+        first_step,
+    )
+    best = flat.reshape(count, rows).argmin(axis=0)
+    lowest, eta = flat.reshape(count, rows)[best, own], places.reshape(count, rows, m)[best, own]
+    for _ in range(SHARED):
+        improved = np.zeros(0, dtype=int)
+        for shift in (1, -1):
+            other = np.clip(own + shift, 0, rows - 1)
+            differ = np.flatnonzero(np.abs(eta[other] - eta).max(axis=1, initial=0) > NEAR_STEP)
+            there = function(eta[other[differ]], which[differ]) if len(differ) else np.zeros(0)
+            better = there < lowest[differ]
+            rows_better = differ[better]
+            eta[rows_better], lowest[rows_better] = eta[other[rows_better]], there[better]
+            improved = np.union1d(improved, rows_better)
+        if not len(improved):
+            break
+        lowest[improved], eta[improved] = descend(
+            function,
+            which[improved],
+            eta[improved],
+            lowest[improved],
+            tolerance[improved],
+            NEAR_STEP,
+        )
+    return eta

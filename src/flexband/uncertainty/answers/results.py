@@ -1,0 +1,94 @@
+"""Answers as labelled datasets, with the errors that are expected of the surrogate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.bands import BOUNDS
+from flexband.uncertainty.surrogates.sigmas import growth
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+ERRORS = ("error_bar_expected_error", "truncation")
+"""Diagnostics that tell the error of μ ± σ, the best first."""
+
+CARRIED = ("expected_error", "not_trusted", "runs", "method", "tolerance", "stopped")
+"""Attributes of the surrogate that answers have as well."""
+
+WITHOUT_UNITS = ("_at", "_choice")
+"""Endings of variables that are no values of the outputs."""
+
+
+def check_free(name: str, labels: xr.DataArray) -> None:
+    """Raise `InputError` if a response has a dimension or coordinate that an answer adds."""
+    if name in labels.dims or name in labels.coords:
+        raise InputError(f"the response must have no dimension or coordinate {name!r}")
+
+
+def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
+    """Return the error expected of μ ± kσ of every output and time, None if there is no estimate.
+
+    The diagnostics have that of μ ± σ, or an indicator of the truncation error.
+    """
+    told, factor = surrogate.diagnostics, growth(sigmas)
+    for name in ERRORS:
+        if name in told:
+            own = told[name].transpose(*surrogate.labels.dims[1:]).values
+            finer = "error_bar_discretization_error" in told  # of bands: if σ alone moves
+            return own * (max(factor, sigmas) if finer else factor)
+    return None
+
+
+def places(
+    name: str, space: Space, eta: np.ndarray, dims: Sequence[Any], shape: Sequence[int]
+) -> dict[str, Any]:
+    """Return a variable with the values of the interval inputs at η, if there are any.
+
+    Parameters
+    ----------
+    eta : shape (…, m), as many as places.
+    dims, shape : of the variable, besides its first dim "input".
+    """
+    intervals = Space(space.of_kind(random=False))
+    if not intervals.inputs:
+        return {}
+    flat = eta.reshape(-1, eta.shape[-1])
+    values = intervals.numbers_at(np.zeros((len(flat), 0)), flat)
+    stacked = np.array(list(values.values())).reshape(-1, *shape)
+    return {name: (("input", *dims), stacked), "input": ("input", list(values))}
+
+
+def answer(
+    surrogate: Surrogate,
+    data: Mapping[str, Any],
+    coords: Mapping[str, Any],
+    attrs: Mapping[str, Any],
+    long_names: Mapping[str, str],
+) -> xr.Dataset:
+    """Return the dataset of an answer, with the coordinates of the response, units and names."""
+    named = {**coordinates(surrogate.labels), "bound": BOUNDS, **coords}
+    result = xr.Dataset(dict(data))
+    used = {k: v for k, v in named.items() if k in ("unit",) or k in result.dims}
+    for k, v in coordinates(surrogate.labels).items():
+        if set(v.dims) <= set(result.dims):
+            used[k] = v
+    result = result.assign_coords(used)
+    if "input" in result.data_vars:
+        result = result.set_coords("input")
+    units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
+    for name, words in long_names.items():
+        if name in result.variables:
+            result[name].attrs["long_name"] = words
+            if len(units) == 1 and name in result.data_vars and not name.endswith(WITHOUT_UNITS):
+                result[name].attrs["units"] = str(next(iter(units)))
+    told = surrogate.diagnostics.attrs
+    carried = {f"surrogate_{k}": told[k] for k in CARRIED if k in told}
+    if not any(name in surrogate.diagnostics for name in ERRORS):
+        carried["surrogate_expected_error"] = "the method of the surrogate gives none"
+    return result.assign_attrs({**attrs, **carried})

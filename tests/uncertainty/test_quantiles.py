@@ -196,11 +196,11 @@ def test_refused(of_linear, arguments, message):
 def test_refused_ranges_and_p_boxes(of_linear):
     with pytest.raises(fb.InputError, match="not all random inputs are bounded"):
         fb.value_range(of_linear, 1)
-    with pytest.raises(fb.InputError, match="must be above 0, and 1 at most; got 1.5"):
+    with pytest.raises(fb.InputError, match="must be above 0, and 1 at most"):
         fb.value_range(of_linear, 1.5)
     with pytest.raises(fb.InputError, match=r"dimensions left: dim_1 \(2\)"):
         fb.p_box(of_linear)
-    with pytest.raises(fb.InputError, match="surrogate must be one that"):
+    with pytest.raises(fb.InputError, match="must be one that"):
         fb.quantiles(None)
 
 

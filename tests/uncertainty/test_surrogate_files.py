@@ -198,9 +198,9 @@ def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
 
 def test_the_format_has_a_version(saved, tmp_path):
     parts = members(saved["plain"])
-    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 6', '"format": 5')
+    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 7', '"format": 5')
     content = sealed(parts | {"about.npy": npy(np.array(about))})
-    refused(tmp_path / "s.npz", content, "the format of the surrogate is 5, not 6; save it again")
+    refused(tmp_path / "s.npz", content, "the format of the surrogate is 5, not 7; save it again")
 
 
 def test_the_polynomials_are_those_of_the_inputs(saved, tmp_path):

@@ -9,6 +9,7 @@ from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, trust
+from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -47,7 +48,14 @@ def surrogate_of(course: Adaptation) -> Surrogate:
             if frequency * numbers.get("step", 0.0) > 0
         ],
     )
-    return Surrogate(course.space, labels, tuple(choice.expansions()), told)
+    held = HeldOut(
+        course.held.xi,
+        course.held.eta,
+        choice.missed,
+        choice.overshoot,
+        error.window,
+    )
+    return Surrogate(course.space, labels, tuple(choice.expansions()), told, held)
 
 
 def _variables(space: Space) -> list[str]:

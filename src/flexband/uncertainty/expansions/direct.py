@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.substitution import Substitution, substituted
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,11 @@ class DirectExpansion:
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> DirectExpansion:
         which = np.searchsorted(self.outputs, outputs)
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
+
+    def substituted(
+        self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
+    ) -> DirectExpansion:
+        return replace(self, values=substituted(self.values, substitutions, families))
 
     def arrays(self) -> dict[str, np.ndarray]:
         return {"outputs": self.outputs, **self.values.arrays()}

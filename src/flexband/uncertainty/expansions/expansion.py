@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.substitution import Substitution
 
 SIGMAS = (0.0, -1.0, 1.0)
 """Multiples of σ whose bounds make the bands: μ, μ − σ and μ + σ of Eqs. (3) and (4)."""
@@ -51,6 +54,12 @@ class Expansion(Protocol):
 
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> Expansion:
         """Return the expansion of some of its outputs, by number, at some of the times."""
+        ...
+
+    def substituted(
+        self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
+    ) -> Expansion:
+        """Return the expansion in other variables; see `substitution.substituted`."""
         ...
 
     def arrays(self) -> dict[str, np.ndarray]:

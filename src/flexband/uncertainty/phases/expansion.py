@@ -10,8 +10,8 @@ and put together where the extremes are searched.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.sequences import interval_sequence
+from flexband.uncertainty.expansions.substitution import Substitution, substituted
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
 from flexband.uncertainty.phases.layout import PartColumns
@@ -77,6 +78,11 @@ class PhaseExpansion:
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, times)
         return PhaseExpansion(outputs, parts, PartColumns.of(len(outputs), self.columns.carriers))
+
+    def substituted(
+        self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
+    ) -> PhaseExpansion:
+        return replace(self, parts=substituted(self.parts, substitutions, families))
 
     def arrays(self) -> dict[str, np.ndarray]:
         carriers = np.array(self.columns.carriers)

@@ -13,6 +13,7 @@ from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.evaluation import LARGEST, check_labels
 from flexband.uncertainty.surrogates.bands import VARIABLES
+from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MAX_ORDER = 101
@@ -36,6 +37,8 @@ def check(surrogate: Surrogate) -> None:
     numbers = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
     if not np.array_equal(np.sort(numbers), np.arange(outputs)):
         raise InputError(f"the expansions must be those of {outputs} outputs, each once")
+    if surrogate.held_out is not None:
+        _check_held_out(surrogate.held_out, *dimensions, outputs, times)
     _check_attributes(diagnostics.attrs)
     for variable in (*labels.coords.values(), *diagnostics.variables.values()):
         _check_attributes(variable.attrs)
@@ -62,6 +65,19 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
     values = expansion.evaluate(xi, eta)
     if values.shape != (2, len(outputs), times) or not np.all(np.abs(values) <= LARGEST):
         raise InputError("values of an expansion must be finite, and those of the labels")
+
+
+def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> None:
+    """Check the shapes of held-out runs, and that they are numbers."""
+    runs = len(held.missed)
+    shapes = {"xi": (runs, n), "eta": (runs, m), "missed": (runs, outputs, times)}
+    for name, shape in (shapes | {"overshoot": (outputs, times)}).items():
+        own = getattr(held, name)
+        if own.dtype.kind != "f" or own.shape != shape or not np.all(np.abs(own) <= LARGEST):
+            raise InputError(f"{name} of held-out runs must be finite, of shape {shape}")
+    window = np.asarray(held.window)
+    if not runs or window.shape or window.dtype.kind not in "iu" or not 0 <= window <= times:
+        raise InputError("held-out runs must be some, and their window within the times")
 
 
 def _check_index(index: np.ndarray, dimension: int) -> None:

@@ -31,12 +31,14 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.archive import read_archive, write_archive
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.consistency import check
+from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-FORMAT = 6
+FORMAT = 7
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
 variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
-inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage."""
+inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
+held-out runs are kept."""
 
 EXPANSIONS = {
     "DirectExpansion": "flexband.uncertainty.expansions.direct",
@@ -85,6 +87,9 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
     }
     for k, expansion in enumerate(surrogate.expansions):
         arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
+    held = surrogate.held_out
+    if held is not None:
+        arrays |= {f"held_out/{name}": np.asarray(v) for name, v in vars(held).items()}
     about = {
         "inputs": _recorded_inputs(surrogate.space.given),
         "dims": labels.dims,
@@ -173,14 +178,16 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     coords, variables = _under("coords/", named), _under("diagnostics/", named)
     labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
     found = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
-    if len(arrays) != len(named) + sum(map(len, found)):
+    held = _under("held_out/", arrays)
+    if len(arrays) != len(named) + len(held) + sum(map(len, found)):
         raise ValueError("arrays without a use")
     space = Space({name: _restored(one) for name, one in about["inputs"].items()})
     expansions = tuple(
         _expansion(kind, own, space) for kind, own in zip(about["expansions"], found, strict=True)
     )
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
-    surrogate = Surrogate(space, labels, expansions, diagnostics)
+    held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
+    surrogate = Surrogate(space, labels, expansions, diagnostics, held_out)
     check(surrogate)
     return surrogate
 

@@ -42,7 +42,8 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     diagnostics : those of μ ± σ.
     bar : the error bar of μ ± kσ, dims (bound, …).
     """
-    if sigmas == 1:
+    narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
+    if sigmas == 1 and not narrowed:
         return diagnostics
     own = [str(k) for k in diagnostics if str(k).startswith("error_bar_")]
     told = diagnostics.assign({name: diagnostics[name] * growth(sigmas) for name in own})
@@ -54,9 +55,9 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     relative = {
         name: relative_error(told, name, bar)
         for name in ("expected_error", "expansion_error", "discretization_error")
-        if isinstance(told.attrs.get(name), float) and f"error_bar_{name}" in own
+        if f"error_bar_{name}" in own and (narrowed or isinstance(told.attrs.get(name), float))
     }
-    if isinstance(relative.get("discretization_error"), float):
+    if "discretization_error" in relative and not narrowed:
         ratio = relative["discretization_error"] / (told.attrs["discretization_error"] or 1.0)
         for name in (f"{part}_error" for part in told.attrs["refined"]):
             if name not in relative:

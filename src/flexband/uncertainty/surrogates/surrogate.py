@@ -12,9 +12,12 @@ import xarray as xr
 from flexband.errors import instance
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.narrowing import part_of
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
+from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.narrowing import narrowed_diagnostics, runs_in
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, diagnostics_of
 
 
@@ -29,12 +32,14 @@ class Surrogate:
     expansions : each of some of its outputs. The last dim of the response is its times; all dims
         before it together are its outputs.
     diagnostics : expected errors, carriers, orders: whatever the method reports.
+    held_out : what it misses in runs that were not fitted; None if the method has no such runs.
     """
 
     space: Space
     labels: xr.DataArray
     expansions: tuple[Expansion, ...]
     diagnostics: xr.Dataset
+    held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
         instance("labels", self.labels, xr.DataArray)
@@ -91,6 +96,35 @@ class Surrogate:
     def extremes(self, sigmas: float = 1.0) -> list[Extremes]:
         """Return the bounds of μ, μ − kσ and μ + kσ, values of shape (2, outputs, times)."""
         return extremes_of(self.expansions, sigmas=sigmas)
+
+    def narrowed(self, **inputs: Any) -> Surrogate:
+        """Return the surrogate for tighter tolerances or less scatter, without any further run.
+
+        Its errors are judged by the held-out runs inside the new inputs, or the nearest eight where
+        fewer are inside; where the method has no such runs, they are those of the wider inputs.
+
+        Parameters
+        ----------
+        inputs : those that change, by name: a narrower `Interval`, a distribution, or a number. A
+            parameter of a distribution that is an interval has the name ``input.parameter``.
+
+        Raises
+        ------
+        InputError
+            If a name is none of the inputs, or a new one is beyond the runs: an interval outside
+            the old one, or a mean ± 3σ outside that of the old distribution.
+        """
+        part = part_of(self.space, inputs)
+        families = part.space.families
+        expansions = [one.substituted(part.substitutions, families) for one in self.expansions]
+        found = replace(self, space=part.space, expansions=tuple(expansions), held_out=None)
+        held, values = None, np.zeros((0, 1, 1))
+        if self.held_out is not None:
+            held = runs_in(part, self.held_out)
+            joint = found.standard(held.xi, held.eta)
+            values = joint.reshape(len(joint), *self.held_out.missed.shape[1:])
+        told = narrowed_diagnostics(self.diagnostics, self.labels, part, held, values)
+        return replace(found, diagnostics=told, held_out=held)
 
     def bands(self, sigmas: float = 1.0) -> xr.Dataset:
         """Return interval mean and interval error bar, with the diagnostics.

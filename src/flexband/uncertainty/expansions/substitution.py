@@ -1,0 +1,115 @@
+"""Expansions in other variables: on a part of an interval, with less scatter, at a point.
+
+A polynomial in x is one of the same order in x′ if x = c + r x′, so nothing is fitted again:
+P_k(c + r x′) = Σ_j M_kj P_j(x′). A term that is a product takes the matrices of its variables one
+after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import chebyshev_values, chebyshev_zeros
+
+MORE_ORDERS = 12
+"""Orders beyond the old one, for a random variable that is a curved function of the new one."""
+
+PRECISION = 1e-9
+"""Part of a polynomial's root mean square that its expansion in other polynomials may miss."""
+
+ROUNDING = 1e-14
+"""Entries of matrices below this part of the largest are due to rounding."""
+
+
+@dataclass(frozen=True)
+class Substitution:
+    """What a standard variable is replaced by.
+
+    Attributes
+    ----------
+    matrix : gives M_kj, (order + 1, new orders + 1), for the order in the old variable.
+    remains : whether there is a new variable; if not, the old one is fixed.
+    """
+
+    matrix: Callable[[int], np.ndarray]
+    remains: bool = True
+
+
+def interval_part(center: float, radius: float) -> Substitution:
+    """Return η = center + radius η′."""
+
+    def matrix(order: int) -> np.ndarray:
+        x = chebyshev_zeros(order)
+        old = chebyshev_values(order, center + radius * x)
+        return np.linalg.solve(chebyshev_values(order, x), old).T
+
+    return Substitution(matrix)
+
+
+def fixed_interval(eta: float) -> Substitution:
+    """Return η at a value."""
+    return Substitution(lambda order: chebyshev_values(order, np.array([eta])).T, remains=False)
+
+
+def fixed_random(family: Family, xi: float) -> Substitution:
+    """Return ξ at a value."""
+    return Substitution(lambda order: family.values(order, np.array([xi])).T, remains=False)
+
+
+def random_part(
+    old: Family, new: Family, function: Callable[[np.ndarray], np.ndarray]
+) -> Substitution:
+    """Return ξ as a function of ξ′, whose polynomials are those of another family.
+
+    Orders are added until nothing that matters is missed, which none are if the function is linear.
+    """
+
+    def matrix(order: int) -> np.ndarray:
+        found = np.ones((1, 1))
+        for more in range(order, order + MORE_ORDERS + 1):
+            x, weights = new.gauss(order + more + 2)
+            values, own = old.values(order, function(x)), new.values(more, x)
+            norms = new.norms(more)
+            found = (values * weights[:, None]).T @ own / norms
+            square = weights @ values**2
+            missed = square - found**2 @ norms
+            if order == 0 or np.all(missed <= PRECISION * square):
+                break
+        return found
+
+    return Substitution(matrix)
+
+
+def substituted(
+    expansion: HybridExpansion,
+    substitutions: Mapping[int, Substitution],
+    families: Sequence[Family],
+) -> HybridExpansion:
+    """Return an expansion in other variables.
+
+    Parameters
+    ----------
+    substitutions : by the number of the variable, η first.
+    families : of the random variables that remain.
+    """
+    index, transform = expansion.index, eye_array(len(expansion.index), format="csr")
+    for variable, own in substitutions.items():
+        orders = index[:, variable]
+        matrix = own.matrix(int(orders.max(initial=0)))
+        matrix = np.where(np.abs(matrix) > ROUNDING * np.abs(matrix).max(), matrix, 0.0)
+        term, order = np.nonzero(matrix[orders])
+        new = index[term]
+        new[:, variable] = order
+        index, which = np.unique(
+            np.concatenate([np.zeros_like(index[:1]), new]), axis=0, return_inverse=True
+        )
+        entries = matrix[orders[term], order], (which.ravel()[1:], term)
+        transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
+    left = [v for v in range(index.shape[1]) if v not in substitutions or substitutions[v].remains]
+    return HybridExpansion(tuple(families), index[:, left], transform @ expansion.coefficients)

@@ -1,0 +1,241 @@
+"""A part of the inputs: narrower intervals, less scatter, or values that are fixed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import InputError, shown
+from flexband.uncertainty.expansions.substitution import (
+    Substitution,
+    fixed_interval,
+    fixed_random,
+    interval_part,
+    random_part,
+)
+from flexband.uncertainty.inputs.constants import Constant, is_number
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.space import Space
+
+COVERED = 3.0
+"""Standard deviations of a normal variable up to which the runs of a study count as there."""
+
+ROUNDING = 1e-6
+"""By which a new distribution may be beyond the old one."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Inputs within others, and how their standard variables follow from each other.
+
+    Attributes
+    ----------
+    space : the narrower inputs.
+    substitutions : of the old variables that change, by number, η first.
+    center, radius : where the narrower inputs are in the old variables, three standard deviations
+        to both sides of a mean, shape (m + n,); the radius is ∞ for what does not change.
+    unit : the radius of all of an old variable, shape (m + n,).
+    """
+
+    space: Space
+    substitutions: Mapping[int, Substitution]
+    center: np.ndarray
+    radius: np.ndarray
+    unit: np.ndarray
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return how far old η and ξ, (points, m + n), are from the part, 0 inside, (points,)."""
+        beyond = (np.abs(points - self.center) - self.radius) / self.unit
+        return np.maximum(beyond, 0.0).max(axis=1, initial=0.0)
+
+    def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return new ξ and η of old η and ξ, (points, m + n), about, if they are not linear."""
+        changed = np.isfinite(self.radius) & (self.radius > 0)
+        left = [
+            k
+            for k in range(old.shape[1])
+            if k not in self.substitutions or self.substitutions[k].remains
+        ]
+        new = np.where(changed, (old - self.center) / np.where(changed, self.radius, 1.0), old)
+        m = self.space.interval_dimension
+        new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, left]
+        scaled = changed[left]
+        scaled[:m] = False
+        units = np.concatenate([np.ones(m), _units(self.space)])
+        new[:, scaled] *= units[scaled]
+        return new[:, m:], new[:, :m]
+
+
+def part_of(space: Space, changes: Mapping[str, Any]) -> Part:
+    """Return the part of the inputs that narrower ones span.
+
+    Raises
+    ------
+    InputError
+        If a name is none of the inputs, or a new input is not within the old one.
+    """
+    if not changes:
+        raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")
+    first = _numbers_of_variables(space)
+    total = space.interval_dimension + space.random_dimension
+    center, radius = np.zeros(total), np.full(total, np.inf)
+    given, found = dict(space.given), {}
+    for name, change in changes.items():
+        one = _old(space, name)
+        owner, _, parameter = name.rpartition(".")
+        new = _new(name, change)
+        if isinstance(one, RandomField) and isinstance(new, RandomField) and new.domain is None:
+            new = replace(new, domain=one.domain)
+        if name not in given:  # a parameter that is an interval stays one, maybe of no width
+            number = is_number(new)
+            given[owner] = replace(
+                given[owner], **{parameter: Interval(new, new) if number else new}
+            )
+        else:
+            given[name] = new
+        try:
+            own = _substitutions(one, new, keeps=name not in space.given)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+        for k, (substitution, *where) in enumerate(own, first[name]):
+            found[k], (center[k], radius[k]) = substitution, where
+    unit = np.concatenate([np.ones(space.interval_dimension), _units(space)])
+    return Part(Space(given), found, center, radius, unit)
+
+
+def _units(space: Space) -> np.ndarray:
+    """Return the radius of every ξ within three standard deviations of a normal variable, (n,)."""
+    ends = np.array([-COVERED, COVERED])
+    return np.array([np.ptp(family.of_normal(ends)) / 2 for family in space.families])
+
+
+def fixed(space: Space, names: list[str]) -> dict[int, Substitution]:
+    """Return the substitutions that fix inputs at their nominal values: midpoints and means."""
+    first, found = _numbers_of_variables(space), {}
+    families = space.families
+    for name in names:
+        one = space.inputs[name]
+        for k in range(first[name], first[name] + one.dimension):
+            if one.random:
+                family = families[k - space.interval_dimension]
+                xi = float(_mean(one)) if isinstance(one, Distribution) else 0.0
+                found[k] = fixed_random(family, xi)
+            else:
+                found[k] = fixed_interval(0.0)
+    return found
+
+
+def _mean(one: Distribution) -> float:
+    """Return ξ at the mean of a distribution."""
+    return np.ravel(one.standard(np.array([float(one._frozen.mean())])))[0]
+
+
+def _numbers_of_variables(space: Space) -> dict[str, int]:
+    """Return the number of the first variable of every uncertain input, η first."""
+    numbers, k = {}, 0
+    for random in (False, True):
+        for name, one in space.of_kind(random=random).items():
+            numbers[name] = k
+            k += one.dimension
+    return numbers
+
+
+def _old(space: Space, name: str) -> Input:
+    one = space.inputs.get(name)
+    if one is None or isinstance(one, Constant):
+        uncertain = [k for k, own in space.inputs.items() if not isinstance(own, Constant)]
+        raise InputError(f"{name} must be one of the uncertain inputs {', '.join(uncertain)}")
+    for group in space.given.values():
+        if isinstance(group, Correlated) and name in group.members:
+            raise InputError(f"{name} cannot be narrowed, since it is correlated with others")
+    if one.random and one.intervals:
+        own = " and ".join(f"{name}.{parameter}" for parameter in one.intervals)
+        raise InputError(f"{name} is narrowed by its parameters that are intervals: {own}")
+    return one
+
+
+def _new(name: str, change: Any) -> Any:
+    """Return a number or an input."""
+    try:
+        new = as_input(change)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    if is_number(new):
+        return float(new)
+    if not isinstance(new, Input) or new.intervals:
+        raise InputError(
+            f"{name} must be a number or an input of the old kind; got {shown(change)}"
+        )
+    return new
+
+
+Placed = tuple[Substitution, float, float]
+"""A substitution, and the center and the radius of its part."""
+
+
+def _substitutions(one: Input, new: Any, *, keeps: bool) -> list[Placed]:
+    """Return one substitution per variable of an input."""
+    if isinstance(one, Interval):
+        return [_of_interval(one, new, keeps=keeps)]
+    if isinstance(one, Distribution):
+        return [_of_distribution(one, new)]
+    if isinstance(one, RandomField) and isinstance(new, RandomField):
+        return _of_field(one, new)
+    raise InputError(f"{type(one).__name__} cannot be narrowed to {shown(new)}")
+
+
+def _of_interval(one: Interval, new: Any, *, keeps: bool) -> Placed:
+    if not isinstance(new, float | Interval):
+        raise InputError(f"must be a number or an Interval within {one!r}; got {shown(new)}")
+    ends = (new, new) if isinstance(new, float) else (new.lower, new.upper)
+    low, high = one.standard(np.array(ends))
+    center, radius = (low + high) / 2, (high - low) / 2
+    if isinstance(new, float) and not keeps:
+        return fixed_interval(center), center, 0.0
+    return interval_part(center, radius), center, radius
+
+
+def _of_distribution(one: Distribution, new: Any) -> Placed:
+    if not isinstance(new, float | Distribution):
+        raise InputError(f"must be a number or a distribution within {one!r}; got {shown(new)}")
+    told = "it is" if isinstance(new, float) else "its 3σ range ends"
+    reach = np.array([-COVERED, COVERED])
+    ends = np.array([new, new]) if isinstance(new, float) else new.at_normal(reach)
+    scores = one.to_normal(ends)
+    if not np.all(np.abs(scores) <= COVERED + ROUNDING):
+        farther = scores[np.argmax(np.abs(scores))]
+        raise InputError(
+            f"{new!r} is beyond the runs: {told} at {farther:.3g} standard deviations of {one!r}; "
+            f"allowed are {COVERED:g}"
+        )
+    low, high = np.ravel(one.standard(ends)).tolist()
+    where = (low + high) / 2, (high - low) / 2
+    if isinstance(new, float):
+        return fixed_random(one.family, low), *where
+
+    def old_xi(xi: np.ndarray) -> np.ndarray:
+        return np.ravel(one.standard(np.ravel(new.value(xi[:, None]))))
+
+    return random_part(one.family, new.family, old_xi), *where
+
+
+def _of_field(one: RandomField, new: RandomField) -> list[Placed]:
+    stds = one.std, new.std
+    changed = [f.name for f in fields(one) if getattr(one, f.name) != getattr(new, f.name)]
+    if changed != ["std"] or not all(is_number(s) for s in stds) or one.distribution != "normal":
+        raise InputError(
+            f"a normal RandomField can be narrowed in its std, a number; {', '.join(changed)} "
+            "of the new one differ"
+        )
+    ratio = float(stds[1]) / float(stds[0])  # pyright: ignore[reportArgumentType]
+    if ratio > 1 + ROUNDING:
+        raise InputError(f"std must be {stds[0]:g} or less; got {stds[1]:g}")
+    part = random_part(one.family, one.family, lambda xi: ratio * xi)
+    return [(part, 0.0, COVERED * ratio)] * one.dimension

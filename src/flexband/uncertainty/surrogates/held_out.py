@@ -1,0 +1,47 @@
+"""What a surrogate misses in held-out runs, which tell its error in any part of its inputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.uncertainty.surrogates.diagnostics import running, share
+
+FEWEST = 8
+"""Runs that judge a part of the inputs; where fewer are inside, the nearest to it count too."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Held-out runs, and what the expansion misses in them.
+
+    Attributes
+    ----------
+    xi, eta : shapes (runs, n) and (runs, m).
+    missed : shape (runs, outputs, times).
+    overshoot : how far the expansion leaves the range of all runs for rare values of random
+        variables, root mean square, shape (outputs, times).
+    window : half of the number of times over which errors are averaged.
+    """
+
+    xi: np.ndarray
+    eta: np.ndarray
+    missed: np.ndarray
+    overshoot: np.ndarray
+    window: int
+
+    def expected_error(self, intervals: int) -> np.ndarray:
+        """Return the error expected of the error bar over so many intervals, (outputs, times)."""
+        missed = np.sqrt(np.mean(self.missed**2, axis=0))
+        return running(np.hypot(share(intervals) * missed, self.overshoot), self.window)
+
+    def nearest(self, distance: np.ndarray) -> np.ndarray:
+        """Return which runs judge a part of the inputs: those inside, but eight at least.
+
+        Parameters
+        ----------
+        distance : of each run from that part, 0 inside, shape (runs,).
+        """
+        order = np.argsort(distance, kind="stable")
+        return np.sort(order[: max(FEWEST, np.count_nonzero(distance == 0))])

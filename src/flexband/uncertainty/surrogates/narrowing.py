@@ -1,0 +1,81 @@
+"""Surrogates of a part of their inputs, from the same runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from flexband.uncertainty.inputs.narrowing import Part
+from flexband.uncertainty.inputs.unfolding import in_words
+from flexband.uncertainty.surrogates.diagnostics import trust
+from flexband.uncertainty.surrogates.extrapolation import NAMES
+from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.sigmas import growth
+
+RELATIVE = ("expected_error", "expansion_error", "discretization_error")
+"""Errors as parts of the width of the bands, which are found with the bands."""
+
+
+def runs_in(part: Part, held: HeldOut) -> HeldOut:
+    """Return the held-out runs that judge a part of the inputs, in its variables."""
+    old = np.concatenate([held.eta, held.xi], axis=1)
+    near = held.nearest(part.distance(old))
+    xi, eta = part.points(old[near])
+    return replace(held, xi=xi, eta=eta, missed=held.missed[near])
+
+
+def narrowed_diagnostics(
+    told: xr.Dataset, labels: xr.DataArray, part: Part, held: HeldOut | None, values: np.ndarray
+) -> xr.Dataset:
+    """Return the diagnostics of a surrogate for a part of its inputs.
+
+    Without held-out runs, errors are those of the whole, of which the error in a part is hardly
+    more. The error of the discretization is that of the whole: a shift of the bands stays.
+
+    Parameters
+    ----------
+    told, labels : of the whole.
+    held : the held-out runs that judge the part; None if the method has none.
+    values : of the surrogate at these, shape (runs, outputs, times).
+    """
+    told = told.drop_vars("orders", errors="ignore").drop_dims("variable", errors="ignore")
+    told.attrs.pop("largest_miss", None)
+    told.attrs.setdefault("inputs_of_runs", told.attrs.get("inputs", ""))
+    told.attrs["inputs"] = in_words(part.space.given)
+    for name in RELATIVE:
+        if isinstance(told.attrs.get(name), float):
+            del told.attrs[name]
+    for name in told.attrs.get("refined", []):
+        told.attrs.pop(f"{name}_error", None)
+    told = told.assign_attrs(_reached(told, part))
+    if held is None:
+        return told
+    intervals = int(np.count_nonzero(part.radius[: held.eta.shape[1]] > 0))
+    error = held.expected_error(intervals)
+    rounding = np.finfo(float).eps * np.sqrt(np.mean(values**2, axis=(0, 2)))
+    error = np.maximum(error, rounding[:, None]).reshape(labels.shape[1:])
+    of_mean = growth(0) if part.space.random_dimension else 1.0
+    for band, factor in (("mean", of_mean), ("error_bar", 1.0)):
+        told[f"{band}_expansion_error"] = labels.dims[1:], factor * error
+        finer = told.get(f"{band}_discretization_error", 0.0)
+        told[f"{band}_expected_error"] = told[f"{band}_expansion_error"] + finer
+    told.attrs["runs_inside"] = len(held.missed)
+    missed = np.sqrt(np.mean(held.missed**2, axis=(0, 2)))
+    varied = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
+    told.attrs.pop("not_trusted", None)
+    found = trust(labels, missed / np.maximum(varied, 1e-300))
+    told["trusted"] = found["trusted"]
+    return told.assign_attrs(found.attrs)
+
+
+def _reached(told: xr.Dataset, part: Part) -> dict[str, list[float]]:
+    """Return the range of ξ in runs, in the variables of a part."""
+    n = len(told.attrs.get(NAMES[0], []))
+    m = len(part.radius) - n
+    return {
+        name: part.points(np.concatenate([np.zeros(m), told.attrs[name]])[None])[0][0].tolist()
+        for name in NAMES
+        if n
+    }

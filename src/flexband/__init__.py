@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from flexband.report.notebook import load_ipython_extension
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
+    from flexband.uncertainty.answers.contributions import contributions
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits
     from flexband.uncertainty.answers.p_box import p_box

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from flexband.errors import InputError, shown
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.substitution import (
     Substitution,
     fixed_interval,
@@ -20,8 +21,10 @@ from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
+from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.space import Space
 
 COVERED = 3.0
@@ -94,10 +97,8 @@ def part_of(space: Space, changes: Mapping[str, Any]) -> Part:
         if isinstance(one, RandomField) and isinstance(new, RandomField) and new.domain is None:
             new = replace(new, domain=one.domain)
         if name not in given:  # a parameter that is an interval stays one, maybe of no width
-            number = is_number(new)
-            given[owner] = replace(
-                given[owner], **{parameter: Interval(new, new) if number else new}
-            )
+            kept: Any = Interval(change, change) if is_number(change) else new
+            given[owner] = replace(given[owner], **{parameter: kept})
         else:
             given[name] = new
         try:
@@ -116,25 +117,40 @@ def _units(space: Space) -> np.ndarray:
     return np.array([np.ptp(family.of_normal(ends)) / 2 for family in space.families])
 
 
-def fixed(space: Space, names: list[str]) -> dict[int, Substitution]:
-    """Return the substitutions that fix inputs at their nominal values: midpoints and means."""
+def fixed(
+    space: Space, names: Collection[str]
+) -> tuple[dict[int, Substitution], tuple[Family, ...]]:
+    """Return the substitutions that fix inputs, and the families of the random ones that remain.
+
+    Intervals are fixed at their midpoints, random inputs at their means, and fields at those of
+    every position. Correlated inputs have to be fixed together.
+    """
     first, found = _numbers_of_variables(space), {}
-    families = space.families
+    xi, eta = space.standardized({name: _nominal(one) for name, one in space.inputs.items()})
+    m, families = space.interval_dimension, space.families
     for name in names:
         one = space.inputs[name]
         for k in range(first[name], first[name] + one.dimension):
             if one.random:
-                family = families[k - space.interval_dimension]
-                xi = float(_mean(one)) if isinstance(one, Distribution) else 0.0
-                found[k] = fixed_random(family, xi)
+                found[k] = fixed_random(families[k - m], float(xi[0, k - m]))
             else:
-                found[k] = fixed_interval(0.0)
-    return found
+                found[k] = fixed_interval(float(eta[0, k]))
+    return found, tuple(one for k, one in enumerate(families, m) if k not in found)
 
 
-def _mean(one: Distribution) -> float:
-    """Return ξ at the mean of a distribution."""
-    return np.ravel(one.standard(np.array([float(one._frozen.mean())])))[0]
+def _nominal(one: Input) -> Any:
+    """Return an input's midpoint or mean; of a field its standard variables or its values."""
+    if isinstance(one, Constant):
+        return one.constant
+    if isinstance(one, PBox):
+        one = one.distribution.midpoint()
+    if isinstance(one, Distribution):
+        return float(one.frozen.mean())
+    middle = np.zeros((1, one.dimension))
+    if isinstance(one, RandomField):
+        return middle
+    value: Any = one.value(middle)
+    return value(one.places) if isinstance(one, IntervalField) else value
 
 
 def _numbers_of_variables(space: Space) -> dict[str, int]:

@@ -1,0 +1,183 @@
+"""Which input matters when: how much narrower bands are with an input at its nominal value.
+
+Let W be the width of the error bar, and W_S that with the inputs S at their midpoints and means.
+The contribution of an input is W − W_i. The interaction, W less the sum of all contributions, may
+have either sign. Shapley's values share W among the inputs: the mean of W_S − W_{S∪i} over all
+orders in which the inputs are fixed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from itertools import combinations
+from math import comb
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.uncertainty.answers.choices import over_options
+from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
+from flexband.uncertainty.answers.selection import selected, surrogates_of
+from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.inputs.constants import Constant
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.narrowing import fixed
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+MOST_SHARED = 8
+"""Inputs among which Shapley's values share the width: there are 2^8 bands to be found."""
+
+LONG_NAMES = {
+    "width": "width of the error bar",
+    "contribution": "by how much the error bar is narrower with the input at its nominal value",
+    "interaction": "width of the error bar less the sum of all contributions",
+    "shapley": "part of the width that Shapley's value gives the input",
+    "mean_share": "mean contribution over time, as a part of the mean width",
+    "share_at_widest": "contribution where the error bar is the widest, as a part of its width",
+    "worst_at": "values of the interval inputs at the ends of the error bar",
+    "expected_error": "error expected of each width, twice that of the error bar",
+}
+
+
+def contributions(
+    surrogate: Any,
+    *,
+    sigmas: float = 1.0,
+    shapley: bool = False,
+    at: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Return how much each input widens the error bar of every output, over time.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns. No runs are made.
+    sigmas : k of the error bar, from the lowest μ − kσ to the highest μ + kσ.
+    shapley : whether Shapley's values are found as well, of up to eight inputs.
+    at : dimension of the response -> its labels, as for `quantiles`.
+
+    Returns
+    -------
+    Dataset with the dims of the outputs, and "name" for the inputs, the one that matters most
+    first. Correlated inputs count as one, under their name in `inputs`:
+
+    - `width` of the error bar;
+    - `contribution`, by how much the error bar is narrower with an input at its midpoint or mean;
+    - `interaction`, the width less the sum of the contributions, which may be negative;
+    - `shapley`, which add up to the width;
+    - `mean_share` and `share_at_widest`, which are parts of the width;
+    - `worst_at`, with the dims "bound" and "input": at which values of the interval inputs the
+      lower and the upper end of the error bar are reached;
+    - `expected_error` of a width, if the method gives one.
+
+    With choices, widths and contributions are the largest of all combinations of options.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
+        there are more than eight inputs to share the width among.
+    """
+    own, k = surrogates_of(surrogate), checked_sigmas(sigmas)
+    if not isinstance(shapley, bool):
+        raise InputError(f"shapley must be True or False; got {shapley!r}")
+    found = {
+        label: _contributions(selected(one, at), k, shapley=shapley) for label, one in own.items()
+    }
+    joint = over_options(found)
+    share = joint["mean_share"]
+    largest = share.max([dim for dim in share.dims if dim != "name"])
+    return joint.isel(name=np.argsort(-largest.values, kind="stable"))
+
+
+def groups(surrogate: Surrogate) -> dict[str, list[str]]:
+    """Return the inputs that are fixed together, by name: correlated ones, and each other alone."""
+    found: dict[str, list[str]] = {}
+    given = surrogate.space.given
+    members = {k: list(one.members) for k, one in given.items() if isinstance(one, Correlated)}
+    grouped = {name for own in members.values() for name in own}
+    for name, one in surrogate.space.inputs.items():
+        if not isinstance(one, Constant) and name not in grouped:
+            found[name] = [name]
+    return found | members
+
+
+def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:
+    """Return what `contributions` does, for one combination of options."""
+    labels, own = surrogate.labels, groups(surrogate)
+    for name in ("name", "bound", "input"):
+        check_free(name, labels)
+    names, dims, shape = list(own), labels.dims[1:], labels.shape[1:]
+    if shapley and len(names) > MOST_SHARED:
+        raise InputError(
+            f"shapley takes at most {MOST_SHARED} inputs; got {len(names)}: {', '.join(names)}"
+        )
+    _, lower, upper = surrogate.extremes(sigmas)
+    width = (upper.values[1] - lower.values[0]).reshape(shape)
+
+    def narrower(some: Collection[str]) -> np.ndarray:
+        """Return the width with some inputs fixed."""
+        if len(some) == len(names):
+            return np.zeros(shape)
+        return _width(surrogate, [one for k in some for one in own[k]], sigmas).reshape(shape)
+
+    contribution = np.stack([width - narrower([name]) for name in names])
+    # the last dim of a response is its times
+    over, each = (width, contribution) if shape else (width[None], contribution[:, None])
+    widest = np.argmax(over, axis=-1, keepdims=True)
+    at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
+    data: dict[str, Any] = {
+        "width": (dims, width),
+        "contribution": (("name", *dims), contribution),
+        "interaction": (dims, width - contribution.sum(axis=0)),
+        "mean_share": (("name", *dims[:-1]), each.mean(-1) / _positive(over.mean(-1))),
+        "share_at_widest": (("name", *dims[:-1]), at_widest / _positive(over.max(-1))),
+    }
+    if shapley:
+        data["shapley"] = ("name", *dims), _shapley(names, width, narrower, contribution)
+    eta = np.stack([lower.places[0], upper.places[1]])
+    data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
+    error = expected_error(surrogate, sigmas)
+    if error is not None:
+        data["expected_error"] = dims, 2 * error
+    found = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
+    for name in ("mean_share", "share_at_widest"):
+        found[name].attrs.pop("units", None)
+    return found
+
+
+def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
+    """Return the width of the error bar with some inputs fixed, shape (outputs, times)."""
+    substitutions, families = fixed(surrogate.space, names)
+    expansions = [one.substituted(substitutions, families) for one in surrogate.expansions]
+    _, lower, upper = extremes_of(expansions, sigmas=sigmas)
+    return upper.values[1] - lower.values[0]
+
+
+def _positive(width: np.ndarray) -> np.ndarray:
+    """Return widths, ∞ where there is none, so that parts of it are zero."""
+    return np.where(width > 0, width, np.inf)
+
+
+def _shapley(names: list[str], width: np.ndarray, narrower: Any, alone: np.ndarray) -> np.ndarray:
+    """Return Shapley's values, shape (names, …).
+
+    Parameters
+    ----------
+    width : with no input fixed.
+    narrower : returns it with some inputs fixed.
+    alone : contributions.
+    """
+    n = len(names)
+    known = {frozenset[str](): width}
+    known |= {frozenset([name]): width - alone[k] for k, name in enumerate(names)}
+    for size in range(2, n + 1):
+        known |= {frozenset(some): narrower(some) for some in combinations(names, size)}
+    values = np.zeros((n, *width.shape))
+    for k, name in enumerate(names):
+        for some, own in known.items():
+            if name not in some:
+                values[k] += (own - known[some | {name}]) / (n * comb(n - 1, len(some)))
+    return values

@@ -1,0 +1,125 @@
+"""Contributions of inputs to the width of the error bar, against closed forms and new studies."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+
+T = np.linspace(0, 1, 5)
+
+
+def linear(a, b, e, f):
+    return (a + 2 * b)[:, None] * (1 + T) + (3 * e + f)[:, None] * T
+
+
+INPUTS = {
+    "a": fb.Normal(0.0, 1.0),
+    "b": fb.Normal(0.0, 1.0),
+    "e": fb.Interval(-1.0, 1.0),
+    "f": fb.Interval(-1.0, 1.0),
+}
+
+
+@pytest.fixture(scope="module")
+def of_linear():
+    return fb.expand(linear, INPUTS, fb.PCCI(1, 1))
+
+
+def test_a_sum_has_a_closed_form(of_linear):
+    found = fb.contributions(of_linear, sigmas=2.0, shapley=True)
+    root = np.sqrt(5.0)
+    expected = {
+        "a": 4 * (root - 2) * (1 + T),
+        "b": 4 * (root - 1) * (1 + T),
+        "e": 6 * T,
+        "f": 2 * T,
+    }
+    width = 4 * root * (1 + T) + 8 * T
+    np.testing.assert_allclose(found["width"], width, rtol=1e-12)
+    for name, own in expected.items():
+        np.testing.assert_allclose(found["contribution"].sel(name=name), own, atol=1e-12)
+    rest = width - sum(expected.values())
+    np.testing.assert_allclose(found["interaction"], rest, atol=1e-12)
+    # the two random inputs share 4 √5 (1 + t): fixing one alone saves √5 − 2 or √5 − 1, the last
+    # one 1 or 2
+    shares = {"a": (root - 2 + 1) / 2, "b": (root - 1 + 2) / 2}
+    for name, own in shares.items():
+        np.testing.assert_allclose(found["shapley"].sel(name=name), 4 * own * (1 + T), atol=1e-12)
+    np.testing.assert_allclose(found["shapley"].sel(name="e"), 6 * T, atol=1e-12)
+    np.testing.assert_allclose(found["shapley"].sum("name"), width, rtol=1e-12)
+    assert list(found["name"].values) == ["b", "e", "a", "f"]
+    share = expected["e"][-1] / width[-1]
+    assert found["share_at_widest"].sel(name="e") == pytest.approx(share, rel=1e-12)
+    assert found["worst_at"].sel(input="e", bound="upper").values[-1] == 1.0
+
+
+@pytest.mark.parametrize("name", ["k", "scale", "scale.mean", "road", "pair"])
+def test_contributions_are_those_of_studies_with_the_input_fixed(name):
+    def response(k, scale, road, x, y):
+        return np.exp(0.3 * k)[:, None] * scale[:, None] * road(T) + (x * y**2)[:, None] * T
+
+    inputs = {
+        "k": fb.Interval(-1.0, 1.0),
+        "scale": fb.LogNormal(mean=fb.Interval(1.9, 2.1), cv=0.1),
+        "road": fb.RandomField(1.0, 0.1, 0.7, domain=(0.0, 1.0), terms=2),
+        "pair": fb.Correlated(
+            {"x": fb.Normal(1.0, 0.1), "y": fb.Normal(2.0, 0.2)}, {("x", "y"): 0.5}
+        ),
+    }
+    method = fb.PCCI(4, 4)
+    found = fb.contributions(fb.expand(response, inputs, method))
+    lognormal = fb.LogNormal(mean=2.0, cv=0.1)
+    fixed = {
+        "k": {"k": 0.0},
+        "scale.mean": {"scale": lognormal},
+        "scale": None,
+        "road": {"road": fb.RandomField(1.0, 1e-9, 0.7, domain=(0.0, 1.0), terms=2)},
+        "pair": {"x": 1.0, "y": 2.0},
+    }[name]
+    own = {k: one for k, one in inputs.items() if k != name or name == "scale.mean"}
+    if name == "scale":  # at the mean of the middle, moved with the mean by the p-box
+        own, fixed = own | {"s": fb.Interval(1.9, 2.1)}, {}
+
+        def narrower(s, **others):
+            return response(scale=s, **others)
+    else:
+        narrower = response
+    bands = fb.propagate(narrower, own | fixed, method)
+    width = (bands["error_bar"][1] - bands["error_bar"][0]).values
+    expected = found["width"].values - width
+    np.testing.assert_allclose(found["contribution"].sel(name=name), expected, atol=2e-6)
+
+
+def test_tolerances_may_interact_negatively():
+    def ratio(e, f):
+        return np.abs(e + f)
+
+    surrogate = fb.expand(ratio, {"e": fb.Interval(0, 1), "f": fb.Interval(0, 1)}, fb.PCCI(1, 1))
+    assert fb.contributions(surrogate)["interaction"] == pytest.approx(0.0, abs=1e-12)
+
+    def product(e, f):
+        return e * f
+
+    inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1)}
+    found = fb.contributions(fb.expand(product, inputs, fb.PCCI(1, 1)))
+    assert found["interaction"] == pytest.approx(-2.0)  # either alone removes the whole width
+
+
+def test_options_and_bad_arguments(of_linear):
+    inputs = INPUTS | {"kind": fb.Choice("one", "two")}
+
+    def chosen(a, b, e, f, kind):
+        return linear(a, b, e, f) * np.where(kind == "two", 2.0, 1.0)[:, None]
+
+    found = fb.contributions(fb.expand(chosen, inputs, fb.PCCI(1, 1)))
+    single = fb.contributions(of_linear)
+    np.testing.assert_allclose(found["width"], 2 * single["width"], rtol=1e-12)
+    for changes, text in (
+        ({"sigmas": 0.0}, "sigmas"),
+        ({"shapley": 1}, "shapley must be True or False"),
+        ({"at": {"time": 0}}, "at must name dimensions"),
+    ):
+        with pytest.raises(fb.InputError, match=text):
+            fb.contributions(of_linear, **changes)
+    with pytest.raises(fb.InputError, match="surrogate"):
+        fb.contributions(3)

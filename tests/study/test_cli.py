@@ -271,7 +271,7 @@ def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeyp
     text = " ".join(result.output.split())
     assert "remark: The figure 'Interval mean and interval error bar of u' could not be" in text
     written = {"bands.nc", "surrogate.npz", "verification.nc", "report.html", "fields.png"}
-    assert {p.name for p in out.iterdir()} == written
+    assert {p.name for p in out.iterdir()} == written | {"results.json"}
     assert "no picture of v" in (out / "report.html").read_text(encoding="utf-8")
 
 
@@ -397,6 +397,7 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
     for name in mine:
         (out / name).write_text("mine", encoding="utf-8")
     first = {"bands.nc", "surrogate.npz", "report.html", "verification.nc", "fields.png"}
+    first |= {"results.json"}
     assert {p.name for p in out.iterdir()} == mine | first | {"bands_u.png", "bands_v.png"}
     renamed = STUDY.replace('"u", "v"', '"u", "w"')
     study_file.write_text(renamed, encoding="utf-8")
@@ -444,5 +445,5 @@ def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, 
                   "--orders", "1,1")  # fmt: skip
     assert result.exit_code == 130
     assert {p.name for p in out.iterdir()} == {
-        "lhs_scanning.nc", "pcci_1_1.nc", "improved_pcci_1_1.nc"
+        "lhs_scanning.nc", "pcci_1_1.nc", "improved_pcci_1_1.nc", "results.json"
     }  # fmt: skip

@@ -104,6 +104,42 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     assert state_of(out)["recorded"] == 9
 
 
+def content(out):
+    files = {f for f in out.rglob("*") if f.is_file()}
+    return {f: f.read_bytes() for f in files if f.name not in ("holder", "study.lock")}
+
+
+def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, monkeypatch):
+    monkeypatch.setattr("flexband.study.comparison.warm_up", lambda *_: None)
+    text = file.read_text(encoding="utf-8").replace("fb.samplewise(one)", "lambda a, b: a * b")
+    other, renamed = tmp_path / "product.py", tmp_path / "renamed.py"
+    other.write_text(text, encoding="utf-8")
+    renamed.write_text(text, encoding="utf-8")
+    compare = ["compare", "--samples", 4, "--points", 2, "--orders", "1,1"]
+    plain = ["run", "--verify", 0, "--no-store"]
+    out = tmp_path / "out"
+
+    def refused(study, *commands):
+        before = content(out)
+        for one in commands:
+            told = call(*one, file, "-o", out, status=1)
+            assert f"{out} has results of another study, {study}. Take another folder" in told
+        assert content(out) == before
+
+    call(*compare, other, "-o", out)
+    refused(other, compare, plain, ["run"], ["run", "--insist"])
+    call(*plain, file, "-o", out, "--replace")
+    call(*plain, other, "-o", out, "--replace")
+    refused(other, compare, plain, ["run"])
+    call("run", renamed, "-o", out, "--verify", 0)  # the same response
+    refused(renamed, compare, [*compare, "--replace"], plain, ["run"])
+    (out / "results.json").write_text("{", encoding="utf-8")  # damaged: study.json tells it too
+    refused(renamed, compare)
+    (out / "study.json").write_text("{", encoding="utf-8")
+    refused("a study that is not known", ["run"])
+    assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
+
+
 def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     out = tmp_path / "out"
     file.with_name("broken").touch()

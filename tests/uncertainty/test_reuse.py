@@ -92,3 +92,8 @@ def test_domains_of_fields_are_found_once(tmp_path):
     again = fb.propagate(response, inputs, fb.PCCI(1, 0), store=tmp_path)
     assert len(calls) == 1  # the two runs that are made again
     assert first.drop_attrs().identical(again.drop_attrs())
+    before = (tmp_path / "domains.json").read_bytes()
+    with pytest.raises(fb.StoreError, match="another response"):
+        fb.propagate(lambda k: 2 * k(np.linspace(0.0, 3.0, 5)).sum(axis=1), inputs, fb.PCCI(1, 0),
+                     store=tmp_path)  # fmt: skip
+    assert (tmp_path / "domains.json").read_bytes() == before

@@ -27,6 +27,7 @@ from flexband.cli.messages import (
 from flexband.cli.plan import Plan
 from flexband.cli.progress import Progress, progress_bars
 from flexband.errors import RunsNeeded, free_memory
+from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
@@ -116,9 +117,11 @@ def carry_out(
     check_folder(output)
     folder = StudyFolder(output)
     with folder.held(kept=recorded):
-        if replace and (folder.runs.exists() or folder.read()):
+        if replace and folder.recorded:
             print_text(f"The runs in {folder.runs} are deleted.", error=True)
             folder.delete_runs()
+        own = plan.file, fingerprint(study.response)
+        save(lambda: folder.claim(*own, replace=replace, insist=insist))
         store = Store(output, insist=insist) if recorded else None
         own = identity(study, plan.new_runs(study), plan.policy) if recorded else ""
         if again and store is not None:

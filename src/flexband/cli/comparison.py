@@ -10,10 +10,12 @@ import typer
 
 import flexband as fb
 from flexband.cli.application import app
-from flexband.cli.files import File, Output, check_folder, save
+from flexband.cli.files import File, Output, Replace, check_folder, save
 from flexband.cli.messages import print_table, print_text, reported_errors
 from flexband.cli.progress import progress_bars
+from flexband.execution.fingerprint import fingerprint
 from flexband.study.comparison import compare, usual_methods
+from flexband.study.folder import StudyFolder
 from flexband.study.study import load_study
 
 
@@ -28,6 +30,7 @@ def compare_methods(
     orders: Annotated[
         str, typer.Option(help="Orders k,q of PCCI and improved PCCI, separated by blanks.")
     ] = "1,1 1,2 2,2 3,3",
+    replace: Replace = False,
 ) -> None:
     """Compare all methods on the study in FILE with LHS–Scanning.
 
@@ -50,16 +53,20 @@ def compare_methods(
     reference = fb.LHSScanning(samples, points, seed)
     methods = usual_methods(study, reference, pairs)
     check_folder(output)
-    print_text("Everything is compiled before the methods are timed.", error=True)
-    with progress_bars() as task:
-        results = compare(
-            study,
-            reference,
-            methods,
-            progress=lambda method: task(method.label),
-            finished=lambda one: save(lambda: write_netcdf(one.bands, data_file(output, one))),
-        )
-    title = f"{file.stem}: relative errors against {reference.label}"
-    print_table(title, tables.error_table(results))
-    page = write_comparison_report(output, title, study, results, (pairs[0], pairs[-1]))
+    folder = StudyFolder(output)
+    with folder.held(kept=False):
+        own = str(file.resolve()), fingerprint(study.response)
+        save(lambda: folder.claim(*own, replace=replace))
+        print_text("Everything is compiled before the methods are timed.", error=True)
+        with progress_bars() as task:
+            results = compare(
+                study,
+                reference,
+                methods,
+                progress=lambda method: task(method.label),
+                finished=lambda one: save(lambda: write_netcdf(one.bands, data_file(output, one))),
+            )
+        title = f"{file.stem}: relative errors against {reference.label}"
+        print_table(title, tables.error_table(results))
+        page = write_comparison_report(output, title, study, results, (pairs[0], pairs[-1]))
     print_text("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))

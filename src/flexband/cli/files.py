@@ -16,6 +16,9 @@ File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", 
 Output = Annotated[
     Path, typer.Option("--output", "-o", help="Folder for data and figures.", file_okay=False)
 ]
+Replace = Annotated[
+    bool, typer.Option("--replace", help="Replace what is in the folder of another study.")
+]
 Folder = Annotated[Path, typer.Argument(help="Folder of a study (--output).", file_okay=False)]
 
 

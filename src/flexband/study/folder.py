@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,16 @@ from flexband.errors import StoreError
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.store import RUNS
 from flexband.files import replaced
+from flexband.study.points import LEDGER, POINTS
+from flexband.uncertainty.evaluations.reuse import DOMAINS
 
 FORMAT = 1
 """Of study.json; a program refuses larger numbers."""
 
 FILE = "study.json"
+
+OWNER = "results.json"
+"""Tells of which study the results are."""
 
 LOCKS = ("study.lock", "lock")
 """Those of the command line, and of the store."""
@@ -40,6 +45,11 @@ class StudyFolder:
     def runs(self) -> Path:
         """Folder of the recorded runs."""
         return self.path / RUNS
+
+    @property
+    def recorded(self) -> bool:
+        """Whether there are runs, or study.json."""
+        return self.runs.exists() or (self.path / FILE).exists()
 
     def read(self) -> dict[str, Any]:
         """Return what study.json tells; nothing if there is none.
@@ -95,9 +105,48 @@ class StudyFolder:
         """Return whether a process holds the folder."""
         return any(is_locked(self.path / name) for name in LOCKS)
 
+    def claim(self, file: str, response: str, *, replace: bool, insist: bool = False) -> None:
+        """Have the folder for the results of the study in a file.
+
+        It is the same study if the file or the response is the same.
+
+        Parameters
+        ----------
+        response : its fingerprint.
+        replace : whether results of another study may be replaced, but not those of its runs.
+        insist : whether runs of another study are used.
+
+        Raises
+        ------
+        StoreError
+            If there are results of another study.
+        """
+        before = self._claimed()
+        own = {"file": file, "response": response}
+        same = not before or any(before.get(name) == own[name] for name in own)
+        if not same and not (insist if self.recorded else replace):
+            other = "`flexband run --replace` deletes its runs" if self.recorded else "--replace"
+            raise StoreError(
+                f"{self.path} has results of another study, {before.get('file')}. Take another "
+                f"folder (--output), or replace them: {other}"
+            )
+        if before != own:
+            with replaced(self.path / OWNER) as partial:
+                partial.write_text(json.dumps(own), encoding="utf-8")
+
+    def _claimed(self) -> dict[str, Any]:
+        """Return whose results are here; nothing if there are none."""
+        with suppress(OSError, ValueError, TypeError):
+            return dict(json.loads((self.path / OWNER).read_text(encoding="utf-8")))
+        with suppress(StoreError):
+            if found := self.read():
+                return {"file": found.get("file")}
+        return {"file": "a study that is not known"} if (self.path / "report.html").exists() else {}
+
     def delete_runs(self) -> None:
-        """Delete the recorded runs and study.json."""
-        (self.path / FILE).unlink(missing_ok=True)
+        """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
+        for name in (FILE, OWNER, DOMAINS, LEDGER, POINTS):
+            (self.path / name).unlink(missing_ok=True)
         if self.runs.exists():
             shutil.rmtree(self.runs)
 

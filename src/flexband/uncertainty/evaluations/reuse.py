@@ -25,6 +25,8 @@ from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, locate_fields
 
+DOMAINS = "domains.json"
+
 MOST = 10_000
 """Runs that are looked at."""
 
@@ -64,22 +66,31 @@ def generic_runs(
 def located(
     response: Response, inputs: Mapping[str, Any], store: Store | None
 ) -> tuple[dict[str, Any], int]:
-    """Return what `locate_fields` does, and keep the domains in the folder of the store."""
+    """Return what `locate_fields` does, or the domains that `keep_domains` has written."""
     loose = [k for k, one in inputs.items() if isinstance(one, Field) and one.domain is None]
-    if store is None or not loose:
-        return locate_fields(response, inputs)
-    file = Path(store.folder) / "domains.json"
-    owner = [fingerprint(response), mechanics_fingerprint(), store.version]
-    with suppress(OSError, ValueError, TypeError, KeyError, InputError):
-        found = json.loads(file.read_text(encoding="utf-8"))
-        if found["owner"] == owner:
-            domains = {name: tuple(found["domains"][name]) for name in loose}
-            return {**inputs, **{n: replace(inputs[n], domain=d) for n, d in domains.items()}}, 0
-    known, runs = locate_fields(response, inputs)
-    content = {"owner": owner, "domains": {name: known[name].domain for name in loose}}
+    if store is not None and loose:
+        with suppress(OSError, ValueError, TypeError, KeyError, InputError):
+            found = json.loads((Path(store.folder) / DOMAINS).read_text(encoding="utf-8"))
+            if found["owner"] == _owner(response, store):
+                domains = {name: tuple(found["domains"][name]) for name in loose}
+                placed = {n: replace(inputs[n], domain=d) for n, d in domains.items()}
+                return {**inputs, **placed}, 0
+    return locate_fields(response, inputs)
+
+
+def keep_domains(response: Response, inputs: Mapping[str, Any], record: Record | None) -> None:
+    """Write the domains of the fields among the inputs into the folder of an open store."""
+    if record is None:
+        return
+    domains = {name: one.domain for name, one in inputs.items() if isinstance(one, Field)}
+    content = {"owner": _owner(response, record.store), "domains": domains}
+    file = Path(record.store.folder) / DOMAINS
     with suppress(OSError), replaced(file) as partial:  # the store says what is wrong with it
         partial.write_text(json.dumps(content), encoding="utf-8")
-    return known, runs
+
+
+def _owner(response: Response, store: Store) -> list[str]:
+    return [fingerprint(response), mechanics_fingerprint(), store.version]
 
 
 def texts(space: Space, *, random: bool) -> str:

@@ -20,7 +20,7 @@ from flexband.errors import (
 )
 from flexband.execution.store import as_store, versions
 from flexband.uncertainty.evaluations.evaluations import evaluations, setting
-from flexband.uncertainty.evaluations.reuse import generic_runs, located
+from flexband.uncertainty.evaluations.reuse import generic_runs, keep_domains, located
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
@@ -66,6 +66,8 @@ def in_cases(
             progress(finished + done, finished + total * (len(all_inputs) - len(found)))
 
     with evaluations(response, placed, **options) as evaluate:
+        if explored:
+            keep_domains(response, placed, evaluate.record)
         for label, own in all_inputs.items():
             runs = Runs(response, own, method, evaluate, most_runs, len(all_inputs), advance)
             runs.labels, runs.case, runs.explored = labels, label, explored

@@ -558,3 +558,17 @@ def test_only_runs_that_fail_are_left_out_of_those_held_out():
         succeeded(runs, 1)
     with pytest.raises(fb.RunError, match="1 of 3 runs that are fitted"):
         succeeded(runs, 3)
+
+
+def test_bands_without_width_are_warned_of():
+    """A product of 30 sines of many periods has no terms of low order."""
+
+    def response(a, e):
+        return np.sin(40.0 * a(np.linspace(0.0, 1.0, 30))).prod(axis=1) * e
+
+    field = fb.RandomField(1.0, 0.5, correlation_length=0.05, domain=(0.0, 1.0), terms=30)
+    inputs = {"a": field, "e": fb.Interval(1.0, 1.01)}
+    with pytest.warns(fb.FlexbandWarning, match="the response: the bands have no width although"):
+        bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=32))
+    assert float(bands["error_bar"][1] - bands["error_bar"][0]) == 0
+    assert not bands["trusted"]

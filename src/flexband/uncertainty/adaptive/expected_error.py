@@ -53,6 +53,12 @@ class ExpectedError:
         width = (upper.values[1] - lower.values[0]).mean(axis=-1)
         return np.maximum(width, ROUND_OFF * self.size + 1e-300)
 
+    @property
+    def unexplained(self) -> np.ndarray:
+        """Which outputs vary, but have bands of no width, since no terms were found for them."""
+        size = np.where(np.isfinite(self.size), self.size, -np.inf)
+        return self.width <= ROUND_OFF * size + 1e-300
+
     def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:
         """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
         return float((error.mean(axis=-1) / (self.width if width is None else width)).max())

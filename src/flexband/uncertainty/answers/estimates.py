@@ -1,0 +1,200 @@
+"""The probability of leaving limits at one η, by importance sampling, with its confidence.
+
+The mixture is built around rare samples and then fixed, so that the samples after it are
+independent and the mean of weights is unbiased. The same samples give the probability at each time,
+between the times, and with the limits moved by an error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import ndtri
+
+from flexband.uncertainty.answers.importance import Mixture
+from flexband.uncertainty.answers.peaks import drops
+from flexband.uncertainty.answers.states import LimitState
+from flexband.uncertainty.answers.subset import Rare, rare
+from flexband.uncertainty.surrogates.sigmas import growth
+
+ROUNDS, KNOWN = 2, 600
+"""Mixtures after the first one, and samples around which each is built."""
+
+FEW = 500
+"""Samples of a level that find a mixture for limits moved by the expected error."""
+
+BATCH, MOST = 1000, 32_000
+"""Samples of a batch, and of an estimate at most."""
+
+TWO_SIDED = 1.96
+"""Standard errors of a two-sided confidence interval of 95 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """The probability of leaving limits at one η.
+
+    Attributes
+    ----------
+    probability : of leaving them at any time, with the times as points.
+    error : its standard error.
+    looser, tighter : the same with the limits moved by the expected error.
+    between : the same with parabolas between the times.
+    at_each, at_each_error : at each output and time, and standard errors, (series,).
+    count : samples; 0 if none was found that leaves the limits.
+    most : an upper bound of 95 % confidence if there is none.
+    u, weights, margins : the samples, their weights and least margins.
+    """
+
+    probability: float
+    error: float
+    looser: float
+    tighter: float
+    between: float
+    at_each: np.ndarray
+    at_each_error: np.ndarray
+    count: int
+    most: float
+    u: np.ndarray
+    weights: np.ndarray
+    margins: np.ndarray
+
+    def confidence(self) -> tuple[float, float]:
+        """Return the confidence interval of the probability."""
+        low, high = interval(np.array(self.probability), np.array(self.error), self.most)
+        return float(low), float(high)
+
+    def confidence_at_each(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the confidence intervals of the probabilities at each time."""
+        most = self.confidence()[1]
+        own = self.weights[self.margins < 0]
+        if len(own):  # none of so many that leave the limits at some time does so at this one
+            most *= min(1.0, -math.log(0.05) * float(np.sum(own**2) / np.sum(own) ** 2))
+        return interval(self.at_each, self.at_each_error, most)
+
+
+def interval(
+    probability: np.ndarray, error: np.ndarray, most: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return confidence intervals of estimates, by their logarithm; [0, most] where there is none.
+
+    Parameters
+    ----------
+    error : standard errors.
+    """
+    some = probability > 0
+    relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
+    factor = np.exp(TWO_SIDED * relative)
+    low, high = probability / factor, np.minimum(1.0, probability * factor)
+    return np.where(some, low, 0.0), np.where(some, high, most)
+
+
+def deviations(probability: float) -> float:
+    """Return how many standard deviations from the mean the limit of a probability is, at least 1.
+
+    The error expected of μ ± kσ is that of a limit which is left with this probability.
+    """
+    return max(1.0, -float(ndtri(min(max(probability, 1e-300), 0.5))))
+
+
+def estimate(
+    state: LimitState,
+    near: LimitState,
+    eta: np.ndarray,
+    known: Rare,
+    accuracy: float,
+    rng: np.random.Generator,
+) -> Estimate:
+    """Return the probability of leaving limits at one η.
+
+    Parameters
+    ----------
+    near : the state at the times that decide, with which mixtures are found.
+    known : rare samples.
+    accuracy : relative standard error at which sampling ends.
+    """
+    moved = growth(deviations(known.probability))
+    mixture, sums = _mixture(near, eta, known, rng), _Sums(state, moved)
+    while True:
+        u = mixture.sample(BATCH, rng)
+        sums.add(u, eta, mixture.weights(u))
+        found = sums.estimate(known.probability)
+        enough = found.probability and found.error <= accuracy * found.probability
+        if enough or len(found.u) + BATCH > MOST or not len(known.u):
+            break
+    if not any(part.error.any() for part in state.parts):
+        return found
+    tighter = state.tighter(moved)
+    first = rare(lambda u: tighter.least(u, eta), known.u.shape[1], rng, FEW)
+    mixture = _mixture(tighter, eta, first, rng, rounds=1)
+    u = mixture.sample(BATCH, rng)
+    inside = mixture.weights(u) * (tighter.least(u, eta) < 0)
+    return replace(found, tighter=min(1.0, float(inside.mean()) or first.probability))
+
+
+def _mixture(
+    state: LimitState, eta: np.ndarray, known: Rare, rng: np.random.Generator, rounds: int = ROUNDS
+) -> Mixture:
+    """Return a mixture around rare samples, and then around those that it finds."""
+    mixture = Mixture.of(known.u, rng)
+    for _ in range(rounds * bool(len(known.u))):
+        u = mixture.sample(BATCH, rng)
+        weights = mixture.weights(u) * (state.least(u, eta) < 0)
+        if np.count_nonzero(weights) <= 2 * known.u.shape[1]:
+            break
+        share = weights / weights.sum()
+        mixture = Mixture.of(u[rng.choice(BATCH, KNOWN, p=share)], rng)
+    return mixture
+
+
+class _Sums:
+    """Weighted counts of samples that leave the limits."""
+
+    def __init__(self, state: LimitState, moved: float):
+        self.state, self.moved = state, moved
+        self.u: list[np.ndarray] = []
+        self.rows: list[np.ndarray] = []
+        self.each = np.zeros((2, state.width))
+
+    def add(self, u: np.ndarray, eta: np.ndarray, weights: np.ndarray) -> None:
+        """Add samples."""
+
+        def reduce(own: slice, margins: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+            parts = self.state.parts
+            errors = [self.moved * part.error / part.scale for part in parts]
+            pairs = list(zip(margins, errors, strict=True))
+            least = np.min([one.min(axis=(1, 2)) for one in margins], axis=0)
+            looser = np.min([(one + e).min(axis=(1, 2)) for one, e in pairs], axis=0)
+            between = least.copy()
+            inside = least >= 0
+            if self.state.steps is not None:
+                for one, part in zip(margins, parts, strict=True):
+                    kept = one[inside]
+                    lowered = kept - drops(kept, part.steps(self.state.steps))
+                    between[inside] = np.minimum(between[inside], lowered.min(axis=(1, 2)))
+            out = np.concatenate(
+                [(one < 0).reshape(len(one), -1) for one in margins], axis=1, dtype=float
+            )
+            powers = np.stack([weights[own], weights[own] ** 2])
+            return np.stack([weights[own], least, looser, between]), powers @ out
+
+        found = self.state.reduced(u, eta, reduce)
+        self.u.append(u)
+        self.rows += [rows for rows, _ in found]
+        for _, each in found:
+            self.each += each
+
+    def estimate(self, most: float) -> Estimate:
+        """Return the estimate of all samples; `most` bounds it if none leaves the limits."""
+        weights, *margins = np.concatenate(self.rows, axis=1)
+        count = len(weights)
+        least, looser, between = (min(1.0, float(np.mean(weights * (m < 0)))) for m in margins)
+        error = float(np.std(weights * (margins[0] < 0))) / math.sqrt(count)
+        first, second = self.each / count
+        each_error = np.sqrt(np.maximum(second - first**2, 0) / count)
+        return Estimate(
+            least, error, looser, least, between, np.minimum(1.0, first), each_error,
+            count if least else 0, most, np.concatenate(self.u), weights, margins[0],
+        )  # fmt: skip

@@ -1,0 +1,102 @@
+"""Importance sampling of rare samples with a mixture of normal densities.
+
+Half of a mixture are the groups of known rare samples with their own covariance, somewhat widened.
+The rest are densities of unit covariance around the groups, whose tails are those of the inputs,
+and the density of the inputs itself and a wider one, which see what the groups leave out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+GROUPS, MEMBERS = 8, 6
+"""Most groups, and samples per variable that a group must have for a covariance of its own."""
+
+ROUNDS = 12
+"""Of Lloyd's algorithm, which finds the groups."""
+
+WIDENED = 1.3
+"""By which standard deviations of a group are multiplied."""
+
+SHARES = {"own": 0.6, "unit": 0.25, "inputs": 0.1, "wide": 0.05}
+
+WIDE = 1.5
+"""Standard deviation of the wide density."""
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """A mixture of normal densities.
+
+    Attributes
+    ----------
+    means : shape (count, n).
+    factors : Cholesky factors of the covariances, (count, n, n).
+    shares : of each density, (count,); their sum is one.
+    """
+
+    means: np.ndarray
+    factors: np.ndarray
+    shares: np.ndarray
+
+    @staticmethod
+    def of(samples: np.ndarray, rng: np.random.Generator) -> Mixture:
+        """Return a mixture around rare samples, shape (count, n); there may be none."""
+        n = samples.shape[1]
+        unit = np.eye(n)
+        means, factors, shares = [np.zeros(n), np.zeros(n)], [unit, WIDE * unit], []
+        shares = [SHARES["inputs"], SHARES["wide"]]
+        groups = _groups(samples, rng)
+        for own in groups:
+            part = len(own) / len(samples)
+            middle, several = own.mean(axis=0), len(own) >= MEMBERS * n
+            if several:
+                covariance = WIDENED**2 * np.cov(own.T).reshape(n, n) + 1e-4 * unit
+                means.append(middle)
+                factors.append(np.linalg.cholesky(covariance))
+                shares.append(SHARES["own"] * part)
+            means.append(middle)
+            factors.append(unit)
+            shares.append((SHARES["unit"] + SHARES["own"] * (not several)) * part)
+        return Mixture(np.array(means), np.array(factors), np.array(shares) / sum(shares))
+
+    def __add__(self, other: Mixture) -> Mixture:
+        """Return both mixtures in equal parts."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        means, factors, shares = (np.concatenate(own) for own in pairs)
+        return Mixture(means, factors, shares / 2)
+
+    def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return samples, shape (count, n); the number of each density is that of its share."""
+        ends = np.concatenate([[0.0], np.cumsum(self.shares)])
+        places = (np.arange(count) + rng.random()) / count
+        which = np.minimum(np.searchsorted(ends, places, "right") - 1, len(self.shares) - 1)
+        z = rng.standard_normal((count, self.means.shape[1]))
+        return self.means[which] + np.einsum("cij,cj->ci", self.factors[which], z)
+
+    def weights(self, u: np.ndarray) -> np.ndarray:
+        """Return the density of the inputs over that of the mixture, shape (points,)."""
+        logs = []
+        for mean, factor, share in zip(self.means, self.factors, self.shares, strict=True):
+            z = np.einsum("ij,cj->ci", np.linalg.inv(factor), u - mean)
+            size = np.log(share) - np.log(np.diag(factor)).sum()
+            logs.append(size - 0.5 * np.einsum("ci,ci->c", z, z))
+        return np.exp(-0.5 * np.sum(u**2, axis=1) - np.logaddexp.reduce(logs))
+
+
+def _groups(samples: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+    """Return samples in groups that are close to each other."""
+    distinct = np.unique(samples, axis=0)
+    count = min(GROUPS, len(distinct) // 2)
+    if count < 2:
+        return [samples] if len(samples) else []
+    centres = distinct[rng.choice(len(distinct), count, replace=False)]
+    groups: list[np.ndarray] = []
+    for _ in range(ROUNDS):
+        nearest = cdist(samples, centres).argmin(axis=1)
+        groups = [own for k in range(len(centres)) if len(own := samples[nearest == k])]
+        centres = np.array([own.mean(axis=0) for own in groups])
+    return groups

@@ -1,0 +1,186 @@
+"""Margins of samples: how far a surrogate stays inside a corridor, at every output and time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexband.uncertainty.answers.limits import Corridor
+from flexband.uncertainty.answers.peaks import spacing
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.threads import in_threads
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+AT_ONCE, MIN_BLOCK = 100_000, 256
+"""Margins that are computed together, and least samples."""
+
+PILOT = 256
+"""Samples that tell how much each output varies."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Some outputs of one expansion at some times, and where they must be.
+
+    Attributes
+    ----------
+    expansion : shape (outputs, times).
+    lower, upper : in the outputs' units, (outputs, times).
+    error : what is expected to be missed of a run, in the outputs' units, (outputs, times).
+    scale : unit of the margins of each output, (outputs, 1).
+    series : numbers of outputs and times in the response, (outputs, times).
+    """
+
+    expansion: Expansion
+    lower: np.ndarray
+    upper: np.ndarray
+    error: np.ndarray
+    scale: np.ndarray
+    series: np.ndarray
+
+    def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return margins in parts of the scale, shape (points, outputs, times)."""
+        values = self.expansion.evaluate_quickly(xi, eta)
+        margins = np.minimum(values - self.lower, self.upper - values)
+        margins /= self.scale
+        return margins
+
+    def steps(self, all_steps: np.ndarray) -> np.ndarray | None:
+        """Return the steps between the part's times, which are some of all; None if too few."""
+        times = self.series[0] % (len(all_steps) + 1)
+        before = np.concatenate([[0.0], np.cumsum(all_steps)])
+        return np.diff(before[times]) if len(times) > 2 else None
+
+    def at(self, times: np.ndarray) -> Part:
+        """Return the part at some of its times."""
+        own = self.expansion.of(self.expansion.outputs, times)
+        names = ("lower", "upper", "error", "series")
+        return replace(self, expansion=own, **{k: getattr(self, k)[:, times] for k in names})
+
+    def tighter(self, count: float) -> Part:
+        """Return the part with limits that are tighter by so many of its errors."""
+        moved = count * self.error
+        return replace(self, lower=self.lower + moved, upper=self.upper - moved)
+
+
+def least_of(margins: list[np.ndarray]) -> np.ndarray:
+    """Return the least of some margins of each sample, (points,)."""
+    return np.min([one.min(axis=(1, 2)) for one in margins], axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitState:
+    """The margins of a surrogate, as functions of standard normal variables u and of η.
+
+    The margins of an output are given in parts of its standard deviation over all inputs, so that
+    those of different outputs can be compared.
+
+    Attributes
+    ----------
+    families : of the random variables.
+    parts : outputs and times that are limited.
+    steps : between the times; None where there is nothing between them.
+    """
+
+    families: tuple[Family, ...]
+    parts: tuple[Part, ...]
+    steps: np.ndarray | None
+
+    @staticmethod
+    def of(
+        surrogate: Surrogate, corridor: Corridor, error: np.ndarray, rng: np.random.Generator
+    ) -> LimitState:
+        """Return the limit state of a surrogate; `error` has the shape of the response."""
+        labels, space = surrogate.labels, surrogate.space
+        times = labels.shape[-1] if labels.ndim > 1 else 1
+        lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
+        limited = np.isfinite(lower) | np.isfinite(upper)
+        number = np.arange(limited.size).reshape(limited.shape)
+        u = rng.standard_normal((PILOT, space.random_dimension))
+        eta = rng.uniform(-1, 1, (PILOT, space.interval_dimension))
+        parts = []
+        for expansion in surrogate.expansions:
+            own = expansion.outputs[limited[expansion.outputs].any(axis=1)]
+            if not len(own):
+                continue
+            at = np.flatnonzero(limited[own].any(axis=0))
+            if len(at) == at[-1] + 1 - at[0]:
+                at = np.arange(at[0], at[-1] + 1)
+            part = expansion.of(own, at)
+            values = part.evaluate(of_normals(u, space.families), eta)
+            spread = values.std(axis=0).max(axis=1, keepdims=True)
+            size = np.abs(values).max(axis=(0, 2))[:, None]
+            scale = np.maximum(spread, 1e-12 * size + 1e-300)
+            index = np.ix_(own, at)
+            own_error = error.reshape(-1, times)[index]
+            parts.append(Part(part, lower[index], upper[index], own_error, scale, number[index]))
+        return LimitState(space.families, tuple(parts), spacing(labels))
+
+    @property
+    def width(self) -> int:
+        """Number of margins of a sample."""
+        return sum(part.series.size for part in self.parts)
+
+    @property
+    def series(self) -> np.ndarray:
+        """Numbers of outputs and times in the response, (series,)."""
+        return np.concatenate([part.series.ravel() for part in self.parts])
+
+    def tighter(self, count: float) -> LimitState:
+        """Return the state with limits that are tighter by so many of the expected errors."""
+        return replace(self, parts=tuple(part.tighter(count) for part in self.parts))
+
+    def reduced(
+        self, u: np.ndarray, eta: np.ndarray, reduce: Callable[[slice, list[np.ndarray]], Any]
+    ) -> list[Any]:
+        """Return what a function makes of the margins of blocks of samples, in several threads.
+
+        Parameters
+        ----------
+        u : shape (points, n).
+        eta : shape (points, m) or (m,).
+        reduce : is given a block and its margins, one array (points, outputs, times) per part.
+        """
+        eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
+        block = max(MIN_BLOCK, AT_ONCE // self.width)
+        blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
+        found: list[Any] = [None] * len(blocks)
+
+        def solve(number: int) -> None:
+            own = blocks[number]
+            xi = of_normals(u[own], self.families)
+            found[number] = reduce(own, [part.margins(xi, eta[own]) for part in self.parts])
+
+        in_threads(solve, list(range(len(blocks))))
+        return found
+
+    def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the least margin of each sample, shape (points,)."""
+        found = self.reduced(u, eta, lambda _, margins: least_of(margins))
+        return np.concatenate([np.zeros(0), *found])
+
+    def where_least(self, u: np.ndarray, eta: np.ndarray) -> LimitState:
+        """Return the state at the times, and their neighbours, that decide about some samples.
+
+        These are the times of the least margin of a sample, and of margins below zero.
+        """
+
+        def deciding(_: slice, margins: list[np.ndarray]) -> list[Any]:
+            least = least_of(margins)[:, None, None]
+            return [np.any((one <= least) | (one < 0), axis=(0, 1)) for one in margins]
+
+        parts = []
+        found = zip(*self.reduced(u, eta, deciding), strict=True)
+        for part, own in zip(self.parts, found, strict=True):
+            times = np.any(own, axis=0)
+            times[1:] |= times[:-1].copy()
+            times[:-1] |= times[1:].copy()
+            at = np.flatnonzero(times)
+            if len(at):
+                parts.append(part.at(at))
+        return replace(self, parts=tuple(parts))

@@ -1,0 +1,207 @@
+"""Probabilities of leaving limits, against closed forms, sampling, and over interval inputs."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import norm
+
+import flexband as fb
+
+NORMAL = fb.Normal(0.0, 1.0)
+T = np.linspace(0.0, 1.0, 41)
+
+
+def over_time(values):
+    return xr.DataArray(values, dims=("sample", "time"), coords={"time": T})
+
+
+def constant(values):
+    return values[:, None] * np.ones(3)
+
+
+def bounds(found, limit=0):
+    """Return the probability over the interval inputs, and its confidence interval, (3, 2)."""
+    names = ("probability", "confidence_low", "confidence_high")
+    return np.array([found[name].values[:, limit] for name in names])
+
+
+def agrees(found, exact, tolerance=0.08, limit=0):
+    """Check an estimate and that its confidence interval, a little widened, has the exact value."""
+    value, low, high = bounds(found, limit)
+    np.testing.assert_allclose(value, exact, rtol=tolerance)
+    assert np.all(low * 0.97 < exact)
+    assert np.all(exact < high * 1.03)
+
+
+@pytest.mark.parametrize("deviations", [1.0, 4.753, 6.0])
+def test_a_linear_response_down_to_1e_9(deviations):
+    def response(x, y):
+        return constant(3 * x + 4 * y)
+
+    surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL}, fb.AdaptivePCCI())
+    found = fb.failure_probability(surrogate, fb.Limit(below=5 * deviations))
+    agrees(found, norm.sf(deviations))
+    both = fb.failure_probability(
+        surrogate, fb.Limit(below=5 * deviations, above=-5 * deviations), seed=1
+    )
+    agrees(both, 2 * norm.sf(deviations))
+
+
+def test_first_passage_is_not_the_largest_probability_at_one_time():
+    """The amplitude √(a² + b²) of a cos 2πt + b sin 2πt has the distribution of Rayleigh."""
+
+    def response(a, b):
+        return over_time(a[:, None] * np.cos(2 * np.pi * T) + b[:, None] * np.sin(2 * np.pi * T))
+
+    surrogate = fb.expand(response, {"a": NORMAL, "b": NORMAL}, fb.AdaptivePCCI())
+    found = fb.failure_probability(surrogate, fb.Limit(below=4.0))
+    agrees(found, np.exp(-8.0))
+    each = found["at_each_time"].values[1, 0]
+    np.testing.assert_allclose(each, norm.sf(4.0), rtol=0.5)
+    low, high = (found[f"at_each_time_{k}"].values[1, 0] for k in ("low", "high"))
+    assert np.mean((low <= norm.sf(4.0)) & (norm.sf(4.0) <= high)) > 0.85
+    coarse = fb.expand(
+        lambda a, b: response(a, b).isel(time=slice(None, None, 5)),
+        {"a": NORMAL, "b": NORMAL},
+        fb.AdaptivePCCI(),
+    )
+    found = fb.failure_probability(coarse, fb.Limit(below=4.0))
+    on_grid, between = (float(found[k][0, 0]) for k in ("probability", "between_times"))
+    assert on_grid < 0.85 * np.exp(-8.0)
+    assert between == pytest.approx(np.exp(-8.0), rel=0.15)
+
+
+def test_amplitude_and_phase():
+    wave = np.sin(2 * np.pi * T)
+    swing = fb.expand(
+        lambda a: over_time((2 + 0.3 * a)[:, None] * wave), {"a": NORMAL}, fb.AdaptivePCCI()
+    )
+    agrees(fb.failure_probability(swing, fb.Limit(below=3.2)), norm.sf(4.0))
+
+    def turning(phase):
+        return over_time(np.cos(2 * T + phase[:, None]))
+
+    turned = fb.expand(turning, {"phase": fb.Uniform(0.5, 3.0)}, fb.AdaptivePCCI(1e-5))
+    first = np.pi - np.arccos(0.99) - 2  # −0.99 is passed if the phase is more than this
+    agrees(fb.failure_probability(turned, fb.Limit(above=-0.99)), (3.0 - first) / 2.5)
+
+
+def test_intervals_and_random_inputs_together():
+    def response(e, f, x, y):
+        return constant((2 + e) * x + (1 + f / 2) * y + f)
+
+    def exact(e, f, limit):
+        return norm.sf((limit - f) / np.hypot(2 + e, 1 + f / 2))
+
+    inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL, "y": NORMAL}
+    surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
+    found = fb.failure_probability(surrogate, fb.Limit(below=4.0))
+    agrees(found, [exact(-1, -1, 4.0), exact(1, 1, 4.0)])
+    np.testing.assert_array_equal(found["probability_at"][:, :, 0], [[-1, 1], [-1, 1]])
+    rare = fb.failure_probability(surrogate, fb.Limit(below=8.0))
+    value, _, high = bounds(rare)
+    assert value[0] == 0.0
+    assert exact(-1, -1, 8.0) < high[0] < 1e-10
+    assert "from below" in rare.attrs["verdict"]
+    assert value[1] == pytest.approx(exact(1, 1, 8.0), rel=0.08)
+
+
+def test_an_end_inside_the_box():
+    def response(e, x):
+        return constant(x + 1 - e**2 + 0.3 * e)
+
+    surrogate = fb.expand(response, {"e": fb.Interval(-1, 1), "x": NORMAL}, fb.AdaptivePCCI())
+    found = fb.failure_probability(surrogate, fb.Limit(below=4.0))
+    agrees(found, [norm.sf(4.3), norm.sf(3 - 0.15**2)])
+    np.testing.assert_allclose(found["probability_at"][0, :, 0], [-1, 0.15], atol=0.06)
+
+
+def four_bar(crank, coupler, rocker, ground):
+    """The error [°] of a function generator, by the angle of its crank."""
+    angle = np.linspace(95.5, 215.5, 61)
+    g = np.deg2rad(angle)
+    r1, r2, r3, r4 = (v[:, None] for v in (crank, coupler, rocker, ground))
+    square = r4**2 + r1**2 - 2 * r1 * r4 * np.cos(g)
+    turned = np.arccos((r2**2 - r3**2 - square) / (2 * r3 * np.sqrt(square)))
+    psi = np.arctan2(-r1 * np.sin(g), r4 - r1 * np.cos(g)) + turned
+    wanted = 76 + 60 * np.sin(0.75 * np.deg2rad(angle - 95.5))
+    return xr.DataArray(np.rad2deg(psi) - wanted, {"angle": angle}, ("sample", "angle"))
+
+
+def test_a_four_bar_leaves_its_structural_error():
+    """Sampling of the formula gives 4.0e-2, 6.4e-3 and 7.0e-4."""
+    lengths = {"crank": 53.0, "coupler": 122.0, "rocker": 66.5, "ground": 100.0}
+    inputs = {name: fb.Normal(length, 0.1) for name, length in lengths.items()}
+    surrogate = fb.expand(four_bar, inputs, fb.AdaptivePCCI(0.001))
+    for limit, exact, tolerance in ((0.7, 4.0e-2, 0.05), (0.8, 6.4e-3, 0.05), (0.9, 7.0e-4, 0.1)):
+        found = fb.failure_probability(
+            surrogate, fb.Limit(below=limit, above=-limit), accuracy=0.015
+        )
+        assert float(found["probability"][0, 0]) == pytest.approx(exact, rel=tolerance)
+
+
+def test_several_limits_and_the_expected_error():
+    """x and −x leave their limits in different samples; tanh is missed by its surrogate."""
+
+    def response(x):
+        y = np.stack([x, -x], 1)[:, :, None] * np.ones(3)
+        return xr.DataArray(y, {"output": ["a", "b"]}, ("sample", "output", "time"))
+
+    both = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI())
+    limits = [fb.Limit("a", below=3.0), fb.Limit("b", below=3.5)]
+    found = fb.failure_probability(both, limits)
+    assert found["limit"].values.tolist()[-1] == "any limit"
+    exact = [norm.sf(3.0), norm.sf(3.5), norm.sf(3.0) + norm.sf(3.5)]
+    np.testing.assert_allclose(found["probability"][0], exact, rtol=0.08)
+
+    rough = fb.expand(lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.01, 24))
+    found = fb.failure_probability(rough, fb.Limit(below=0.8))
+    looser, value, tighter = (
+        float(found[k][0, 0]) for k in ("limit_looser", "probability", "limit_tighter")
+    )
+    assert looser < value < tighter
+    assert looser < norm.sf(np.arctanh(0.8) / 2) < tighter
+    missed = 2 * float(rough.bands()["error_bar_expected_error"][0])
+    moved = fb.failure_probability(rough, fb.Limit(below=0.8 - missed))
+    assert tighter == pytest.approx(float(moved["probability"][0, 0]), rel=0.1)
+
+
+def test_choices_and_seeds():
+    def response(x, kind):
+        return constant(x * np.where(kind == "steel", 1.0, 1.5))
+
+    inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
+    both = fb.expand(response, inputs, fb.AdaptivePCCI())
+    found = fb.failure_probability(both, fb.Limit(below=3.0))
+    agrees(found, [norm.sf(3.0), norm.sf(2.0)])
+    assert found["probability_choice"].values[:, 0].tolist() == ["steel", "brass"]
+    xr.testing.assert_identical(found, fb.failure_probability(both, fb.Limit(below=3.0)))
+    other = fb.failure_probability(both, fb.Limit(below=3.0), seed=1)
+    assert np.all(bounds(other)[0] != bounds(found)[0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"accuracy": 0.0}, "accuracy must be from 0.002 to 0.5"),
+        ({"accuracy": np.nan}, "accuracy must be"),
+        ({"seed": -1}, "seed must be"),
+        ({"limits": []}, "limits must be a Limit"),
+        ({"limits": [fb.Limit(below=-1.0), fb.Limit(above=1.0)]}, "something between"),
+        ({"surrogate": "x"}, "surrogate must be"),
+    ],
+)
+def test_refused_by_name(options, message):
+    surrogate = fb.expand(constant_of_x, {"x": NORMAL}, fb.PCCI(1, 1))
+    with pytest.raises(fb.InputError, match=message):
+        fb.failure_probability(**{"surrogate": surrogate, "limits": fb.Limit(below=1.0)} | options)
+
+
+def constant_of_x(x):
+    return constant(x)
+
+
+def test_intervals_alone_have_no_probability():
+    surrogate = fb.expand(constant_of_x, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1))
+    with pytest.raises(fb.InputError, match="must have random inputs"):
+        fb.failure_probability(surrogate, fb.Limit(below=0.5))

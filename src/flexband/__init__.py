@@ -85,9 +85,9 @@ if TYPE_CHECKING:
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits
     from flexband.uncertainty.answers.p_box import p_box
+    from flexband.uncertainty.answers.probability.failure import failure_probability
     from flexband.uncertainty.answers.quantiles import quantiles
     from flexband.uncertainty.answers.value_range import value_range
-    from flexband.uncertainty.answers.probability.failure import failure_probability
     from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.distribution import Distribution

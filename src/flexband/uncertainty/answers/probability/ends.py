@@ -14,9 +14,9 @@ from itertools import product
 import numpy as np
 from scipy.special import erf, log_ndtr
 
-from flexband.uncertainty.answers.importance import Mixture
-from flexband.uncertainty.answers.states import LimitState
-from flexband.uncertainty.answers.subset import Rare, rare
+from flexband.uncertainty.answers.probability.importance import Mixture
+from flexband.uncertainty.answers.probability.states import LimitState
+from flexband.uncertainty.answers.probability.subset import Rare, rare
 from flexband.uncertainty.inputs.sampling import sobol
 
 SAMPLES = 512
@@ -27,6 +27,9 @@ SMOOTH, GROUP = 0.05, 32
 
 MOST_VERTICES, INSIDE = 128, 32
 """Most vertices of the box, and other points, from which the search starts."""
+
+SLACK = 0.3
+"""Margins up to this part of the standard deviation of the least margin decide as well."""
 
 STARTS = 3
 """Points that are improved, for each end."""
@@ -68,7 +71,9 @@ def ends(
     near = joint.u if len(joint.u) else rng.standard_normal((SAMPLES, n + m))
     own = state
     if thin:
-        own = state.where_least(near[:SAMPLES, :n], erf(near[:SAMPLES, n:] / np.sqrt(2)))
+        some = near[:SAMPLES]
+        slack = SLACK * _spread(state, n, erf(some[:GROUP, n:] / np.sqrt(2)), rng)
+        own = state.where_least(some[:, :n], erf(some[:, n:] / np.sqrt(2)), slack)
     points = np.concatenate([places(m, rng), erf(near[:8, n:] / np.sqrt(2))])
     width = SMOOTH * max(_spread(own, n, points, rng), 1e-12)
     mixture = Mixture.of(joint.u[:, :n], rng)

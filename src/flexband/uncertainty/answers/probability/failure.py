@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, instance, numbers, whole
-from flexband.uncertainty.answers.ends import ends
-from flexband.uncertainty.answers.estimates import Estimate, estimate
 from flexband.uncertainty.answers.limits import Corridor, corridors
 from flexband.uncertainty.answers.margins import error_of, labels_of
-from flexband.uncertainty.answers.states import LimitState
+from flexband.uncertainty.answers.probability.ends import ends
+from flexband.uncertainty.answers.probability.estimates import Estimate, estimate
+from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS
@@ -23,7 +23,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ANY = "any limit"
 
-UNSEEN = 0.01
+UNSEEN = 0.03
 """Part of a probability that may be due to times at which bounds are not searched."""
 
 FINEST, COARSEST = 0.002, 0.5

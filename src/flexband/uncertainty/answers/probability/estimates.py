@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from flexband.uncertainty.answers.importance import Mixture
 from flexband.uncertainty.answers.peaks import drops
-from flexband.uncertainty.answers.states import LimitState
-from flexband.uncertainty.answers.subset import Rare, rare
+from flexband.uncertainty.answers.probability.importance import Mixture
+from flexband.uncertainty.answers.probability.states import LimitState
+from flexband.uncertainty.answers.probability.subset import Rare, rare
 from flexband.uncertainty.surrogates.sigmas import growth
 
 ROUNDS, KNOWN = 2, 600

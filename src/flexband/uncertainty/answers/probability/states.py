@@ -164,15 +164,15 @@ class LimitState:
         found = self.reduced(u, eta, lambda _, margins: least_of(margins))
         return np.concatenate([np.zeros(0), *found])
 
-    def where_least(self, u: np.ndarray, eta: np.ndarray) -> LimitState:
+    def where_least(self, u: np.ndarray, eta: np.ndarray, slack: float) -> LimitState:
         """Return the state at the times, and their neighbours, that decide about some samples.
 
-        These are the times of the least margin of a sample, and of margins below zero.
+        These are the times of the least margin of a sample, and of margins below `slack`.
         """
 
         def deciding(_: slice, margins: list[np.ndarray]) -> list[Any]:
-            least = least_of(margins)[:, None, None]
-            return [np.any((one <= least) | (one < 0), axis=(0, 1)) for one in margins]
+            least = np.maximum(least_of(margins)[:, None, None], slack)
+            return [np.any(one <= least, axis=(0, 1)) for one in margins]
 
         parts = []
         found = zip(*self.reduced(u, eta, deciding), strict=True)

@@ -168,6 +168,20 @@ def test_a_design_that_needs_every_run_says_which_one_failed():
         fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="leave out")
 
 
+def test_a_response_that_raises_is_tried_with_one_sample_once():
+    sizes = []
+
+    def response(a, b):
+        sizes.append(np.shape(a))
+        if not np.all(np.asarray(b) < -0.5):
+            raise ZeroDivisionError("the spring is slack")
+        return good(a, b)
+
+    found = fb.propagate(response, INPUTS, LHS, failed="leave out")
+    assert found.attrs["runs_failed"] == 28
+    assert sizes.count(()) == 1
+
+
 @pytest.mark.parametrize("fault", ["raises", "returns_nan", "calls_exit"])
 def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
     calls = []

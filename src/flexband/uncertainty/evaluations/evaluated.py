@@ -30,6 +30,7 @@ class Evaluated:
     values : DataArray, dims (sample, …), NaN where runs failed; None before the first success.
     failed : number of each run that failed -> reason.
     stored : numbers of the runs that were recorded before.
+    probed : whether the response has been called to tell whether it takes one sample only.
     """
 
     def __init__(
@@ -39,9 +40,11 @@ class Evaluated:
         setting: str,
         points: tuple[np.ndarray, np.ndarray],
         labels: xr.DataArray | None,
+        *,
+        probed: bool = False,
     ):
         self.response, self.space, self.setting, self.points = response, space, setting, points
-        self.labels = labels
+        self.labels, self.probed = labels, probed
         self.values: xr.DataArray | None = None
         self.failed: dict[int, str] = {}
         self.stored = np.zeros(0, int)
@@ -95,14 +98,14 @@ class Evaluated:
         elif error is not None:
             scalar = None  # once it has returned values for arrays, it is none
             if self.labels is None:
-                scalar = of_one_sample(self.response, self.arguments(runs), error)
+                scalar = self._of_one_sample(runs, error)
             error = scalar or explained(error, self.space, *points)
             alone = len(runs) == 1
             return runs[:0], None, {int(runs[0]): _in_words(error)} if alone else {}, error
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
-            error = of_one_sample(self.response, self.arguments(runs), wrong) or wrong
+            error = self._of_one_sample(runs, wrong) or wrong
             alone = len(runs) == 1
             return runs[:0], None, {int(runs[0]): str(error)} if alone else {}, error
         reason, wrong = not_finite(values, self.space, *points)
@@ -114,6 +117,13 @@ class Evaluated:
             error = InputError(reason)
         good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
         return runs[good], values[good], bad, error
+
+    def _of_one_sample(self, runs: np.ndarray, error: Exception) -> InputError | None:
+        """Return what `of_one_sample` does, once: it calls the response."""
+        if self.probed:
+            return None
+        self.probed = True
+        return of_one_sample(self.response, self.arguments(runs), error)
 
     def _checked(self, value: Any, count: int) -> xr.DataArray:
         part = labelled(value, count)

@@ -54,6 +54,7 @@ class Evaluations:
     failed : one of `POLICIES`.
     batch : most runs in one call.
     failures : number of failed runs that were left out.
+    probed : whether a response that failed has been tried with one sample.
     """
 
     perform: Performing = in_process
@@ -61,6 +62,7 @@ class Evaluations:
     failed: str = "stop"
     batch: int = 2048
     failures: int = 0
+    probed: bool = False
 
     def __call__(
         self,
@@ -95,7 +97,7 @@ class Evaluations:
         record = self.record if recorded else None
         if record is not None and labels is None:
             labels = record.labels
-        found = Evaluated(response, space, setting, points, labels)
+        found = Evaluated(response, space, setting, points, labels, probed=self.probed)
         if record is not None:
             self._look_up(found, record, advance)
         if getattr(response, "elsewhere", False) and len(found.missing):
@@ -108,6 +110,7 @@ class Evaluations:
             reason = next(iter(found.failed.values()))
             raise RunError(f"all {len(points[0])} runs failed; the first: {reason}", {})
         self.failures += len(found.failed)
+        self.probed = found.probed
         return found
 
     def _look_up(self, found: Evaluated, record: Record, advance: Advance) -> None:

@@ -1,0 +1,60 @@
+"""The command `flexband limits`: its table, files and figure."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+
+
+def response(e, x):
+    t = np.linspace(0, 1, 21)
+    y = (1 + 0.1 * e)[:, None] * np.sin(6 * t) + 0.1 * x[:, None]
+    coords = {"output": ["a"], "time": t}
+    return xr.DataArray(y[:, None], coords, ("sample", "output", "time"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("study")
+    inputs = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
+    fb.save_surrogate(fb.expand(response, inputs, fb.AdaptivePCCI()), place / "surrogate.npz")
+    return place
+
+
+def test_limits_are_checked_and_written(folder):
+    options = ["limits", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
+    printed = CliRunner().invoke(app, options)
+    assert printed.exit_code == 0, printed.output
+    assert "not kept" in printed.output
+    with xr.open_dataset(folder / "limits.nc") as checked:
+        assert float(checked["least_margin"][0]) == pytest.approx(-0.05, abs=0.01)
+    assert (folder / "limits.png").read_bytes()[:4] == b"\x89PNG"
+    found = json.loads(CliRunner().invoke(app, [*options, "--json"]).stdout)
+    lower, upper = np.ravel(found["probability"]["probability"])
+    assert 0 < lower < upper < 0.02
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "requires --below or --above"),
+        (["--below", "a=x"], "OUTPUT=NUMBER"),
+        (["--below", "b=1"], "must be one of a"),
+        (["--below", "a=1", "--below", "a=2"], "given once"),
+    ],
+)
+def test_refused(folder, options, message):
+    printed = CliRunner().invoke(app, ["limits", str(folder), *options])
+    assert printed.exit_code == 1
+    assert message in printed.output
+
+
+def test_a_folder_without_a_surrogate_is_refused(tmp_path):
+    printed = CliRunner().invoke(app, ["limits", str(tmp_path), "--below", "1"])
+    assert printed.exit_code == 1
+    assert "surrogate.npz" in printed.output

@@ -1,0 +1,16 @@
+"""The page on answers: its code runs, and what it says is so."""
+
+import re
+from pathlib import Path
+
+PAGE = (Path(__file__).parents[1] / "docs" / "answers.md").read_text(encoding="utf-8")
+
+
+def test_the_code_runs():
+    names = {}
+    for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+        exec(code, names)
+    assert names["checked"].attrs["kept"] == "kept"
+    lower, upper = names["found"]["probability"].values[:, 0]
+    assert 0 <= lower < 1e-6
+    assert 1e-4 < upper < 1e-2

@@ -94,7 +94,8 @@ def elsewhere(
 
 
 def _texts(outputs: Any) -> tuple[str, ...]:
-    found = tuple(outputs) if isinstance(outputs, list | tuple | np.ndarray) else ()
+    array = isinstance(outputs, np.ndarray) and outputs.ndim == 1
+    found = tuple(outputs) if array or isinstance(outputs, list | tuple) else ()
     if not found or not all(isinstance(one, str) and one for one in found):
         raise InputError(f"outputs must be names such as ['force', 'wear']; got {shown(outputs)}")
     return found

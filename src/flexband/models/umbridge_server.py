@@ -198,6 +198,8 @@ class UMBridgeServer:
             raise InputError(f"response must be a function or a surrogate; got {shown(response)}")
         if not isinstance(inputs, Mapping) or not inputs:
             raise InputError(f"inputs must be a dict of names and values; got {shown(inputs)}")
+        if not all(isinstance(one, str) for one in inputs):
+            raise InputError(f"names of inputs must be texts; got {shown(list(inputs))}")
         values = {k: finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
         offered = _Offered(name, function, values)
         first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))

@@ -38,9 +38,10 @@ class Constant(Input):
 
 def is_number(value: object) -> bool:
     """Return whether an object is a plain finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+    kinds = int | float | np.integer | np.floating
+    if isinstance(value, bool | np.timedelta64) or not isinstance(value, kinds):
         return False
     try:
-        return bool(np.isfinite(float(value)))
+        return bool(np.isfinite(float(value)))  # pyright: ignore[reportArgumentType]
     except OverflowError:  # of an int
         return False

@@ -90,7 +90,12 @@ class Correlated:
     of: str = "values"
 
     def __post_init__(self) -> None:
-        given = dict(self.inputs) if isinstance(self.inputs, Mapping | tuple) else {}
+        pairs = self.inputs.items() if isinstance(self.inputs, Mapping) else self.inputs
+        paired = isinstance(pairs, tuple) and all(
+            isinstance(one, tuple | list) and len(one) == 2 and isinstance(one[0], str)
+            for one in pairs
+        )
+        given = dict(pairs) if paired or isinstance(self.inputs, Mapping) else {}
         named = {name: _member(name, one) for name, one in given.items()}
         if len(named) < 2:
             raise InputError(

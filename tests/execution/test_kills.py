@@ -223,6 +223,22 @@ def test_results_are_the_same_bit_for_bit_with_dask_whose_worker_dies(dask, tmp_
     assert (fb.open_runs(tmp_path / "s").status == 1).all()
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch):
+    """A worker on another machine has neither the study's file nor those beside it."""
+    (tmp_path / "constants15.py").write_text("FACTOR = 3.0\n")
+    (tmp_path / "beside15.py").write_text(
+        "import constants15\ndef model(a, b):\n    return constants15.FACTOR * a + b\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    response = __import__("beside15").model
+    with pytest.raises(ModuleNotFoundError):
+        dask.submit(__import__, "beside15").result()
+    found = fb.propagate(response, INPUTS, LHS, executor=dask)
+    exact = fb.propagate(response, INPUTS, LHS)
+    np.testing.assert_array_equal(found["mean"], exact["mean"])
+
+
 def fields(x, a, e):
     """Return the values of a field, times a number and a factor of an option."""
     return x * np.exp(np.asarray(a(np.linspace(0.0, 1.0, 3)))) * {"low": 1.0, "high": 2.0}[e]

@@ -6,6 +6,7 @@ and its warnings, which are issued again in the process of the study.
 
 from __future__ import annotations
 
+import sys
 import time
 import traceback
 import warnings
@@ -19,6 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import cloudpickle
 
 from flexband.errors import FlexbandWarning, InputError, RunError, warn
+from flexband.execution.fingerprint import modules_of_user
 
 Arguments = dict[str, Any]
 
@@ -67,18 +69,26 @@ def in_process(
 
 
 @lru_cache(maxsize=4)
-def unpickled(response: bytes) -> Callable[..., Any]:
+def unpickled(response: bytes, with_modules: bytes = b"") -> Callable[..., Any]:
     """Return a response that another process of the same study has pickled."""
-    return cloudpickle.loads(response)
+    try:
+        return cloudpickle.loads(response)
+    except ModuleNotFoundError:
+        if not with_modules:
+            raise
+        return cloudpickle.loads(with_modules)
 
 
-def perform_elsewhere(response: bytes, arguments: bytes) -> bytes:
-    """Perform a task that another process of the same study has pickled; return its outcome."""
+def perform_elsewhere(response: bytes, arguments: bytes, with_modules: bytes = b"") -> bytes:
+    """Perform a task that another process of the same study has pickled; return its outcome.
+
+    `with_modules` is the response with the user's modules, for a machine that does not have them.
+    """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", FlexbandWarning)
         try:
-            found = perform(unpickled(response), cloudpickle.loads(arguments))
+            found = perform(unpickled(response, with_modules), cloudpickle.loads(arguments))
         except Exception as error:  # a module that is missing there
             found = Outcome(None, error, 0.0)
     own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
@@ -122,6 +132,21 @@ def dumped(response: Callable[..., Any]) -> bytes:
         ) from None
 
 
+def dumped_with_modules(response: Callable[..., Any]) -> bytes:
+    """Return a response with the modules of the user that it needs; b"" if that is not possible."""
+    done = cloudpickle.list_registry_pickle_by_value()
+    modules = [m for m in modules_of_user() if m.__name__ in sys.modules.keys() - done]
+    for module in modules:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        return cloudpickle.dumps(response)
+    except Exception:  # what a module has besides the response may be anything
+        return b""
+    finally:
+        for module in modules:
+            cloudpickle.unregister_pickle_by_value(module)
+
+
 def with_executor(executor: Executor) -> Performing:
     """Return what performs tasks by an executor, with up to `IN_FLIGHT` of them at a time.
 
@@ -134,6 +159,8 @@ def with_executor(executor: Executor) -> Performing:
     ) -> Generator[tuple[int, Outcome], None, None]:
         shared = isinstance(executor, ThreadPoolExecutor)
         pickled = b"" if shared else dumped(response)
+        whole = b"" if shared else dumped_with_modules(response)
+        sent = pickled, b"" if whole == pickled else whole
         running: dict[Future, int] = {}
         waiting, lost = iter(range(len(tasks))), list[int]()
 
@@ -143,7 +170,9 @@ def with_executor(executor: Executor) -> Performing:
                 if shared:
                     found = executor.submit(copy_context().run, perform, response, own)
                 else:
-                    found = executor.submit(perform_elsewhere, pickled, cloudpickle.dumps(own))
+                    found = executor.submit(
+                        perform_elsewhere, sent[0], cloudpickle.dumps(own), sent[1]
+                    )
             except RuntimeError as error:  # it is shut down or broken
                 raise _gone(error) from error
             running[found] = number

@@ -204,14 +204,25 @@ class _Walk:
         top = str(module).partition(".")[0]
         if top == "flexband" or top in sys.builtin_module_names:
             return False
-        if top == self.package:
-            return True
-        if not file or top in sys.stdlib_module_names:
-            return False
-        parts = Path(file).parts
-        if "site-packages" in parts or "dist-packages" in parts:
-            return False
-        return not any(str(file).startswith(folder) for folder in _installed())
+        return top == self.package or _of_user(top, file)
+
+
+def modules_of_user() -> list[types.ModuleType]:
+    """Return the modules that were imported from files of the user, not from installed packages."""
+    modules = [m for m in list(sys.modules.values()) if isinstance(m, types.ModuleType)]
+    tops = [(m, m.__name__.partition(".")[0]) for m in modules]
+    others = ("flexband", "__main__")
+    return [m for m, top in tops if top not in others and _of_user(top, _file(m))]
+
+
+def _of_user(top: str, file: str | None) -> bool:
+    """Return whether a file, of a module or package of this name, is none that was installed."""
+    if not file or top in sys.stdlib_module_names:
+        return False
+    parts = Path(file).parts
+    if "site-packages" in parts or "dist-packages" in parts:
+        return False
+    return not any(str(file).startswith(folder) for folder in _installed())
 
 
 def _names(code: types.CodeType) -> set[str]:

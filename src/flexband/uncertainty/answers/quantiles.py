@@ -36,10 +36,10 @@ MOST_SAMPLES = 2**22
 LEAST_BEYOND = 10
 """Samples that must be expected beyond a quantile."""
 
-SEARCHED, SEARCHED_BEYOND = 256, 4
+SEARCHED, SEARCHED_BEYOND = 128, 4
 """Least samples of ξ of the search, and least of them beyond a quantile."""
 
-ROWS, VALUES = 25, 2e7
+ROWS, VALUES = 25, 8e6
 """Places that are tried for each bound, about, and values of the surrogate there."""
 
 MORE = 4
@@ -54,8 +54,8 @@ STARTS = 2
 TOLERANCE = 1e-4
 """Gains of a search that count as none, as a part of the range of a scan."""
 
-AT_ONCE = 2**19
-"""Values in one part of the work."""
+AT_ONCE, PART = 2**22, 2**18
+"""Samples of series in one product of matrices, and in one part of the work of a thread."""
 
 MOST_SCANNED_TIMES = 150
 
@@ -218,16 +218,9 @@ class _Target:
         return np.repeat([1.0, -1.0], len(self.p))
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
-        value, (own, time) = np.empty(len(eta)), np.divmod(which, self.series.times)
-        at_once = max(1, AT_ONCE // len(self.psi))
-
-        def solve(first: int) -> None:
-            some = slice(first, first + at_once)
-            sampled = self.series.values(self.psi, eta[some], time[some])
-            found = sorted_quantiles(sampled, self.p)
-            value[some] = found[own[some] % len(self.p), np.arange(found.shape[1])]
-
-        in_threads(solve, range(0, len(eta), at_once))
+        own, time = np.divmod(which, self.series.times)
+        found = _sampled_quantiles(self.series, self.psi, eta, time, self.p)
+        value = found[own % len(self.p), np.arange(len(eta))]
         return self.signs[own] * value
 
 
@@ -242,13 +235,9 @@ def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray
     stride = math.ceil(times / MOST_SCANNED_TIMES)
     stride = max(stride, math.ceil(len(points) * times * len(psi) / SCANNED))
     coarse = np.arange(0, times, stride)
-    scanned = np.empty((len(points), len(p), len(coarse)))
-
-    def scan(k: int) -> None:
-        eta = np.broadcast_to(points[k], (len(coarse), m))
-        scanned[k] = sorted_quantiles(series.values(psi, eta, coarse), p)
-
-    in_threads(scan, range(len(points)))
+    every = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
+    scanned = _sampled_quantiles(series, psi, *every, p)
+    scanned = scanned.reshape(len(p), len(points), -1).swapaxes(0, 1)
     function = _Target(series, psi, p)
     sign = function.signs
     targets = times * np.arange(len(sign))[:, None]
@@ -271,6 +260,24 @@ def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray
     return eta.reshape(2, len(p), times, m)
 
 
+def _sampled_quantiles(
+    series: SampledSeries, psi: np.ndarray, eta: np.ndarray, times: np.ndarray, p: np.ndarray
+) -> np.ndarray:
+    """Return quantiles of some series, each at its own η, shape (probabilities, series)."""
+    found, at_once = np.empty((len(p), len(eta))), max(1, AT_ONCE // len(psi))
+    for first in range(0, len(eta), at_once):
+        own = slice(first, min(first + at_once, len(eta)))
+        parts = series.parts(psi, eta[own], times[own])  # a product, which has its own threads
+        part = max(1, PART // len(psi))
+
+        def solve(start: int, parts: np.ndarray = parts, first: int = first, n: int = part) -> None:
+            values = series.joined(parts[:, start : start + n])
+            found[:, first + start : first + start + values.shape[0]] = sorted_quantiles(values, p)
+
+        in_threads(solve, range(0, parts.shape[1], part))
+    return found
+
+
 def sorted_quantiles(values: np.ndarray, p: np.ndarray) -> np.ndarray:
     """Return quantiles of samples (series, samples), shape (probabilities, series)."""
     count = values.shape[1]
@@ -286,23 +293,24 @@ def _values(
     series: SampledSeries, psi: np.ndarray, p: np.ndarray, eta: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return quantiles and their sampling errors at η of shape (2, probabilities, times, m)."""
-    shape, count = eta.shape[:-1], len(psi)
+    shape, m = eta.shape[:-1], eta.shape[-1]
     values, errors = np.empty(shape), np.zeros(shape)
-    at_once = max(1, AT_ONCE // count)
+    at_once = max(1, AT_ONCE // len(psi))
+    for bound, k in np.ndindex(shape[:2]):
+        for first in range(0, shape[2], at_once):
+            times = np.arange(first, min(first + at_once, shape[2]))
+            parts = series.parts(psi, eta[bound, k, times].reshape(-1, m), times)
 
-    def solve(part: tuple[int, int, int]) -> None:
-        bound, k, first = part
-        times = np.arange(first, min(first + at_once, shape[-1]))
-        sampled = series.values(psi, eta[bound, k, times], times)
-        values[bound, k, times], errors[bound, k, times] = quantile_and_error(sampled, p[k])
+            def solve(
+                row: int, own: tuple[int, int] = (bound, k), parts: np.ndarray = parts,
+                first: int = first,
+            ) -> None:  # fmt: skip
+                some = slice(row, row + max(1, PART // len(psi)))
+                found = quantile_and_error(series.joined(parts[:, some]), p[own[1]])
+                rows = slice(first + row, first + row + len(found[0]))
+                values[(*own, rows)], errors[(*own, rows)] = found
 
-    parts = [
-        (b, k, first)
-        for b in range(2)
-        for k in range(len(p))
-        for first in range(0, shape[-1], at_once)
-    ]
-    in_threads(solve, parts)
+            in_threads(solve, range(0, len(times), max(1, PART // len(psi))))
     return values, errors
 
 

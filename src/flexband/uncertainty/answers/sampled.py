@@ -87,17 +87,24 @@ class SampledSeries:
         eta : shape (series, m).
         times : their numbers, shape (series,).
         """
-        phase = isinstance(self.expansion, PhaseExpansion)
-        rows = self.expansion.columns.width if phase else 1  # pyright: ignore
+        return self.joined(self.parts(psi, eta, times))
+
+    def parts(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the parts that `joined` makes the values of, shape (parts, series, samples)."""
         hybrid = self.hybrid
-        own = hybrid.coefficients.reshape(len(hybrid.index), rows, -1)[..., times]
+        own = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
         own = own * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :]
         order = np.argsort(hybrid.j, kind="stable")
         starts = np.searchsorted(hybrid.j[order], np.arange(psi.shape[1]))
-        factors = np.add.reduceat(own[order], starts, axis=0).reshape(psi.shape[1], -1)
-        if not phase:
-            return factors.T @ psi.T
-        return self.expansion.columns.join(psi @ factors)[:, 0].T  # pyright: ignore
+        factors = np.add.reduceat(own[order], starts, axis=0)
+        product = factors.reshape(len(factors), -1).T @ psi.T
+        return product.reshape(*factors.shape[1:], len(psi))
+
+    def joined(self, parts: np.ndarray) -> np.ndarray:
+        """Return the values of parts."""
+        if isinstance(self.expansion, PhaseExpansion):
+            return self.expansion.columns.join(parts.reshape(-1)).reshape(parts.shape[1:])
+        return parts[0]
 
     def basis(self, xi: np.ndarray) -> np.ndarray:
         """Return Ψ_j at ξ of shape (samples, n), shape (samples, N)."""

@@ -67,6 +67,11 @@ OWN = {
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
     ("Limit", "below"): 1.0,
+    ("Magnitude", "first"): "x",
+    ("Magnitude", "second"): "y",
+    ("derived", "quantity"): np.abs,
+    ("derived", "samples"): 64,
+    ("derived", "probability"): 0.5,
     ("p_box", "at"): {"dim_1": 0},
     **{(name, "samples"): 256 for name in ("p_box", "quantiles")},
     ("value_range", "probability"): 0.9,
@@ -132,12 +137,17 @@ def choice(option, other):
     return fb.Choice(option, other)
 
 
+def magnitude(first, second):
+    """Return the magnitude of two components, which have no names."""
+    return fb.Magnitude(first, second)
+
+
 def elsewhere(name, outputs, times):
     """Return a model that runs elsewhere, whose inputs have no names."""
     return fb.elsewhere(name, outputs=outputs, times=times)
 
 
-CALLABLES = dict(callables()) | {"Choice": choice, "elsewhere": elsewhere}
+CALLABLES = dict(callables()) | {"Choice": choice, "elsewhere": elsewhere, "Magnitude": magnitude}
 
 
 def parameters(name):

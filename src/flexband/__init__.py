@@ -82,11 +82,20 @@ if TYPE_CHECKING:
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.answers.contributions import contributions
+    from flexband.uncertainty.answers.derived import derived
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits
     from flexband.uncertainty.answers.p_box import p_box
     from flexband.uncertainty.answers.probability.failure import failure_probability
     from flexband.uncertainty.answers.quantiles import quantiles
+    from flexband.uncertainty.answers.quantities import (
+        Magnitude,
+        Peak,
+        PeakTime,
+        RootMeanSquare,
+        Spectrum,
+        Trough,
+    )
     from flexband.uncertainty.answers.value_range import value_range
     from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated

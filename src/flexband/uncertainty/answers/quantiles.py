@@ -293,13 +293,13 @@ def _values(
     series: SampledSeries, psi: np.ndarray, p: np.ndarray, eta: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return quantiles and their sampling errors at η of shape (2, probabilities, times, m)."""
-    shape, m = eta.shape[:-1], eta.shape[-1]
+    shape = eta.shape[:-1]
     values, errors = np.empty(shape), np.zeros(shape)
     at_once = max(1, AT_ONCE // len(psi))
     for bound, k in np.ndindex(shape[:2]):
         for first in range(0, shape[2], at_once):
             times = np.arange(first, min(first + at_once, shape[2]))
-            parts = series.parts(psi, eta[bound, k, times].reshape(-1, m), times)
+            parts = series.parts(psi, eta[bound, k, times], times)
 
             def solve(
                 row: int, own: tuple[int, int] = (bound, k), parts: np.ndarray = parts,

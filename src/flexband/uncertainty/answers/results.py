@@ -70,15 +70,16 @@ def answer(
     coords: Mapping[str, Any],
     attrs: Mapping[str, Any],
     long_names: Mapping[str, str],
+    labels: xr.DataArray | None = None,
 ) -> xr.Dataset:
-    """Return the dataset of an answer, with the coordinates of the response, units and names."""
-    named = {**coordinates(surrogate.labels), "bound": BOUNDS, **coords}
+    """Return the dataset of an answer, with the coordinates of the response, units and names.
+
+    `labels` is what has the coordinates instead of the response, first dim "sample".
+    """
     result = xr.Dataset(dict(data))
-    used = {k: v for k, v in named.items() if k in ("unit",) or k in result.dims}
-    for k, v in coordinates(surrogate.labels).items():
-        if set(v.dims) <= set(result.dims):
-            used[k] = v
-    result = result.assign_coords(used)
+    given = coordinates(surrogate.labels if labels is None else labels)
+    used = {k: c for k, c in given.items() if set(c.dims) <= set(result.dims)}
+    result = result.assign_coords({**used, "bound": BOUNDS, **coords})
     if "input" in result.data_vars:
         result = result.set_coords("input")
     units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()

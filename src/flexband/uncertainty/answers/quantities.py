@@ -1,0 +1,200 @@
+"""Quantities that are made of outputs: functions of a response, which `derived` bounds.
+
+A quantity takes a response, dims ("sample", …, time), and returns what is made of each sample. The
+last dimension counts as time, whatever its name is. Any function that does so is a quantity too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, shown
+
+Quantity = Callable[[xr.DataArray], xr.DataArray]
+
+UNEQUAL = 1e-6
+"""Relative difference of steps from which on times are not equidistant."""
+
+
+@dataclass(frozen=True)
+class Magnitude:
+    """The magnitude of a vector, √(x² + y²), at every time.
+
+    Parameters
+    ----------
+    outputs : names of its components.
+
+    Raises
+    ------
+    InputError
+        If fewer than two different names are given.
+    """
+
+    outputs: tuple[str, ...]
+
+    def __init__(self, *outputs: str):
+        if len(set(map(str, outputs))) < max(2, len(outputs)):
+            raise InputError(f"outputs must be two different names or more; got {shown(outputs)}")
+        object.__setattr__(self, "outputs", tuple(_checked(one) for one in outputs))
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample."""
+        parts = [chosen(response, one) for one in self.outputs]
+        units = {str(one["unit"].values) for one in parts if "unit" in one.coords}
+        if len(units) > 1:
+            raise InputError(f"components of a vector must have one unit; got {', '.join(units)}")
+        squares = [(one**2).drop_vars(("output",), errors="ignore") for one in parts]
+        total = squares[0]
+        for one in squares[1:]:
+            total = total + one
+        return (total**0.5).transpose(*parts[0].dims)
+
+
+@dataclass(frozen=True)
+class _OverTime:
+    """A quantity of the times of an output.
+
+    Parameters
+    ----------
+    of : name of an output, or a quantity such as `Magnitude`; by default each output.
+
+    Raises
+    ------
+    InputError
+        If it is neither a name nor a function.
+    """
+
+    of: str | Quantity | None = None
+
+    def __post_init__(self) -> None:
+        if self.of is not None and not callable(self.of):
+            _checked(self.of)
+
+    def series(self, response: xr.DataArray) -> tuple[xr.DataArray, np.ndarray]:
+        """Return the output, its last dim being time, and the times."""
+        if callable(self.of):
+            own = self.of(response)
+        else:
+            own = response if self.of is None else chosen(response, self.of)
+        last = own.dims[-1]
+        if own.ndim < 2 or last == "output" or own.shape[-1] < 3:
+            raise InputError(f"{type(self).__name__} requires at least three times; got {own.dims}")
+        times = own[last].values if last in own.coords else np.arange(own.shape[-1])
+        if times.dtype.kind not in "iuf" or (np.diff(times) <= 0).any():
+            raise InputError(f"{last} must be increasing numbers for {type(self).__name__}")
+        return own, times.astype(float)
+
+
+@dataclass(frozen=True)
+class Peak(_OverTime):
+    """The largest value over time; between times, that of a parabola through three of them."""
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample."""
+        own, times = self.series(response)
+        return _peak(own, times)[0]
+
+
+@dataclass(frozen=True)
+class Trough(_OverTime):
+    """The smallest value over time; between times, that of a parabola through three of them."""
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample."""
+        own, times = self.series(response)
+        return -_peak(-own, times)[0]
+
+
+@dataclass(frozen=True)
+class PeakTime(_OverTime):
+    """The time of the largest value; between times, that of a parabola through three of them."""
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample."""
+        own, times = self.series(response)
+        found = _peak(own, times)[1].drop_vars("unit", errors="ignore")
+        unit = own[own.dims[-1]].attrs.get("units") if own.dims[-1] in own.coords else None
+        return found if unit is None else found.assign_coords(unit=unit)
+
+
+@dataclass(frozen=True)
+class RootMeanSquare(_OverTime):
+    """The root of the mean square over time; the square is linear from each time to the next."""
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample."""
+        own, times = self.series(response)
+        steps = np.diff(times)
+        weights = np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps])
+        frame = own.isel({own.dims[-1]: 0}, drop=True)
+        return frame.copy(data=np.sqrt(own.values**2 @ (weights / weights.sum())))
+
+
+@dataclass(frozen=True)
+class Spectrum(_OverTime):
+    """The amplitudes of the discrete Fourier transform, up to half the sampling rate.
+
+    A sine with a whole number of periods in the time has its amplitude at its frequency. The first
+    amplitude is the size of the mean. Times must be equidistant.
+    """
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample, with a last dim "frequency"."""
+        own, times = self.series(response)
+        steps = np.diff(times)
+        if np.ptp(steps) > UNEQUAL * steps.max():
+            raise InputError(
+                f"a Spectrum needs equidistant times; got steps from {steps.min():g} to "
+                f"{steps.max():g}"
+            )
+        count = own.shape[-1]
+        sizes = np.abs(np.fft.rfft(own.values, axis=-1)) / count
+        sizes[..., 1 : (count + 1) // 2] *= 2
+        coords = {k: c for k, c in own.coords.items() if own.dims[-1] not in c.dims}
+        unit = own[own.dims[-1]].attrs.get("units", "") if own.dims[-1] in own.coords else ""
+        frequency = np.fft.rfftfreq(count, steps.mean())
+        named = {"s": "Hz", "": "1"}.get(unit, f"1/{unit}")
+        coords["frequency"] = xr.DataArray(frequency, dims="frequency", attrs={"units": named})
+        return xr.DataArray(sizes, dims=(*own.dims[:-1], "frequency"), coords=coords)
+
+
+def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
+    """Return one output of a response."""
+    names = [str(k) for k in response["output"].values] if "output" in response.coords else []
+    if output not in names:
+        raise InputError(
+            f"output must be one of {', '.join(names) or 'none: the response names no outputs'}; "
+            f"got {output!r}"
+        )
+    return response.isel(output=names.index(output))
+
+
+def _checked(output: Any) -> str:
+    """Return the name of an output."""
+    if not isinstance(output, str) or not output:
+        raise InputError(f"an output must be given by its name; got {shown(output)}")
+    return output
+
+
+def _peak(own: xr.DataArray, times: np.ndarray) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the largest values over the last dim, and their times."""
+    values = own.values
+    k = np.clip(values.argmax(axis=-1), 1, len(times) - 2)
+    left, middle, right = (
+        np.take_along_axis(values, (k + d)[..., None], axis=-1)[..., 0] for d in (-1, 0, 1)
+    )
+    a, b = times[k] - times[k - 1], times[k + 1] - times[k]
+    before, after = (middle - left) / a, (right - middle) / b
+    bend = (after - before) / (a + b)
+    slope = (before * b + after * a) / (a + b)
+    inside = (before >= 0) & (after <= 0) & (bend < 0)
+    shift = np.divide(-slope, 2 * bend, out=np.zeros_like(middle), where=inside)
+    top = np.where(inside, middle + slope * shift / 2, values.max(axis=-1))
+    at = np.where(inside, times[k] + shift, times[values.argmax(axis=-1)])
+    frame = own.isel({own.dims[-1]: 0}, drop=True)
+    return frame.copy(data=top), frame.copy(data=at)

@@ -72,6 +72,8 @@ OWN = {
     ("derived", "quantity"): np.abs,
     ("derived", "samples"): 64,
     ("derived", "probability"): 0.5,
+    ("modal_response", "modes"): 1,
+    ("modal_response", "nominal"): {},
     ("p_box", "at"): {"dim_1": 0},
     **{(name, "samples"): 256 for name in ("p_box", "quantiles")},
     ("value_range", "probability"): 0.9,

@@ -35,6 +35,8 @@ ROOMS = [
     "mechanics.equilibrium",
     "mechanics.modes",
     "mechanics.response",
+    "mechanics.at_rest",
+    "mechanics.modal",
     "mechanics.configuration",
     "mechanics.description",
     "models",

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from flexband.execution.processes import Processes
     from flexband.execution.store import Store, open_runs
+    from flexband.mechanics.at_rest import static_response
     from flexband.mechanics.bodies.beam import Beam
     from flexband.mechanics.bodies.cable import Cable
     from flexband.mechanics.bodies.point_mass import PointMass
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
     from flexband.mechanics.loads.springs import Spring, TorsionSpring
     from flexband.mechanics.mechanism import Mechanism
+    from flexband.mechanics.modal import modal_response
     from flexband.mechanics.modes import SteadyRotation, modes
     from flexband.mechanics.response import dynamic_response
     from flexband.mechanics.sensors.energies import (

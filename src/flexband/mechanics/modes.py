@@ -117,6 +117,21 @@ def modes(
     """
     instance("mechanism", mechanism, Mechanism)
     count, steps = whole("count", count, 1), whole("steps", steps, 1, MOST_STEPS)
+    system, found, unbalanced = found_modes(mechanism, count, about, steps)
+    result = _dataset(system, [(one, shapes) for one, shapes, _ in found])
+    if unbalanced:
+        result.attrs["unbalanced"] = unbalanced
+    return result if system.samples > 1 else result.isel(sample=0)
+
+
+Found = tuple[Eigenmodes, np.ndarray, np.ndarray]
+"""Modes of a sample, the outputs' derivatives along them, and their momenta Mφ as columns."""
+
+
+def found_modes(
+    mechanism: Mechanism, count: int, about: object, steps: int
+) -> tuple[System, list[Found], list[int]]:
+    """Return the modes of every sample, and which samples are not in equilibrium."""
     system, spins = assemble(mechanism), None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
@@ -141,10 +156,7 @@ def modes(
             "the mechanism moves at the start; modes(about='equilibrium') are those at rest. "
             "For a rotation give about=SteadyRotation(rate)"
         )
-    result = _dataset(system, found)
-    if unbalanced:
-        result.attrs["unbalanced"] = unbalanced
-    return result if system.samples > 1 else result.isel(sample=0)
+    return system, found, unbalanced
 
 
 def _spins(
@@ -172,7 +184,7 @@ def _solve(
     own: np.ndarray,
     spins: Sequence[Spin] | None,
     count: int,
-) -> tuple[np.ndarray, list[tuple[Eigenmodes, np.ndarray]], list[int], bool]:
+) -> tuple[np.ndarray, list[Found], list[int], bool]:
     """Return failures (4, WIDTH), modes with shapes, unbalanced samples, and whether they move."""
     work, failure = begin(system, values)
     state = system.structure.state
@@ -206,7 +218,8 @@ def _solve(
         found = eigenmodes(linear, balance.basis, count)
         if spins is not None and spins[lane].rate:
             check_rotation(system, sample, balance, found, spins[lane])
-        results.append((found, _shapes(balance.equations, z, found.vectors)))
+        shapes = _shapes(balance.equations, z, found.vectors)
+        results.append((found, shapes, linear.M @ found.vectors))
     return failure, results, unbalanced, moving
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -134,11 +134,7 @@ class DynamicResponse:
                 )
             except RunError as error:
                 about = f"inputs of the failed runs{self._difference()}:"
-                lines = [
-                    f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
-                    for s in list(error.failures)[:5]
-                ]
-                text = "\n".join([str(error), about, *lines])
+                text = "\n".join([str(error), about, *shown_inputs(values, error.failures)])
                 raise type(error)(text, error.failures, error.results) from None
         if "halved_step" in motion.attrs:
             warn(
@@ -222,6 +218,14 @@ def dynamic_response(
     return DynamicResponse(
         builder, duration, between, chosen, threads, round(parts), given_step=step is not None
     )
+
+
+def shown_inputs(values: Mapping[str, Any], samples: Iterable[int]) -> list[str]:
+    """Return the inputs of the first five of some samples as text."""
+    return [
+        f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
+        for s in list(samples)[:5]
+    ]
 
 
 def _shown(name: str, value: Any, sample: int) -> str:

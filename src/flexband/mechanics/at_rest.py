@@ -1,0 +1,148 @@
+"""What a mechanism does at rest, as plain functions of its parameters."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, RunError, function, numbers, whole
+from flexband.mechanics.equilibrium import LONGEST_TIME, MOST_STEPS, equilibrium
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.response import shown_inputs
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """``response(**values)`` of a mechanism at rest; a subclass says what is computed.
+
+    Each element of a flexible member is divided into `element_parts`.
+    """
+
+    builder: Callable[..., Mechanism]
+    steps: int = 1
+    element_parts: int = 1
+
+    def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
+        """Return the outputs, first dim "sample" unless no parameter is an array."""
+        raise NotImplementedError
+
+    def refinements(self, **values: Any) -> dict[str, Self]:
+        """Return the response on twice the elements, if there are flexible members."""
+        finer = replace(self, element_parts=2 * self.element_parts)
+        return {"elements": finer} if self.mechanism(values).elements else {}
+
+    def left_out(self, **values: Any) -> list[str]:
+        """Return "elements" if their number is not given, so that a study chooses it."""
+        return ["elements"] * bool(built(self.builder, values).without_elements)
+
+    def discretization(self, **values: Any) -> dict[str, float]:
+        """Return the number of elements of every flexible member."""
+        return {f"elements of {name}": n for name, n in self.mechanism(values).elements.items()}
+
+    @property
+    def __wrapped__(self) -> Callable[..., Mechanism]:
+        """The function that reads the arguments."""
+        return self.builder
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.signature(self.builder)
+
+    def __call__(self, **values: Any) -> xr.DataArray:
+        """Return the outputs, dims (sample, output).
+
+        Raises
+        ------
+        InputError
+            If the builder does not return a mechanism, or it cannot be computed.
+        AssemblyError
+            If the constraints cannot be met or no equilibrium is found for a sample; the message
+            gives the inputs of failed runs.
+        """
+        samples = max((np.size(v) for v in values.values() if not callable(v)), default=1)
+        try:
+            found = self.outputs(self.mechanism(values), values)
+        except RunError as error:
+            lines = [
+                str(error),
+                "inputs of the failed runs:",
+                *shown_inputs(values, error.failures),
+            ]
+            raise type(error)("\n".join(lines), error.failures, error.results) from None
+        if "sample" not in found.dims:
+            found = found.expand_dims(sample=samples)
+        return found
+
+    def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
+        """Return the mechanism of values, with its elements divided."""
+        mechanism = built(self.builder, values)
+        return mechanism.refined(self.element_parts) if self.element_parts > 1 else mechanism
+
+
+def built(builder: Callable[..., Mechanism], values: Mapping[str, Any]) -> Mechanism:
+    """Return the mechanism of values; raise `InputError` if the builder returns none."""
+    mechanism = builder(**values)
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
+    return mechanism
+
+
+@dataclass(frozen=True)
+class StaticResponse(AtRest):
+    """The outputs of the sensors in equilibrium."""
+
+    time: float = 0.0
+    threads: int | None = None
+
+    @property
+    def identity(self) -> tuple[object, ...]:
+        """What the equilibrium depends on: all but the number of threads."""
+        return "static", self.builder, self.steps, self.element_parts, self.time
+
+    def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
+        """Return the outputs of the sensors."""
+        found = equilibrium(mechanism, steps=self.steps, time=self.time, threads=self.threads)
+        unstable = int(np.sum(~np.atleast_1d(found["stable"].values)))
+        if unstable:
+            raise InputError(
+                f"the equilibrium of {unstable} of {found['stable'].size} runs is not stable, so "
+                "that bands would mix different ones; start nearer to the stable one"
+            )
+        return found.drop_vars("stable").drop_attrs()
+
+
+def static_response(
+    builder: Callable[..., Mechanism],
+    *,
+    steps: int = 1,
+    time: float = 0.0,
+    threads: int | None = None,
+) -> StaticResponse:
+    """Return the static equilibrium of ``builder(**values)`` as a function of the values.
+
+    The response has the outputs of the mechanism's sensors: positions, angles, forces of springs,
+    reactions. Every run must find a stable equilibrium; one that is not stable is refused.
+
+    Parameters
+    ----------
+    builder : as in `dynamic_response`.
+    steps, time, threads : as in `equilibrium`.
+
+    Raises
+    ------
+    InputError
+        If the builder is no function or a number is out of its range.
+    """
+    function("builder", builder, " that returns a Mechanism")
+    steps = whole("steps", steps, 1, MOST_STEPS)
+    at = float(numbers("time [s]", time))
+    if abs(at) > LONGEST_TIME:
+        raise InputError(f"time [s] must be at most {LONGEST_TIME:g}; got {at:g}")
+    if threads is not None:
+        whole("threads", threads, 1)
+    return StaticResponse(builder, steps, time=at, threads=threads)

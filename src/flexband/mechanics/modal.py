@@ -1,0 +1,239 @@
+"""Natural frequencies of a mechanism as a function of its parameters, modes followed by shape.
+
+Modes in order of their frequencies jump where two frequencies cross, and an expansion of them would
+have a kink. Here a mode keeps its number: it is the one whose shape agrees most with that of the
+mode at nominal values, by the modal assurance criterion |φᴴMφ₀|². If the agreement is not clear,
+the mode is followed on the straight line from the nominal values in smaller steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import linear_sum_assignment
+
+from flexband.errors import InputError, function, instance, shown, warn, whole
+from flexband.mechanics.at_rest import AtRest
+from flexband.mechanics.equilibrium import MOST_STEPS
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.modes import found_modes
+
+CLEAR = 0.6
+"""Agreement of shapes above which no other mode can agree as much."""
+
+HALVINGS = 6
+"""Of the way from the nominal values, until modes are followed by their best agreement."""
+
+BEYOND = 6
+"""Further modes among which those that are followed are looked for."""
+
+EQUAL = 1e-6
+"""Relative difference of frequencies below which shapes are arbitrary."""
+
+
+class Followed(NamedTuple):
+    """Frequencies [Hz], shapes φ and momenta Mφ of samples: (n, modes), (n, coordinates, modes)."""
+
+    frequency: np.ndarray
+    vectors: np.ndarray
+    momenta: np.ndarray
+
+    def take(self, samples: np.ndarray) -> Followed:
+        """Return those of some samples."""
+        return Followed(*(own[samples] for own in self))
+
+
+@dataclass(frozen=True)
+class ModalResponse(AtRest):
+    """The natural frequencies of modes that are followed from nominal values."""
+
+    modes: int = 1
+    nominal: Mapping[str, Any] = field(default_factory=dict)
+    about: str = "equilibrium"
+
+    @property
+    def identity(self) -> tuple[object, ...]:
+        """What the frequencies depend on."""
+        nominal = tuple(sorted(self.nominal.items(), key=lambda one: one[0]))
+        own = self.modes, nominal, self.about
+        return "modal", self.builder, self.steps, self.element_parts, *own
+
+    def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
+        """Return the frequencies, dims (sample, output)."""
+        if values.keys() != self.nominal.keys():
+            raise InputError(
+                f"nominal must name the arguments {', '.join(values) or 'of the builder'}; got "
+                f"{', '.join(self.nominal) or 'none'}"
+            )
+        start = self._found(self.mechanism(self.nominal))
+        if start.frequency.shape[1] < self.modes:
+            raise InputError(
+                f"modes must be {start.frequency.shape[1]} or less, the modes that the mechanism "
+                f"has; got {self.modes}"
+            )
+        first = start.frequency[0, : self.modes + 1]
+        close = np.flatnonzero(np.diff(first) <= EQUAL * np.abs(first[1:]))
+        if len(close):
+            raise InputError(
+                f"the frequencies of modes {close[0] + 1} and {close[0] + 2} are the same at the "
+                f"nominal values, {first[close[0]]:g} Hz, so that their shapes are arbitrary; "
+                "choose other nominal values"
+            )
+        found = self._found(mechanism)
+        reference = start.take(np.zeros(len(found.frequency), dtype=int))
+        reference = Followed(*(own[..., : self.modes] for own in reference))
+        near = {k: _broadcast(v, len(found.frequency)) for k, v in self.nominal.items()}
+        far = {k: _broadcast(v, len(found.frequency)) for k, v in values.items()}
+        followed, lost = self._followed(near, reference, far, found, HALVINGS)
+        if lost:
+            warn(
+                f"modes of {lost} of {len(found.frequency)} runs agree with none by shape; the "
+                "frequencies of the nearest ones are taken"
+            )
+        names = [f"frequency {k + 1}" for k in range(self.modes)]
+        return xr.DataArray(
+            followed.frequency,
+            dims=("sample", "output"),
+            coords={"output": names, "unit": ("output", ["Hz"] * self.modes)},
+        )
+
+    def _found(self, mechanism: Mechanism) -> Followed:
+        """Return the modes of lowest frequency of every sample."""
+        _, found, unbalanced = found_modes(mechanism, self.modes + BEYOND, self.about, self.steps)
+        if unbalanced:
+            raise InputError("about must be 'equilibrium' where loads are not in balance")
+        least = min(one.vectors.shape[1] for one, _, _ in found)
+        return Followed(
+            np.stack([one.frequency[:least] for one, _, _ in found]),
+            np.stack([one.vectors[:, :least] for one, _, _ in found]),
+            np.stack([momenta[:, :least] for _, _, momenta in found]),
+        )
+
+    def _followed(
+        self,
+        near: Mapping[str, Any],
+        reference: Followed,
+        far: Mapping[str, Any],
+        found: Followed,
+        halvings: int,
+    ) -> tuple[Followed, int]:
+        """Return the modes that the reference, at values `near`, becomes at values `far`.
+
+        The second number is that of samples in which a mode agrees with none.
+        """
+        chosen, clear = _matched(reference, found)
+        result = Followed(
+            np.take_along_axis(found.frequency, chosen, axis=1),
+            np.take_along_axis(found.vectors, chosen[:, None], axis=2),
+            np.take_along_axis(found.momenta, chosen[:, None], axis=2),
+        )
+        unclear = np.flatnonzero(~clear)
+        if not len(unclear) or not halvings:
+            return result, len(unclear)
+        ends = [{k: _part(v, unclear) for k, v in own.items()} for own in (near, far)]
+        middle = {k: _middle(ends[0][k], ends[1][k]) for k in far}
+        there = self._found(self.mechanism(middle))
+        if len(there.frequency) < len(unclear):
+            there = there.take(np.zeros(len(unclear), dtype=int))
+        half, _ = self._followed(ends[0], reference.take(unclear), middle, there, halvings - 1)
+        own, lost = self._followed(middle, half, ends[1], found.take(unclear), halvings - 1)
+        for joint, part in zip(result, own, strict=True):
+            joint[unclear] = part
+        return result, lost
+
+
+def _matched(reference: Followed, found: Followed) -> tuple[np.ndarray, np.ndarray]:
+    """Return which modes agree most with those of a reference, and whether that is clear.
+
+    Shapes are (n, modes) and (n,).
+    """
+    agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), found.vectors)) ** 2
+    sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
+    agreement = agreement / sizes[:, :, None]
+    chosen = np.stack([linear_sum_assignment(-one)[1] for one in agreement])
+    frequency = np.take_along_axis(found.frequency, chosen, axis=1)
+    same = np.abs(found.frequency[:, None] - frequency[..., None]) <= EQUAL * np.abs(
+        frequency[..., None]
+    )
+    return chosen, np.all((agreement * same).sum(axis=2) > CLEAR, axis=1)
+
+
+def _broadcast(value: Any, samples: int) -> Any:
+    """Return one value per sample; functions of position stay as they are."""
+    return value if callable(value) else np.broadcast_to(np.asarray(value, dtype=float), samples)
+
+
+def _part(value: Any, samples: np.ndarray) -> Any:
+    """Return the values of some samples."""
+    if not callable(value):
+        return value[samples]
+
+    def own(x: np.ndarray) -> np.ndarray:
+        found = np.asarray(value(x))
+        return found[samples] if found.ndim > np.ndim(x) else found
+
+    return own
+
+
+def _middle(a: Any, b: Any) -> Any:
+    """Return the mean of two values, or of two functions of position."""
+    if not callable(a) and not callable(b):
+        return (a + b) / 2
+
+    def mean(x: np.ndarray) -> np.ndarray:
+        values = [one(x) if callable(one) else one[:, None] for one in (a, b)]
+        return (np.asarray(values[0]) + np.asarray(values[1])) / 2
+
+    return mean
+
+
+def modal_response(
+    builder: Callable[..., Mechanism],
+    modes: int,
+    *,
+    nominal: Mapping[str, Any],
+    about: str = "equilibrium",
+    steps: int = 1,
+) -> ModalResponse:
+    """Return natural frequencies of ``builder(**values)`` as a function of the values.
+
+    The outputs "frequency 1", "frequency 2", … [Hz] are those of the modes of lowest frequency at
+    the nominal values. A mode keeps its number where frequencies cross: it is followed by its
+    shape.
+
+    Parameters
+    ----------
+    builder : as in `dynamic_response`.
+    modes : number of modes.
+    nominal : value of every argument of the builder at which modes are numbered, such as the
+        midpoints of intervals and the means of random inputs: numbers, or functions of position.
+    about : "equilibrium" or "start", as in `modes`.
+    steps : as in `equilibrium`.
+
+    Raises
+    ------
+    InputError
+        If the builder is no function or an argument is out of its range. A call of the response
+        raises it if there are fewer modes, or two of them have the same frequency at the nominal
+        values.
+    """
+    function("builder", builder, " that returns a Mechanism")
+    modes, steps = whole("modes", modes, 1), whole("steps", steps, 1, MOST_STEPS)
+    instance("nominal", nominal, Mapping, "a mapping from arguments to values")
+    if about not in ("start", "equilibrium"):
+        raise InputError(f"about must be 'start' or 'equilibrium'; got {shown(about)}")
+    for name, value in nominal.items():
+        if not callable(value) and (np.ndim(value) > 0 or not _is_number(value)):
+            raise InputError(f"nominal {name} must be a number; got {shown(value)}")
+    return ModalResponse(builder, steps, modes=modes, nominal=dict(nominal), about=about)
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        return not isinstance(value, str | bytes) and bool(np.isfinite(float(value)))
+    except (TypeError, ValueError, OverflowError):
+        return False

@@ -135,7 +135,8 @@ def dumped(response: Callable[..., Any]) -> bytes:
 def dumped_with_modules(response: Callable[..., Any]) -> bytes:
     """Return a response with the modules of the user that it needs; b"" if that is not possible."""
     done = cloudpickle.list_registry_pickle_by_value()
-    modules = [m for m in modules_of_user() if m.__name__ in sys.modules.keys() - done]
+    named = {m.__name__: m for m in modules_of_user()}
+    modules = [named[name] for name in named.keys() & sys.modules.keys() - done]
     for module in modules:
         cloudpickle.register_pickle_by_value(module)
     try:

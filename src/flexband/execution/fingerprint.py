@@ -209,10 +209,14 @@ class _Walk:
 
 def modules_of_user() -> list[types.ModuleType]:
     """Return the modules that were imported from files of the user, not from installed packages."""
-    modules = [m for m in list(sys.modules.values()) if isinstance(m, types.ModuleType)]
-    tops = [(m, m.__name__.partition(".")[0]) for m in modules]
-    others = ("flexband", "__main__")
-    return [m for m, top in tops if top not in others and _of_user(top, _file(m))]
+    tops = {name: name.partition(".")[0] for name in list(sys.modules)}
+    others = ("flexband", "__main__", "__mp_main__")
+    found = [
+        sys.modules[name]
+        for name, top in tops.items()
+        if top not in others and _of_user(top, _file(sys.modules[name]))
+    ]
+    return [one for one in found if isinstance(one, types.ModuleType)]
 
 
 def _of_user(top: str, file: str | None) -> bool:

@@ -10,6 +10,9 @@ def test_the_code_runs():
     names = {}
     for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
         exec(code, names)
+    assert names["shares"]["name"].values.tolist() == ["length", "stiffness"]
+    width = names["narrower"].bands()["error_bar"].diff("bound").mean()
+    assert 0.4 < width / names["shares"]["width"].mean() < 0.6
     assert names["checked"].attrs["kept"] == "kept"
     lower, upper = names["found"]["probability"].values[:, 0]
     assert 0 <= lower < 1e-6

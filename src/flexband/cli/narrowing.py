@@ -1,0 +1,141 @@
+"""The commands that ask which input matters, and what tighter tolerances would bring."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from typing import Annotated, Any
+
+import typer
+import xarray as xr
+
+import flexband as fb
+from flexband.cli.answers import Saved, saved
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.errors import InputError
+from flexband.report.tables import outputs_of, select
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
+
+
+@app.command("contributions")
+@reported_errors()
+def contributions(
+    folder: Saved,
+    sigmas: Sigmas = 1.0,
+    shapley: Annotated[bool, typer.Option(help="Share the width by Shapley's values.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Rank the inputs by how much they widen the error bar, without new runs.
+
+    contributions.nc and contributions.png are written.
+    """
+    from flexband.report.answers.contributions import contributions_figure  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    found = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "contributions.nc"))
+    if found["width"].ndim:
+        save(lambda: contributions_figure(found).savefig(place / "contributions.png", dpi=150))
+    names = [str(name) for name in found["name"].values]
+    shares = {kind: _by_output(found[kind]) for kind in ("mean_share", "share_at_widest")}
+    if as_json:
+        print_json({"inputs": names, **shares})
+        return
+    header = ["input"]
+    for name in shares["mean_share"]:
+        header += [f"{name}, mean over time".lstrip(", "), "where the bar is widest"]
+    columns = [own[name] for name in shares["mean_share"] for own in shares.values()]
+    rows = [[name, *(_percent(own[k]) for own in columns)] for k, name in enumerate(names)]
+    title = "How much narrower the error bar is with the input at its nominal value"
+    print_table(title, (header, rows))
+
+
+def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
+    """Return the shares of all inputs, by the output's name."""
+    others = [dim for dim in share.dims if dim != "name"]
+    flat = share.transpose("name", *others).values.reshape(share.sizes["name"], -1)
+    labels = share.stack(own=others)["own"].values if others else [""]
+    names = [", ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in labels]
+    return {name: flat[:, k].tolist() for k, name in enumerate(names)}
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
+
+
+@app.command("narrow")
+@reported_errors()
+def narrow(
+    folder: Saved,
+    changes: Annotated[
+        list[str],
+        typer.Argument(
+            help="NAME=LOWER..UPPER for an interval, NAME=NUMBER to fix an input, NAME.std=NUMBER "
+            "for less scatter."
+        ),
+    ],
+    sigmas: Sigmas = 1.0,
+    as_json: Json = False,
+) -> None:
+    """Show the bands for tighter tolerances or less scatter, without new runs.
+
+    narrowed.nc is written.
+    """
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    if not isinstance(surrogate, fb.Surrogate):
+        raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
+    wanted = changes_of(surrogate, changes)
+    before, after = surrogate.bands(sigmas), surrogate.narrowed(**wanted).bands(sigmas)
+    check_folder(place)
+    save(lambda: write_netcdf(after, place / "narrowed.nc"))
+    widths = [_widths(before), _widths(after)]
+    error = after.attrs.get("expected_error", "not estimated")
+    if as_json:
+        own = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
+        print_json({"inputs": after.attrs["inputs"], **own, "expected_error": error})
+        return
+    pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
+    rows = [
+        [name, f"{old:.4g}", f"{new:.4g}", _percent(new / old if old else 1.0)]
+        for name, (old, new) in pairs.items()
+    ]
+    header = ["output", "mean width of the error bar", "narrowed", "of what it was"]
+    print_table("Narrowed inputs", (header, rows))
+    told = f"{100 * error:.2g} % of the new width" if isinstance(error, float) else str(error)
+    print_text(f"{after.attrs['inputs']}\nexpected error: {told}")
+
+
+def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
+    """Return narrower inputs; raise `InputError` if a text is none of the allowed forms."""
+    found: dict[str, Any] = {}
+    inputs = surrogate.space.inputs
+    for text in texts:
+        name, equals, value = text.partition("=")
+        lower, dots, upper = value.partition("..")
+        try:
+            numbers = [float(lower), float(upper)] if dots else [float(value)]
+        except ValueError:
+            numbers = []
+        if not equals or not numbers:
+            forms = "NAME=LOWER..UPPER, NAME=NUMBER or NAME.std=NUMBER"
+            raise InputError(f"a change must be {forms}; got {text!r}")
+        owner, _, parameter = name.rpartition(".")
+        one: Any = inputs.get(owner)
+        if name not in inputs and is_dataclass(one) and parameter in {f.name for f in fields(one)}:
+            found[owner] = replace(found.get(owner, one), **{parameter: numbers[0]})  # pyright: ignore
+        else:
+            found[name] = fb.Interval(*numbers) if dots else numbers[0]
+    return found
+
+
+def _widths(bands: xr.Dataset) -> dict[str, float]:
+    """Return the width of the error bar of every output, mean over time."""
+    width = bands["error_bar"].sel(bound="upper") - bands["error_bar"].sel(bound="lower")
+    return {name: float(select(width, name).mean()) for name in outputs_of(width)}

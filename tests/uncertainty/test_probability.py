@@ -1,5 +1,7 @@
 """Probabilities of leaving limits, against closed forms, sampling, and over interval inputs."""
 
+import inspect
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -45,6 +47,20 @@ def test_a_linear_response_down_to_1e_9(deviations):
         surrogate, fb.Limit(below=5 * deviations, above=-5 * deviations), seed=1
     )
     agrees(both, 2 * norm.sf(deviations))
+
+
+def test_many_random_inputs():
+    """The sum of 40: weights of samples must not depend on what all directions happen to be."""
+    names = [f"x{k:02}" for k in range(40)]
+
+    def response(**values):
+        return constant(sum(values[name] for name in names) / np.sqrt(40))
+
+    parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
+    response.__signature__ = inspect.Signature(parameters)
+    surrogate = fb.expand(response, dict.fromkeys(names, NORMAL), fb.PerturbationChebyshev(1))
+    found = fb.failure_probability(surrogate, fb.Limit(below=4.5), accuracy=0.05)
+    agrees(found, norm.sf(4.5), 0.15)
 
 
 def test_first_passage_is_not_the_largest_probability_at_one_time():

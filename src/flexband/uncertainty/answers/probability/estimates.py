@@ -28,6 +28,10 @@ FEW = 500
 BATCH, MOST = 1000, 32_000
 """Samples of a batch, and of an estimate at most."""
 
+ROUGH, UNEVEN = 2.5, 25.0
+"""Factor within which subset simulation is right, and the largest mean square of the weights of
+samples that leave the limits, in parts of their squared mean, with which theirs is trusted."""
+
 TWO_SIDED = 1.96
 """Standard errors of a two-sided confidence interval of 95 %."""
 
@@ -44,7 +48,7 @@ class Estimate:
     between : the same with parabolas between the times.
     at_each, at_each_error : at each output and time, and standard errors, (series,).
     count : samples; 0 if none was found that leaves the limits.
-    most : an upper bound of 95 % confidence if there is none.
+    most : the rough estimate of subset simulation; its upper bound if there is no sample.
     u, weights, margins : the samples, their weights and least margins.
     """
 
@@ -64,7 +68,18 @@ class Estimate:
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
         low, high = interval(np.array(self.probability), np.array(self.error), self.most)
+        if self.uneven:  # few samples have most of the weight: their spread may be far too small
+            low = min(low, self.most / ROUGH)
+            high = max(high, min(1.0, self.most * ROUGH))
         return float(low), float(high)
+
+    @property
+    def uneven(self) -> bool:
+        """Whether sampling ended before the accuracy was reached, or weights are very unequal."""
+        own = self.weights[self.margins < 0]
+        return len(self.u) + BATCH > MOST or bool(
+            len(own) and len(own) * np.sum(own**2) > UNEVEN * np.sum(own) ** 2
+        )
 
     def confidence_at_each(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the confidence intervals of the probabilities at each time."""

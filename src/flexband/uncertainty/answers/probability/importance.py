@@ -15,6 +15,9 @@ from scipy.spatial.distance import cdist
 GROUPS, MEMBERS = 8, 6
 """Most groups, and samples per variable that a group must have for a covariance of its own."""
 
+FEW, MARGIN = 4, 1.3
+"""Variables of which all directions are used, and how much second moments exceed their noise."""
+
 ROUNDS = 12
 """Of Lloyd's algorithm, which finds the groups."""
 
@@ -45,18 +48,22 @@ class Mixture:
     @staticmethod
     def of(samples: np.ndarray, rng: np.random.Generator) -> Mixture:
         """Return a mixture around rare samples, shape (count, n); there may be none."""
-        n = samples.shape[1]
-        unit = np.eye(n)
-        means, factors, shares = [np.zeros(n), np.zeros(n)], [unit, WIDE * unit], []
+        basis = _directions(samples)
+        n, r = basis.shape
+        unit, inside = np.eye(n), samples @ basis
+
+        def full(covariance: np.ndarray) -> np.ndarray:
+            return np.linalg.cholesky(unit + basis @ (covariance - np.eye(r)) @ basis.T)
+
+        means, factors = [np.zeros(n), np.zeros(n)], [unit, full(WIDE**2 * np.eye(r))]
         shares = [SHARES["inputs"], SHARES["wide"]]
-        groups = _groups(samples, rng)
-        for own in groups:
+        for own in _groups(inside, rng):
             part = len(own) / len(samples)
-            middle, several = own.mean(axis=0), len(own) >= MEMBERS * n
+            middle, several = basis @ own.mean(axis=0), len(own) >= MEMBERS * r
             if several:
-                covariance = WIDENED**2 * np.cov(own.T).reshape(n, n) + 1e-4 * unit
+                covariance = WIDENED**2 * np.cov(own.T).reshape(r, r) + 1e-4 * np.eye(r)
                 means.append(middle)
-                factors.append(np.linalg.cholesky(covariance))
+                factors.append(full(covariance))
                 shares.append(SHARES["own"] * part)
             means.append(middle)
             factors.append(unit)
@@ -85,6 +92,22 @@ class Mixture:
             size = np.log(share) - np.log(np.diag(factor)).sum()
             logs.append(size - 0.5 * np.einsum("ci,ci->c", z, z))
         return np.exp(-0.5 * np.sum(u**2, axis=1) - np.logaddexp.reduce(logs))
+
+
+def _directions(samples: np.ndarray) -> np.ndarray:
+    """Return orthonormal directions in which rare samples are not like the inputs, (n, r).
+
+    These are eigenvectors of the second moments, which are 1 for the inputs, beyond the noise of so
+    many samples; all directions if there are few, and at least one.
+    """
+    count, n = samples.shape
+    if n <= FEW or not count:
+        return np.eye(n)
+    moments, vectors = np.linalg.eigh(samples.T @ samples / count)
+    noise = np.sqrt(n / count)
+    unusual = np.maximum(moments / (1 + noise) ** 2, max(0.0, 1 - noise) ** 2 / moments)
+    order = np.argsort(-unusual, kind="stable")[: 2 * FEW]
+    return vectors[:, order[: max(1, int((unusual[order] > MARGIN).sum()))]]
 
 
 def _groups(samples: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:

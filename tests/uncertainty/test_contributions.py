@@ -90,6 +90,22 @@ def test_contributions_are_those_of_studies_with_the_input_fixed(name):
     np.testing.assert_allclose(found["contribution"].sel(name=name), expected, atol=2e-6)
 
 
+def test_inputs_are_fixed_at_their_means():
+    """Not at their medians, also if they are correlated."""
+    x, y = fb.LogNormal(mean=1.0, cv=0.5), fb.Gumbel(mean=2.0, std=0.4)
+    for inputs in ({"x": x, "y": y}, {"pair": fb.Correlated({"x": x, "y": y}, 0.5)}):
+        inputs |= {"e": fb.Interval(-1.0, 1.0)}
+        surrogate = fb.expand(lambda x, y, e: x * y * e, inputs, fb.PCCI(4, 1))
+        found = fb.contributions(surrogate)
+        if "pair" in inputs:
+            left = found["width"] - found["contribution"].sel(name="pair")
+            assert float(left) == pytest.approx(2 * 1.0 * 2.0, rel=1e-3)
+        else:
+            left = found["width"] - found["contribution"].sel(name="x")
+            own = fb.propagate(lambda y, e: y * e, {"y": y, "e": inputs["e"]}, fb.PCCI(4, 1))
+            assert float(left) == pytest.approx(float(np.ptp(own["error_bar"].values)), rel=2e-3)
+
+
 def test_tolerances_may_interact_negatively():
     def ratio(e, f):
         return np.abs(e + f)

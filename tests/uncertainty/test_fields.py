@@ -321,7 +321,8 @@ def test_methods_for_many_terms_are_named():
     for method in (fb.PCCI(1, 0), fb.RegressionPCCI(3), fb.AdaptivePCCI(max_runs=40)):
         with pytest.raises(fb.InputError, match=text):
             fb.propagate(response, inputs, method)
-    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=41))
+    with pytest.warns(fb.FlexbandWarning, match="bands have no width although the runs differ"):
+        bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=41))
     assert any(re.search(f"NOT met.*{text}", line) for line in remarks(bands))
     bands = fb.propagate(response, inputs, fb.LHSScanning(200, 2))
     np.testing.assert_allclose(bands["error_bar"], [[-1] * 3, [1] * 3], atol=0.2)

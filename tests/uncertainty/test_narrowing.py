@@ -79,6 +79,32 @@ def test_parameters_and_fields():
         surrogate.narrowed(field=fb.RandomField(2.1, 0.1, 0.5, terms=3))
 
 
+@pytest.mark.parametrize("middle", [1.9, 2.3])
+def test_a_p_box_whose_polynomials_depend_on_its_parameters(middle):
+    def power(x):
+        return (1 + 0.1 * x)[:, None] ** 2 * T
+
+    inputs = {"x": fb.Weibull(scale=1.0, shape=fb.Interval(1.8, 2.6))}
+    surrogate = fb.expand(power, inputs, fb.PCCI(8, 6))
+    part = fb.Interval(middle - 0.05, middle + 0.05)
+    found = surrogate.narrowed(**{"x.shape": part}).bands()["error_bar"]
+    inputs["x"] = fb.Weibull(scale=1.0, shape=part)
+    expected = fb.propagate(power, inputs, fb.PCCI(8, 6))["error_bar"]
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+def test_options_are_narrowed_together():
+    def chosen(a, kind):
+        return a[:, None] * np.where(kind == "two", 2.0, 1.0)[:, None] * T
+
+    inputs = {"a": fb.Interval(1.0, 2.0), "kind": fb.Choice("one", "two")}
+    surrogate = fb.expand(chosen, inputs, fb.PCCI(1, 1))
+    found = surrogate.narrowed(a=fb.Interval(1.2, 1.4)).bands()["error_bar"]
+    np.testing.assert_allclose(found, np.stack([1.2 * T, 2.8 * T]), atol=1e-14)
+    with pytest.raises(fb.InputError, match="kind is a Choice"):
+        surrogate.narrowed(kind="one")
+
+
 def test_phases_are_narrowed_and_errors_stay_honest():
     t = np.linspace(0, 1, 400)
 

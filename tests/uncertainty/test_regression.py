@@ -160,6 +160,7 @@ def test_runs_are_the_same_every_time():
     xr.testing.assert_identical(one, two)
 
 
+@pytest.mark.filterwarnings("ignore:the response. the bands have no width")
 @pytest.mark.parametrize("runs", [24, 48, 96])
 def test_a_kink_in_many_variables_is_not_trusted(runs):
     def response(x, **a):

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_values, chebyshev_zeros
@@ -21,7 +23,10 @@ MORE_ORDERS = 12
 """Orders beyond the old one, for a random variable that is a curved function of the new one."""
 
 PRECISION = 1e-9
-"""Part of a polynomial's root mean square that its expansion in other polynomials may miss."""
+"""Part of a polynomial's mean square below which nothing that matters is missed."""
+
+MISSED = 1e-3
+"""Part of a series' root mean square that may be missed."""
 
 ROUNDING = 1e-14
 """Entries of matrices below this part of the largest are due to rounding."""
@@ -35,10 +40,12 @@ class Substitution:
     ----------
     matrix : gives M_kj, (order + 1, new orders + 1), for the order in the old variable.
     remains : whether there is a new variable; if not, the old one is fixed.
+    missed : gives the mean square that M misses of each P_k, (order + 1,); None if nothing.
     """
 
     matrix: Callable[[int], np.ndarray]
     remains: bool = True
+    missed: Callable[[int], np.ndarray] | None = None
 
 
 def interval_part(center: float, radius: float) -> Substitution:
@@ -67,11 +74,12 @@ def random_part(
 ) -> Substitution:
     """Return ξ as a function of ξ′, whose polynomials are those of another family.
 
-    Orders are added until nothing that matters is missed, which none are if the function is linear.
+    Orders are added until nothing that matters is missed; none are if the function is linear.
     """
 
-    def matrix(order: int) -> np.ndarray:
-        found = np.ones((1, 1))
+    @cache
+    def projected(order: int) -> tuple[np.ndarray, np.ndarray]:
+        found = missed = np.ones((1, 1))
         for more in range(order, order + MORE_ORDERS + 1):
             x, weights = new.gauss(order + more + 2)
             values, own = old.values(order, function(x)), new.values(more, x)
@@ -81,9 +89,9 @@ def random_part(
             missed = square - found**2 @ norms
             if order == 0 or np.all(missed <= PRECISION * square):
                 break
-        return found
+        return found, np.maximum(missed, 0.0)
 
-    return Substitution(matrix)
+    return Substitution(lambda k: projected(k)[0], missed=lambda k: projected(k)[1])
 
 
 def substituted(
@@ -97,7 +105,15 @@ def substituted(
     ----------
     substitutions : by the number of the variable, η first.
     families : of the random variables that remain.
+
+    Raises
+    ------
+    InputError
+        If a random variable is too curved a function of the new one.
     """
+    for variable, own in substitutions.items():
+        if own.missed is not None:
+            _check_missed(expansion, own.missed, expansion.index[:, variable])
     index, transform = expansion.index, eye_array(len(expansion.index), format="csr")
     for variable, own in substitutions.items():
         orders = index[:, variable]
@@ -113,3 +129,16 @@ def substituted(
         transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
     left = [v for v in range(index.shape[1]) if v not in substitutions or substitutions[v].remains]
     return HybridExpansion(tuple(families), index[:, left], transform @ expansion.coefficients)
+
+
+def _check_missed(
+    expansion: HybridExpansion, missed: Callable[[int], np.ndarray], orders: np.ndarray
+) -> None:
+    """Raise `InputError` if terms of these orders in a variable are missed by too much."""
+    square = expansion.coefficients**2
+    part = missed(int(orders.max(initial=0)))[orders] @ square
+    if np.any(part > MISSED**2 * square.sum(axis=0)):
+        raise InputError(
+            "the new distribution is too different from the old one for the polynomials of the "
+            "surrogate: run a study of the new inputs"
+        )

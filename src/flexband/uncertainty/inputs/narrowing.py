@@ -18,7 +18,7 @@ from flexband.uncertainty.expansions.substitution import (
     random_part,
 )
 from flexband.uncertainty.inputs.constants import Constant, is_number
-from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.correlated import Correlated, Score
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.fields.interval_field import IntervalField
@@ -108,7 +108,26 @@ def part_of(space: Space, changes: Mapping[str, Any]) -> Part:
         for k, (substitution, *where) in enumerate(own, first[name]):
             found[k], (center[k], radius[k]) = substitution, where
     unit = np.concatenate([np.ones(space.interval_dimension), _units(space)])
-    return Part(Space(given), found, center, radius, unit)
+    narrower = Space(given)
+    for name, one in space.inputs.items():
+        new = narrower.inputs[name]
+        if isinstance(one, PBox) and isinstance(new, PBox) and one.family != new.family:
+            found[first[name]] = _between_middles(one.distribution, new.distribution)
+    return Part(narrower, found, center, radius, unit)
+
+
+def _between_middles(one: Distribution, new: Distribution) -> Substitution:
+    """Return ξ of a p-box whose polynomials change with the midpoints of its parameters.
+
+    Equal probabilities have equal variables.
+    """
+    old, middle = one.midpoint(), new.midpoint()
+
+    def old_xi(xi: np.ndarray) -> np.ndarray:
+        score = middle.to_normal(np.ravel(middle.value(xi[:, None])))
+        return np.ravel(old.standard(old.at_normal(score)))
+
+    return random_part(old.family, middle.family, old_xi)
 
 
 def _units(space: Space) -> np.ndarray:
@@ -142,10 +161,9 @@ def _nominal(one: Input) -> Any:
     """Return an input's midpoint or mean; of a field its standard variables or its values."""
     if isinstance(one, Constant):
         return one.constant
-    if isinstance(one, PBox):
-        one = one.distribution.midpoint()
-    if isinstance(one, Distribution):
-        return float(one.frozen.mean())
+    own = one.distribution if isinstance(one, PBox | Score) else one
+    if isinstance(own, Distribution):
+        return float(own.midpoint().frozen.mean())
     middle = np.zeros((1, one.dimension))
     if isinstance(one, RandomField):
         return middle
@@ -239,7 +257,9 @@ def _of_distribution(one: Distribution, new: Any) -> Placed:
     def old_xi(xi: np.ndarray) -> np.ndarray:
         return np.ravel(one.standard(np.ravel(new.value(xi[:, None]))))
 
-    return random_part(one.family, new.family, old_xi), *where
+    part = random_part(one.family, new.family, old_xi)
+    part.matrix(1)  # refuses values that the old distribution does not have
+    return part, *where
 
 
 def _of_field(one: RandomField, new: RandomField) -> list[Placed]:

@@ -163,6 +163,18 @@ class SurrogateOfChoices:
         others = {name: v for name, v in values.items() if name not in self.choices}
         return self.surrogates[str(labels[0])].moments(**others)
 
+    def narrowed(self, **inputs: Any) -> SurrogateOfChoices:
+        """Return the surrogate for tighter tolerances or less scatter; see `Surrogate.narrowed`.
+
+        Choices stay as they are: `surrogates` has the surrogate of every combination.
+        """
+        for name in inputs:
+            if name in self.choices:
+                raise InputError(f"{name} is a Choice: take one of `surrogates`, by its label")
+        found = {label: one.narrowed(**inputs) for label, one in self.surrogates.items()}
+        given = next(iter(found.values())).space.given
+        return SurrogateOfChoices({**given, **self.choices}, found)
+
     def bands(self, sigmas: float = 1.0) -> xr.Dataset:
         """Return interval mean and interval error bar over all options; see `over_choices`."""
         found = {label: one.bands(sigmas) for label, one in self.surrogates.items()}

@@ -99,7 +99,7 @@ def test_inputs_are_fixed_at_their_means():
         found = fb.contributions(surrogate)
         if "pair" in inputs:
             left = found["width"] - found["contribution"].sel(name="pair")
-            assert float(left) == pytest.approx(2 * 1.0 * 2.0, rel=1e-3)
+            assert float(left) == pytest.approx(2 * 1.0 * 2.0, rel=5e-3)
         else:
             left = found["width"] - found["contribution"].sel(name="x")
             own = fb.propagate(lambda y, e: y * e, {"y": y, "e": inputs["e"]}, fb.PCCI(4, 1))

@@ -13,6 +13,9 @@ def test_the_code_runs():
     assert names["shares"]["name"].values.tolist() == ["length", "stiffness"]
     width = names["narrower"].bands()["error_bar"].diff("bound").mean()
     assert 0.4 < width / names["shares"]["width"].mean() < 0.6
+    low, high = names["frequencies"]["mean"].values[:, 0]
+    assert abs(low / (80 / 1.5) ** 0.5 * 6.2832 - 1) < 2e-3
+    assert abs(high / (120 / 1.5) ** 0.5 * 6.2832 - 1) < 2e-3
     assert names["checked"].attrs["kept"] == "kept"
     lower, upper = names["found"]["probability"].values[:, 0]
     assert 0 <= lower < 1e-6

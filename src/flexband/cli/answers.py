@@ -17,6 +17,8 @@ from flexband.errors import InputError
 from flexband.uncertainty.answers.probability.failure import told
 
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
 Side = Annotated[
     list[str] | None,
     typer.Option(help="OUTPUT=NUMBER, or a number if there is one output; can be repeated."),
@@ -32,12 +34,12 @@ def limits(
     during: Annotated[
         tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
     ] = None,
-    sigmas: Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")] = 3.0,
+    sigmas: Sigmas = 3.0,
     accuracy: Annotated[
         float, typer.Option(help="Relative standard error of probabilities.")
     ] = 0.025,
     seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Check whether outputs keep limits, and how likely they leave them, without new runs.
 
@@ -78,7 +80,7 @@ def quantiles(
     ] = None,
     samples: Annotated[int, typer.Option(help="Samples of the random inputs.")] = 4096,
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Bound the quantiles of all outputs over the interval inputs.
 
@@ -99,7 +101,7 @@ def value_range(
     probability: Annotated[
         float, typer.Option("--probability", "-p", help="Of the random inputs in the box.")
     ] = 0.99,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Bound the values of all outputs over all intervals and a part of the random inputs.
 

@@ -9,15 +9,12 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers import Saved, saved
+from flexband.cli.answers import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
 from flexband.report.tables import outputs_of, select
-
-Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
 
 
 @app.command("contributions")

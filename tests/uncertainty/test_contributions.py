@@ -106,6 +106,14 @@ def test_inputs_are_fixed_at_their_means():
             assert float(left) == pytest.approx(float(np.ptp(own["error_bar"].values)), rel=2e-3)
 
 
+def test_measured_values_are_fixed_at_their_mean():
+    values = np.random.default_rng(3).normal(2.0, 0.2, 400)
+    inputs = {"x": fb.Samples(values), "e": fb.Interval(-1.0, 1.0)}
+    found = fb.contributions(fb.expand(lambda x, e: x * e, inputs, fb.PCCI(3, 1)))
+    left = found["width"] - found["contribution"].sel(name="x")
+    assert float(left) == pytest.approx(2 * values.mean(), rel=1e-3)
+
+
 def test_tolerances_may_interact_negatively():
     def ratio(e, f):
         return np.abs(e + f)

@@ -30,6 +30,8 @@ from flexband.uncertainty.inputs.space import Space
 COVERED = 3.0
 """Standard deviations of a normal variable up to which the runs of a study count as there."""
 
+GAUSS_POINTS = 20
+
 ROUNDING = 1e-6
 """By which a new distribution may be beyond the old one."""
 
@@ -163,12 +165,20 @@ def _nominal(one: Input) -> Any:
         return one.constant
     own = one.distribution if isinstance(one, PBox | Score) else one
     if isinstance(own, Distribution):
-        return float(own.midpoint().frozen.mean())
+        return _mean(own.midpoint())
     middle = np.zeros((1, one.dimension))
     if isinstance(one, RandomField):
         return middle
     value: Any = one.value(middle)
     return value(one.places) if isinstance(one, IntervalField) else value
+
+
+def _mean(one: Distribution) -> float:
+    """Return the mean, of what SciPy has no distribution for by Gauss points."""
+    if one.frozen is not None:
+        return float(one.frozen.mean())
+    xi, weights = one.family.gauss(GAUSS_POINTS)
+    return float(weights @ one.value(xi[:, None]))
 
 
 def _numbers_of_variables(space: Space) -> dict[str, int]:

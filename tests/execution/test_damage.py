@@ -80,7 +80,7 @@ GROWING = ("inputs", "setting", "status", "reason", "seconds", "finished", "sess
 @pytest.mark.parametrize("damage", [flip, remove])
 @pytest.mark.parametrize("name", GROWING)
 def test_runs_of_a_damaged_chunk_run_again(name, damage, copied, finished):
-    file = next(f for f in (copied / "runs.zarr" / name / "c").rglob("*") if f.is_file())
+    file = next((copied / "runs.zarr" / name).glob("c*"))
     damage(file)
     with pytest.warns(fb.FlexbandWarning, match="40 runs in .* were damaged"):
         found, made = calls_of(copied)
@@ -95,7 +95,7 @@ def test_runs_of_a_damaged_chunk_run_again(name, damage, copied, finished):
 
 
 @pytest.mark.parametrize("damage", [truncate, flip])
-@pytest.mark.parametrize("name", ["input/c/0", "time/c/0", "name/c/0", "zarr.json"])
+@pytest.mark.parametrize("name", ["input/c.0", "time/c.0", "name/c.0", "zarr.json"])
 def test_what_cannot_be_run_again_is_there_twice(name, damage, copied, finished):
     damage(copied / "runs.zarr" / name)
     found, made = calls_of(copied)
@@ -115,7 +115,7 @@ def test_both_copies_damaged_are_refused(damage, copied):
 
 
 def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkeypatch):
-    flip(copied / "runs.zarr" / "outputs" / "c" / "0" / "0")
+    flip(copied / "runs.zarr" / "outputs" / "c.0.0")
     write, left = growing.write_synced, [0]
 
     def stopping(files):
@@ -205,9 +205,9 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
 
 @pytest.mark.parametrize("damage", [truncate, flip, remove])
 def test_both_copies_of_a_coordinate_damaged_are_refused(damage, copied):
-    for name in ("time/c/0", "time/copy"):
+    for name in ("time/c.0", "time/copy"):
         damage(copied / "runs.zarr" / name)
-    with pytest.raises(fb.StoreError, match="time/c/0 is missing or damaged"):
+    with pytest.raises(fb.StoreError, match="time/c.0 is missing or damaged"):
         study(copied)
 
 

@@ -37,12 +37,14 @@ class Array:
     ----------
     kind : a key of `FILL`.
     dims, shape : of all dims, the number of runs left at 0.
+    separator : of the numbers in the name of a chunk; "/" makes a folder of each, which is slower.
     """
 
     kind: str
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     attrs: Mapping[str, Any]
+    separator: str = "."
 
     @property
     def grows(self) -> bool:
@@ -64,6 +66,7 @@ class Array:
     def metadata(self, runs: int) -> dict[str, Any]:
         """Return the content of zarr.json."""
         shape = (runs, *self.shape[1:]) if self.grows else self.shape
+        keys = {"name": "default", "configuration": {"separator": self.separator}}
         numbers = {"name": "bytes", "configuration": {"endian": "little"}}
         texts = {"name": "vlen-utf8", "configuration": {}}
         return {
@@ -72,7 +75,7 @@ class Array:
             "shape": list(shape),
             "data_type": self.kind,
             "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
-            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+            "chunk_key_encoding": keys,
             "fill_value": FILL[self.kind],
             "codecs": [texts if self.kind == "string" else numbers, {"name": "crc32c"}],
             "attributes": dict(self.attrs),
@@ -86,10 +89,16 @@ class Array:
         dims, shape = tuple(metadata["dimension_names"]), tuple(metadata["shape"])
         if dims[:1] == ("run",):
             shape = (0, *shape[1:])
-        return cls(metadata["data_type"], dims, shape, metadata["attributes"])
+        separator = metadata["chunk_key_encoding"]["configuration"]["separator"]
+        return cls(metadata["data_type"], dims, shape, metadata["attributes"], separator)
 
-    def encoded(self, values: np.ndarray) -> bytes:
-        """Return the content of a chunk with these first entries; the others are the fill value."""
+    def name(self, chunk: int) -> str:
+        """Return the name of the file of the chunk with this number along the first dim."""
+        places = [chunk, *(0 for _ in self.dims[1:])][: len(self.dims)]
+        return self.separator.join(["c", *map(str, places)])
+
+    def encoded(self, values: np.ndarray) -> list[Any]:
+        """Return a chunk with these first entries, the others the fill value: content, checksum."""
         if self.kind == "string":
             texts, count = values.ravel(), int(np.prod(self.chunk))
             known = {text: str(text).encode() for text in set(texts)}
@@ -97,10 +106,12 @@ class Array:
             parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
             content = b"".join(parts) + EMPTY * (count - len(texts))
         else:
-            whole = np.full(self.chunk, np.nan if self.kind == "float64" else 0, CODES[self.kind])
-            whole[tuple(map(slice, values.shape))] = values
-            content = whole.tobytes()
-        return content + struct.pack("<I", google_crc32c.value(content))
+            content = np.ascontiguousarray(values, CODES[self.kind])
+            if content.shape != self.chunk:
+                empty = np.nan if self.kind == "float64" else 0
+                content = np.full(self.chunk, empty, CODES[self.kind])
+                content[tuple(map(slice, values.shape))] = values
+        return [content, struct.pack("<I", google_crc32c.value(content))]
 
     def decoded(self, data: bytes) -> np.ndarray:
         """Return the values of a chunk; raise `ValueError` if it is damaged."""

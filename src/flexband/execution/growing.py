@@ -76,7 +76,7 @@ class GrowingArrays:
         Runs that there are get the fill value of one that grows.
         """
         file, folder = self._file(name, 0, array), self.folder / name
-        files = {folder / "zarr.json": _json(array.metadata(self.runs))}
+        files: dict[Path, list[Any]] = {folder / "zarr.json": [_json(array.metadata(self.runs))]}
         if values is not None and values.size:
             content = array.encoded(np.asarray(values))
             files |= {file: content, folder / "copy": content}
@@ -90,7 +90,7 @@ class GrowingArrays:
     def append(self, columns: Mapping[str, np.ndarray]) -> None:
         """Append runs; arrays that are not named get their fill value."""
         count = len(next(iter(columns.values())))
-        files: dict[Path, bytes] = {}
+        files: dict[Path, list[Any]] = {}
         last, blank = dict(self._last), set[Path]()
         for name, values in columns.items():
             array, done = self.arrays[name], 0
@@ -135,12 +135,13 @@ class GrowingArrays:
             "consolidated_metadata": consolidated,
         }
         self.attrs["checksum"] = _checksum(found)
-        write_synced(dict.fromkeys([self.folder / file for file in files], _json(found)))
+        content = [_json(found)]
+        write_synced({self.folder / file: content for file in files})
 
     def finish(self) -> None:
         """Write the metadata of every array, for readers that do not know that of the group."""
         for name, array in self.arrays.items():
-            write_synced({self.folder / name / "zarr.json": _json(array.metadata(self.runs))})
+            write_synced({self.folder / name / "zarr.json": [_json(array.metadata(self.runs))]})
 
     def read(self, name: str, runs: np.ndarray | None = None) -> np.ndarray:
         """Return the values of an array, of all or of some runs."""
@@ -204,9 +205,7 @@ class GrowingArrays:
         return values
 
     def _file(self, name: str, chunk: int, array: Array | None = None) -> Path:
-        dims = (array or self.arrays[name]).dims
-        places = [chunk, *(0 for _ in dims[1:])][: len(dims)]
-        return (self.folder / name / "c").joinpath(*map(str, places))
+        return self.folder / name / (array or self.arrays[name]).name(chunk)
 
 
 def _checksum(found: Mapping[str, Any]) -> int:

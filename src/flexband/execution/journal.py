@@ -57,14 +57,18 @@ class Journal:
     def append(self, first: int, finished: Finished, *, sync: bool) -> None:
         """Append a record, whose runs have the numbers from `first` on; perhaps sync the file."""
         body = _encoded(first, finished)
+        checksum = 0
+        for part in body:
+            checksum = google_crc32c.extend(checksum, part)
         if self._file is None:
             self.number += 1
             self._file = (self.folder / f"journal-{self.number:06d}").open("ab", buffering=0)
         end = os.fstat(self._file.fileno()).st_size
         try:
-            whole = memoryview(FRAME.pack(len(body), google_crc32c.value(body)) + body)
-            while whole:
-                whole = whole[self._file.write(whole) :]
+            for part in [FRAME.pack(sum(part.nbytes for part in body), checksum), *body]:
+                whole = memoryview(part).cast("B")
+                while whole:
+                    whole = whole[self._file.write(whole) :]
             if sync:
                 os.fsync(self._file.fileno())
         except BaseException:
@@ -87,7 +91,7 @@ def _number(file: Path) -> int:
     return int(end) if end.isdecimal() else 0
 
 
-def _encoded(first: int, one: Finished) -> bytes:
+def _encoded(first: int, one: Finished) -> list[np.ndarray]:
     about = {
         "first": first,
         "setting": one.setting,
@@ -99,8 +103,8 @@ def _encoded(first: int, one: Finished) -> bytes:
     }
     header = json.dumps(about).encode()
     arrays = [one.inputs] if one.values is None else [one.inputs, one.values]
-    parts = [np.ascontiguousarray(v, "<f8").tobytes() for v in arrays]
-    return b"".join([struct.pack("<I", len(header)), header, *parts])
+    head = np.frombuffer(struct.pack("<I", len(header)) + header, np.uint8)
+    return [head, *(np.ascontiguousarray(v, "<f8") for v in arrays)]
 
 
 def _decoded(body: bytes) -> tuple[int, Finished]:

@@ -27,7 +27,7 @@ from flexband.uncertainty.inputs.space import Response, Space
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
 
-RECORDED_TOGETHER = 512
+RECORDED_TOGETHER = 1024
 """Most runs in one call of a response whose runs are recorded: so many may be lost."""
 
 HALVINGS = 3

@@ -1,7 +1,7 @@
 """What a store and worker processes cost: three measurements, each in alternating runs.
 
-The slider–crank of the paper with and without a store, for several numbers of runs that are
-recorded together; trivial responses without a store; a response of 20 ms in one and two processes.
+The slider–crank of the paper with and without a store; trivial responses without a store; a
+response of 20 ms in one and two processes.
 """
 
 from __future__ import annotations
@@ -16,17 +16,12 @@ import numpy as np
 from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
-from flexband.uncertainty.evaluations import evaluations
 
-TOGETHER = evaluations.RECORDED_TOGETHER
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 
 
-def seconds(
-    study: Callable[..., object], *, stored: bool = False, together: int = TOGETHER
-) -> float:
+def seconds(study: Callable[..., object], *, stored: bool = False) -> float:
     """Return the wall time of a study [s]."""
-    evaluations.RECORDED_TOGETHER = together
     with tempfile.TemporaryDirectory() as folder:
         begin = time.perf_counter()
         study(store=folder if stored else None)
@@ -60,7 +55,6 @@ def main() -> None:
     raw = alternate(
         {
             "slider–crank": partial(seconds, crank),
-            "slider–crank, 64 together": partial(seconds, crank, stored=True, together=64),
             "slider–crank, stored": partial(seconds, crank, stored=True),
             "1 000 000 trivial runs": partial(seconds, quick),
             "1000 runs of 20 ms, one process": partial(
@@ -73,15 +67,14 @@ def main() -> None:
         chosen.repeats,
     )
     measured = medians(raw)
-    plain, few, many, quickly, one, two = measured.values()
+    plain, stored, quickly, one, two = measured.values()
     report(
         chosen.output,
         "store",
         ["case", "value"],
         [
             *([name, f"{value:.2f} s"] for name, value in measured.items()),
-            ["a store with 64 together adds", f"{100 * (few / plain - 1):.1f} %"],
-            ["a store adds", f"{100 * (many / plain - 1):.1f} %"],
+            ["a store adds", f"{100 * (stored / plain - 1):.1f} %"],
             ["trivial runs in a second", f"{1e6 / quickly:.0f}"],
             ["two processes are faster by", f"{one / two:.2f}"],
         ],

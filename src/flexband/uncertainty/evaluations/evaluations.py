@@ -27,9 +27,6 @@ from flexband.uncertainty.inputs.space import Response, Space
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
 
-RECORDED_TOGETHER = 1024
-"""Most runs in one call of a response whose runs are recorded: so many may be lost."""
-
 HALVINGS = 3
 """How often the step is halved for a run that fails."""
 
@@ -104,8 +101,7 @@ class Evaluations:
             names = space.recorded_at(*space.nominal())
             raise RunsNeeded(found.numbers[found.missing], names, setting)
         one_by_one = bool(getattr(response, "one_by_one", False))
-        most = min(self.batch, RECORDED_TOGETHER) if self.record is not None else self.batch
-        self._make(found, found.missing, 1 if one_by_one else most, record, advance)
+        self._make(found, found.missing, 1 if one_by_one else self.batch, record, advance)
         if found.values is None:
             reason = next(iter(found.failed.values()))
             raise RunError(f"all {len(points[0])} runs failed; the first: {reason}", {})

@@ -447,3 +447,9 @@ def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, 
     assert {p.name for p in out.iterdir()} == {
         "lhs_scanning.nc", "pcci_1_1.nc", "improved_pcci_1_1.nc", "results.json"
     }  # fmt: skip
+
+
+def test_help_shows_units_and_defaults_in_brackets():
+    told = " ".join(call("run", "--help").output.replace("│", " ").split())
+    assert "Time [s] that one call of the response may take" in told
+    assert "0 for none. [default: 16]" in told

@@ -26,7 +26,12 @@ class _Commands(TyperGroup):
         return super().main(*arguments, **options)
 
 
-app = typer.Typer(cls=_Commands, no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",  # texts have units in brackets
+)
 
 
 def _print_version(wanted: bool) -> None:

@@ -12,7 +12,8 @@ from flexband.cli.methods import METHODS
 from flexband.errors import InputError, StoreError, known, positive, whole
 from flexband.execution.processes import Processes
 from flexband.study.options import with_options
-from flexband.study.study import BATCH, Study, load_study
+from flexband.study.study import Study, load_study
+from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.verification import RUNS
 

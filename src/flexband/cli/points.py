@@ -12,9 +12,9 @@ from flexband.cli.application import app
 from flexband.cli.carrying_out import carry_out
 from flexband.cli.files import File, Folder, Output
 from flexband.cli.messages import print_text, reported_errors
-from flexband.cli.methods import METHODS, with_method_options
-from flexband.cli.plan import POLICIES, Plan
-from flexband.cli.runs import plan_in
+from flexband.cli.methods import with_method_options
+from flexband.cli.plan import Plan
+from flexband.cli.runs import Failed, Method, Sigmas, plan_in
 from flexband.errors import InputError
 from flexband.execution.journal import Finished
 from flexband.execution.store import Store
@@ -30,17 +30,12 @@ from flexband.uncertainty.evaluations.evaluations import evaluations
 def points(
     file: File,
     output: Output = Path("output"),
-    method: Annotated[
-        str | None,
-        typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}."),
-    ] = None,
-    sigmas: Annotated[float | None, typer.Option(help="k of the error bar μ ± kσ.")] = None,
+    method: Method = None,
+    sigmas: Sigmas = None,
     verify: Annotated[
         int | None, typer.Option(help="New runs that verify the result.  [default: 0]")
     ] = None,
-    failed: Annotated[
-        str, typer.Option(help=f"What to do about a run that fails: {', '.join(POLICIES)}.")
-    ] = "stop",
+    failed: Failed = "stop",
     **values: Any,
 ) -> None:
     """Write the next points of the study in FILE, whose response is run elsewhere.

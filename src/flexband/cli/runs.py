@@ -15,9 +15,18 @@ from flexband.cli.methods import METHODS, with_method_options
 from flexband.cli.plan import POLICIES, Plan
 from flexband.errors import InputError, StoreError
 from flexband.study.folder import StudyFolder
-from flexband.study.study import BATCH
+from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.verification import RUNS
 
+Method = Annotated[
+    str | None, typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}.")
+]
+Sigmas = Annotated[
+    float | None, typer.Option(help="k of the error bar μ ± kσ, instead of the study's (1).")
+]
+Failed = Annotated[
+    str, typer.Option(help=f"What to do about a run that fails: {', '.join(POLICIES)}.")
+]
 Executor = Annotated[
     str | None,
     typer.Option(
@@ -41,23 +50,15 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 def run(
     file: File,
     output: Output = Path("output"),
-    method: Annotated[
-        str | None,
-        typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}."),
-    ] = None,
-    sigmas: Annotated[
-        float | None,
-        typer.Option(help="k of the error bar μ ± kσ, instead of the study's (1)."),
-    ] = None,
+    method: Method = None,
+    sigmas: Sigmas = None,
     verify: Annotated[
         int | None,
         typer.Option(help=f"New runs that verify the result; 0 for none.  [default: {RUNS}]"),
     ] = None,
     executor: Executor = None,
     time_limit: TimeLimit = None,
-    failed: Annotated[
-        str, typer.Option(help=f"What to do about a run that fails: {', '.join(POLICIES)}.")
-    ] = "stop",
+    failed: Failed = "stop",
     batch: Annotated[int, typer.Option(help="Most runs in one call of the response.")] = BATCH,
     store: Annotated[
         bool, typer.Option("--store/--no-store", help="Record every run in the folder.")

@@ -13,7 +13,7 @@ from typing import Any, cast
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.evaluations.evaluations import Evaluations
+from flexband.uncertainty.evaluations.evaluations import BATCH, Evaluations
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
@@ -23,9 +23,6 @@ from flexband.uncertainty.runs.budget import check_method
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-BATCH = 512
-"""Runs between two reports of progress."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.runs.budget import MOST_RUNS, check_method
@@ -23,7 +24,7 @@ def propagate(
     method: Method,
     *,
     sigmas: float = 1.0,
-    batch: int = 2048,
+    batch: int = BATCH,
     most_runs: int = MOST_RUNS,
     store: Any = None,
     executor: Any = None,
@@ -97,7 +98,7 @@ def expand(
     inputs: Mapping[str, Any],
     method: Expanding,
     *,
-    batch: int = 2048,
+    batch: int = BATCH,
     most_runs: int = MOST_RUNS,
     store: Any = None,
     executor: Any = None,

@@ -27,6 +27,9 @@ from flexband.uncertainty.inputs.space import Response, Space
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
 
+BATCH = 2048
+"""Most runs in one call of a response."""
+
 HALVINGS = 3
 """How often the step is halved for a run that fails."""
 
@@ -57,7 +60,7 @@ class Evaluations:
     perform: Performing = in_process
     record: Record | None = None
     failed: str = "stop"
-    batch: int = 2048
+    batch: int = BATCH
     failures: int = 0
     probed: bool = False
 
@@ -233,7 +236,7 @@ def evaluations(
     response: Response,
     inputs: Mapping[str, Any],
     *,
-    batch: int = 2048,
+    batch: int = BATCH,
     store: Any = None,
     executor: Any = None,
     failed: str = "stop",

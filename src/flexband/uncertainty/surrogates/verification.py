@@ -22,6 +22,7 @@ import xarray as xr
 
 from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
 from flexband.uncertainty.evaluations.evaluations import (
+    BATCH,
     Advance,
     Evaluations,
     evaluations,
@@ -60,10 +61,6 @@ TIMES = 48
 
 BETS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
 """Values of λ."""
-
-
-BATCH = 2048
-"""Most runs in one call."""
 
 
 def verify(

@@ -248,7 +248,8 @@ def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dic
     share = np.ravel(checked["implied_error"] / checked["bar_width"])
     off = f"{100 * share.max():.2g} % of the error bar's width"
     if "allowed" not in checked:
-        text = f"{new} imply an error of {off}; the method does not estimate the error of its expansion"
+        unknown = "the method does not estimate the error of its expansion"
+        text = f"{new} imply an error of {off}; {unknown}"
         return {"confirmed": "no error was expected", "verdict": text}
     ratio = np.ravel(checked["missed"] / checked["allowed"])
     wrong = np.flatnonzero(~np.ravel(checked["confirmed"].values))

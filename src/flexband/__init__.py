@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from flexband.models.umbridge_server import UMBridgeServer, serve
     from flexband.report.drawing.draw import draw
     from flexband.report.notebook import load_ipython_extension
+    from flexband.report.progress import progress_bar
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.answers.contributions import contributions

@@ -25,7 +25,7 @@ from flexband.cli.messages import (
     print_text,
 )
 from flexband.cli.plan import Plan
-from flexband.cli.progress import Progress, progress_bars
+from flexband.report.progress import Progress, progress_bars
 from flexband.errors import RunsNeeded, free_memory
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays

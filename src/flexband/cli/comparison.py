@@ -12,7 +12,7 @@ import flexband as fb
 from flexband.cli.application import app
 from flexband.cli.files import File, Output, Replace, check_folder, save
 from flexband.cli.messages import print_table, print_text, reported_errors
-from flexband.cli.progress import progress_bars
+from flexband.report.progress import progress_bars
 from flexband.execution.fingerprint import fingerprint
 from flexband.study.comparison import compare, usual_methods
 from flexband.study.folder import StudyFolder

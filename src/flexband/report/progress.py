@@ -1,13 +1,16 @@
-"""How far a study is: a bar on a terminal, lines elsewhere."""
+"""How far a study is: a bar on a terminal or in a notebook, lines elsewhere."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 import rich.progress as rp
 from rich.console import Console
+
+from flexband.errors import InputError, shown
 
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
@@ -22,13 +25,45 @@ Progress = Callable[[int, int], object]
 def progress_bars() -> Iterator[Callable[[str], Progress]]:
     """Give the function that begins a task by its name, and returns what reports its progress."""
     console = Console(stderr=True, markup=False, emoji=False, highlight=False)
-    if not console.is_terminal:
+    live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
+    if not live:
         yield lambda name: _Lines(name, console)
         return
     columns = (rp.BarColumn(), rp.MofNCompleteColumn(), rp.TimeElapsedColumn())
     name, left = rp.TextColumn("{task.description}", markup=False), rp.TimeRemainingColumn()
     with rp.Progress(name, *columns, left, console=console) as bars:
         yield lambda name: _advancing(bars, name)
+
+
+@contextmanager
+def progress_bar(name: str = "runs") -> Iterator[Progress]:
+    """Show how far a study is while it runs, in a notebook or on a terminal.
+
+    Notebooks show a bar if ipywidgets is installed, and lines otherwise.
+
+    Parameters
+    ----------
+    name : shown before the bar.
+
+    Yields
+    ------
+    Callable
+        The argument `progress` of `propagate`, `Study.run`, `verify` and others.
+
+    Raises
+    ------
+    InputError
+        If `name` is not text.
+
+    Examples
+    --------
+    >>> with fb.progress_bar("slider–crank") as progress:  # doctest: +SKIP
+    ...     bands = study.run(progress=progress)
+    """
+    if not isinstance(name, str):
+        raise InputError(f"name must be text; got {shown(name)}")
+    with progress_bars() as task:
+        yield task(name)
 
 
 def _advancing(bars: rp.Progress, name: str) -> Progress:

@@ -25,12 +25,12 @@ from flexband.cli.messages import (
     print_text,
 )
 from flexband.cli.plan import Plan
-from flexband.report.progress import Progress, progress_bars
 from flexband.errors import RunsNeeded, free_memory
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
+from flexband.report.progress import Progress, progress_bars
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
 from flexband.study.points import Points

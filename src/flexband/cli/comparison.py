@@ -12,8 +12,8 @@ import flexband as fb
 from flexband.cli.application import app
 from flexband.cli.files import File, Output, Replace, check_folder, save
 from flexband.cli.messages import print_table, print_text, reported_errors
-from flexband.report.progress import progress_bars
 from flexband.execution.fingerprint import fingerprint
+from flexband.report.progress import progress_bars
 from flexband.study.comparison import compare, usual_methods
 from flexband.study.folder import StudyFolder
 from flexband.study.study import load_study

@@ -15,10 +15,10 @@ from rich.live import Live
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
-from flexband.report.progress import duration
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.layout import AGAIN, DONE, FAILED
+from flexband.report.progress import duration
 from flexband.study.folder import StudyFolder
 
 PERIOD = 1.0

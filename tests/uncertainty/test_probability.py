@@ -21,6 +21,10 @@ def constant(values):
     return values[:, None] * np.ones(3)
 
 
+def constant_of_x(x):
+    return constant(x)
+
+
 def bounds(found, limit=0):
     """Return the probability over the interval inputs, and its confidence interval, (3, 2)."""
     names = ("probability", "confidence_low", "confidence_high")
@@ -196,6 +200,66 @@ def test_choices_and_seeds():
     assert np.all(bounds(other)[0] != bounds(found)[0])
 
 
+def curved(x, y):
+    return constant(x + 0.1 * y + 0.15 * (y**2 - 1))
+
+
+def beyond(limit):
+    """Return the probability that `curved` exceeds a limit, by quadrature over y."""
+    y = np.linspace(-10, 10, 4001)
+    return np.trapezoid(norm.pdf(y) * norm.sf(limit - 0.1 * y - 0.15 * (y**2 - 1)), y)
+
+
+def test_runs_correct_a_wrong_surrogate():
+    """A linear surrogate of x + 0.1 y + 0.15 (y² − 1) finds a fifth of the probability.
+
+    x + 0.25 sin 3x is not quadratic in what is missed, so that disagreements remain.
+    """
+    plane = fb.expand(curved, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
+    limit, exact = fb.Limit(below=4.75), beyond(4.75)
+    found = fb.failure_probability(plane, limit, response=curved)
+    agrees(found, exact)
+    assert float(found["surrogate_probability"][0, 0]) < 0.25 * exact
+    assert found["runs"].values[0, 0] == 64
+    assert "corrected with 64 runs of the model" in found.attrs["verdict"]
+
+    def wavy(x):
+        return constant(x + 0.25 * np.sin(3 * x))
+
+    x = np.linspace(-8, 8, 100_001)
+    line, limit = fb.expand(wavy, {"x": NORMAL}, fb.PCCI(1, 1)), fb.Limit(below=2.5)
+    exact = np.trapezoid(norm.pdf(x) * (wavy(x)[:, 0] > 2.5), x)
+    every = [fb.failure_probability(line, limit, response=wavy, runs=32, seed=k) for k in range(25)]
+    value, low, high = np.array([bounds(one)[:, 0] for one in every]).T
+    assert sum(one["disagreements"].values[0, 0] > 0 for one in every) > 5
+    assert np.sum((low <= exact) & (exact <= high)) >= 23
+    assert abs(value.mean() - exact) < 3 * value.std() / 5
+    assert np.all(high - low > 0.02 * exact)  # not a bare number where nothing disagreed
+
+
+def test_runs_correct_at_intervals_and_choices(tmp_path):
+    calls = []
+
+    def response(e, x, y, kind):
+        calls.append(len(x))
+        return curved(x, y) * np.where(kind == "steel", 1.0, 1.2)[:, None] + 0.3 * e[:, None]
+
+    inputs = {"e": fb.Interval(-1, 1), "kind": fb.Choice("steel", "brass"), "x": NORMAL}
+    surrogate = fb.expand(response, inputs | {"y": NORMAL}, fb.PCCI(1, 1))
+    options = {"response": response, "runs": 32, "accuracy": 0.05, "store": tmp_path / "runs"}
+    calls.clear()
+    told = []
+    limit = fb.Limit(below=4.0)
+    found = fb.failure_probability(surrogate, limit, progress=lambda *k: told.append(k), **options)
+    agrees(found, [beyond(4.3), beyond(3.7 / 1.2)], 0.15)
+    assert found["probability_choice"].values[:, 0].tolist() == ["steel", "brass"]
+    assert sum(calls) >= 128
+    assert told[-1] == (128, 128)
+    calls.clear()
+    xr.testing.assert_identical(found, fb.failure_probability(surrogate, limit, **options))
+    assert sum(calls) <= 4  # the others are in the store
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -205,16 +269,16 @@ def test_choices_and_seeds():
         ({"limits": []}, "limits must be a Limit"),
         ({"limits": [fb.Limit(below=-1.0), fb.Limit(above=1.0)]}, "something between"),
         ({"surrogate": "x"}, "surrogate must be"),
+        ({"response": "x"}, "response must be"),
+        ({"response": lambda y: y}, "does not take|response needs"),
+        ({"response": constant_of_x, "runs": 8}, "runs must be"),
+        ({"response": lambda x: constant(x)[:, :2]}, "must return"),
     ],
 )
 def test_refused_by_name(options, message):
     surrogate = fb.expand(constant_of_x, {"x": NORMAL}, fb.PCCI(1, 1))
     with pytest.raises(fb.InputError, match=message):
         fb.failure_probability(**{"surrogate": surrogate, "limits": fb.Limit(below=1.0)} | options)
-
-
-def constant_of_x(x):
-    return constant(x)
 
 
 def test_intervals_alone_have_no_probability():

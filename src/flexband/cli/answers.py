@@ -14,7 +14,7 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
-from flexband.uncertainty.answers.probability.failure import told
+from flexband.uncertainty.answers.probability.texts import told
 
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]

@@ -147,7 +147,7 @@ def _verified(
     times = labels.shape[-1] if labels.ndim > 1 else 1
     xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
     with without_warnings(ResolutionWarning):
-        response, halved = _as_expanded(surrogate, response)
+        response, halved = as_expanded(surrogate, response)
         known = setting(case, halved)
         made = evaluate(response, space, known, (xi, eta), labels, advance)
     assert made.values is not None
@@ -191,7 +191,7 @@ def _verified(
     return checked.assign_attrs(told | _verdict(checked, labels, good))
 
 
-def _as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
+def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
     """Return the response on the discretization that the method chose, and what is finer in it."""
     halved: list[str] = []
     space, left_out = surrogate.space, getattr(response, "left_out", None)

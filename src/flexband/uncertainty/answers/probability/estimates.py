@@ -8,6 +8,7 @@ between the times, and with the limits moved by an error.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,10 +77,7 @@ class Estimate:
     @property
     def uneven(self) -> bool:
         """Whether sampling ended before the accuracy was reached, or weights are very unequal."""
-        own = self.weights[self.margins < 0]
-        return len(self.u) + BATCH > MOST or bool(
-            len(own) and len(own) * np.sum(own**2) > UNEVEN * np.sum(own) ** 2
-        )
+        return are_uneven(self.weights[self.margins < 0], len(self.u))
 
     def confidence_at_each(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the confidence intervals of the probabilities at each time."""
@@ -88,6 +86,19 @@ class Estimate:
         if len(own):  # none of so many that leave the limits at some time does so at this one
             most *= min(1.0, -math.log(0.05) * float(np.sum(own**2) / np.sum(own) ** 2))
         return interval(self.at_each, self.at_each_error, most)
+
+
+def are_uneven(own: np.ndarray, count: int) -> bool:
+    """Return whether weights of samples that leave limits are very unequal, or samples too many.
+
+    Parameters
+    ----------
+    own : weights.
+    count : number of all samples.
+    """
+    return count + BATCH > MOST or bool(
+        len(own) and len(own) * np.sum(own**2) > UNEVEN * np.sum(own) ** 2
+    )
 
 
 def interval(
@@ -131,7 +142,8 @@ def estimate(
     accuracy : relative standard error at which sampling ends.
     """
     moved = growth(deviations(known.probability))
-    mixture, sums = _mixture(near, eta, known, rng), _Sums(state, moved)
+    mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng)
+    sums = _Sums(state, moved)
     while True:
         u = mixture.sample(BATCH, rng)
         sums.add(u, eta, mixture.weights(u))
@@ -142,22 +154,35 @@ def estimate(
     if not any(part.error.any() for part in state.parts):
         return found
     tighter = state.tighter(moved)
-    first = rare(lambda u: tighter.least(u, eta), known.u.shape[1], rng, FEW)
-    mixture = _mixture(tighter, eta, first, rng, rounds=1)
+
+    def least(u: np.ndarray) -> np.ndarray:
+        return tighter.least(u, eta)
+
+    first = rare(least, known.u.shape[1], rng, FEW)
+    mixture = mixture_around(least, first.u, rng, rounds=1)
     u = mixture.sample(BATCH, rng)
-    inside = mixture.weights(u) * (tighter.least(u, eta) < 0)
+    inside = mixture.weights(u) * (least(u) < 0)
     return replace(found, tighter=min(1.0, float(inside.mean()) or first.probability))
 
 
-def _mixture(
-    state: LimitState, eta: np.ndarray, known: Rare, rng: np.random.Generator, rounds: int = ROUNDS
+def mixture_around(
+    least: Callable[[np.ndarray], np.ndarray],
+    known: np.ndarray,
+    rng: np.random.Generator,
+    rounds: int = ROUNDS,
 ) -> Mixture:
-    """Return a mixture around rare samples, and then around those that it finds."""
-    mixture = Mixture.of(known.u, rng)
-    for _ in range(rounds * bool(len(known.u))):
+    """Return a mixture around rare samples, and then around those that it finds.
+
+    Parameters
+    ----------
+    least : returns margins, shape (points,), of samples of shape (points, n).
+    known : rare samples, shape (count, n); there may be none.
+    """
+    mixture = Mixture.of(known, rng)
+    for _ in range(rounds * bool(len(known))):
         u = mixture.sample(BATCH, rng)
-        weights = mixture.weights(u) * (state.least(u, eta) < 0)
-        if np.count_nonzero(weights) <= 2 * known.u.shape[1]:
+        weights = mixture.weights(u) * (least(u) < 0)
+        if np.count_nonzero(weights) <= 2 * known.shape[1]:
             break
         share = weights / weights.sum()
         mixture = Mixture.of(u[rng.choice(BATCH, KNOWN, p=share)], rng)

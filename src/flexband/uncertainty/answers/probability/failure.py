@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,14 @@ import xarray as xr
 from flexband.errors import InputError, instance, numbers, whole
 from flexband.uncertainty.answers.limits import Corridor, corridors
 from flexband.uncertainty.answers.margins import error_of, labels_of
+from flexband.uncertainty.answers.probability.correction import corrected
 from flexband.uncertainty.answers.probability.ends import ends
 from flexband.uncertainty.answers.probability.estimates import Estimate, estimate
+from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
+from flexband.uncertainty.answers.probability.texts import described, in_words
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Response, Space
 from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import share
@@ -26,6 +30,9 @@ ANY = "any limit"
 UNSEEN = 0.03
 """Part of a probability that may be due to times at which bounds are not searched."""
 
+RUNS = 64
+"""Runs of the model that correct a probability, unless another number is given."""
+
 FINEST, COARSEST = 0.002, 0.5
 """Relative standard errors that can be asked for."""
 
@@ -34,21 +41,31 @@ def failure_probability(
     surrogate: Surrogate | SurrogateOfChoices,
     limits: Any,
     *,
+    response: Response | None = None,
+    runs: int = RUNS,
     accuracy: float = 0.025,
     seed: int = 0,
+    store: Any = None,
+    executor: Any = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
     """Return the probability that a response leaves its limits, as bounds over interval inputs.
 
     A sample of the random inputs fails if it leaves the limit at any time: first passage, on the
-    times of the response. Its probability is computed on the surrogate, without runs, by importance
-    sampling, down to 1e-9. What the surrogate and the times miss is part of the result.
+    times of the response. Its probability is computed on the surrogate by importance sampling, down
+    to 1e-9, without runs. What the surrogate and the times miss is part of the result. With the
+    response, runs near the limit correct the probability for what the surrogate misses.
 
     Parameters
     ----------
     surrogate : what `expand` returns. At least one of its inputs must be random.
     limits : a `Limit`, or several; of several, the probability of leaving any is given as well.
+    response : what the surrogate was made of, if its runs shall correct the probability.
+    runs : number of these runs for each bound over the interval inputs, each limit and each
+        combination of options, 16 or more.
     accuracy : relative standard error at which sampling ends.
     seed : seed of the random numbers.
+    store, executor, progress : as in `propagate`, for the runs of the response.
 
     Returns
     -------
@@ -62,14 +79,20 @@ def failure_probability(
     has the values of the interval inputs at the bounds, and `probability_choice` the options.
     `at_each_time`, `at_each_time_low` and `at_each_time_high` are the probability of being outside
     at each time, with its confidence interval, for the same values of the interval inputs.
-    `samples` counts samples of the surrogate, ``attrs["error"]`` is as in `check_limits`,
+    `samples` counts samples of the surrogate. With the response, `probability` and its confidence
+    interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
+    `surrogate_probability` is that of the surrogate, `runs` counts runs, and `disagreements` those
+    in which the surrogate was wrong about the limit after half of the runs had corrected its
+    margins. All else is of the surrogate. ``attrs["error"]`` is as in `check_limits`,
     ``attrs["verdict"]`` a text.
 
     Raises
     ------
     InputError
         If `surrogate` is none or has no random inputs, a limit does not fit its outputs, or
-        `accuracy` is not between 0.002 and 0.5.
+        `accuracy` is not between 0.002 and 0.5; and as `propagate` does about the response.
+    RunError
+        If a run fails.
     """
     kinds = Surrogate | SurrogateOfChoices
     instance("surrogate", surrogate, kinds, "one that `expand` returns")
@@ -88,9 +111,13 @@ def failure_probability(
     if len(wanted) > 1:
         wanted[ANY] = joint(wanted)
     found = {}
-    for label, own in surrogates.items():
-        each = [_probability(own, one, accuracy, seed) for one in wanted.values()]
-        found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
+    intervals = any(one.space.interval_dimension for one in surrogates.values())
+    options = {"store": store, "executor": executor}
+    probabilities = len(wanted) * (1 + intervals)
+    with models(surrogates, response, runs, probabilities, progress, **options) as known:
+        for label, own in surrogates.items():
+            each = [_probability(own, one, known[label], accuracy, seed) for one in wanted.values()]
+            found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
     result = _over_choices(found) if several else found[""]
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     source = error_of(next(iter(surrogates.values())).diagnostics, labels)[0]
@@ -108,7 +135,7 @@ def failure_probability(
         "verdict": ". ".join(words)
         + ("" if source else ". The surrogate's error is not estimated"),
     }
-    return _described(result.assign_attrs(told))
+    return described(result.assign_attrs(told))
 
 
 def joint(found: Mapping[str, Corridor]) -> Corridor:
@@ -121,7 +148,7 @@ def joint(found: Mapping[str, Corridor]) -> Corridor:
 
 
 def _probability(
-    surrogate: Surrogate, corridor: Corridor, accuracy: float, seed: int
+    surrogate: Surrogate, corridor: Corridor, model: Model | None, accuracy: float, seed: int
 ) -> xr.Dataset:
     """Return the result for one limit and one combination of options."""
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
@@ -135,18 +162,27 @@ def _probability(
         own = [estimate(state, near, at, one, accuracy, rng) for at, one in pairs[: 1 + (m > 0)]]
         if all(_seen(near, at, one) for at, one in zip(eta, own, strict=False)):
             break
+    told: list[Any] = list(own)
+    if model is not None:
+        told = [
+            corrected(
+                partial(state.least, eta=at), partial(_least, state, model, at), one, model.runs,
+                accuracy, rng,
+            )
+            for at, one in pairs[: len(own)]
+        ]  # fmt: skip
     if not m:
-        own = [own[0], own[0]]
-    elif own[0].probability > own[1].probability:  # both ends of what does not depend on η
-        own, eta = own[::-1], eta[::-1]
+        own, told = own * 2, told * 2
+    elif told[0].probability > told[1].probability:  # both ends of what does not depend on η
+        own, told, eta = own[::-1], told[::-1], eta[::-1]
     dims = labels.dims[1:]
     each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
     for k, one in enumerate(own):
         each[:, k, state.series] = one.at_each, *one.confidence_at_each()
     each = each.reshape(3, 2, *labels.shape[1:])
-    low, high = zip(*(one.confidence() for one in own), strict=True)
+    low, high = zip(*(one.confidence() for one in told), strict=True)
     data: dict[str, Any] = {
-        "probability": ("bound", [one.probability for one in own]),
+        "probability": ("bound", [one.probability for one in told]),
         "confidence_low": ("bound", list(low)),
         "confidence_high": ("bound", list(high)),
         "limit_looser": ("bound", [one.looser for one in own]),
@@ -154,6 +190,9 @@ def _probability(
         "between_times": ("bound", [one.between for one in own]),
         "samples": ("bound", [len(one.u) for one in own]),
     }
+    for name in ("runs", "disagreements") if model is not None else ():
+        data[name] = "bound", [getattr(one, name) for one in told]
+        data["surrogate_probability"] = "bound", [one.probability for one in own]
     for name, values in zip(("", "_low", "_high"), each, strict=True):
         data[f"at_each_time{name}"] = ("bound", *dims), values
     coords: dict[Any, Any] = {k: c.variable for k, c in coordinates(labels).items()}
@@ -164,6 +203,11 @@ def _probability(
         coords["input"] = list(values)
         data["probability_at"] = ("input", "bound"), np.array(list(values.values()))
     return xr.Dataset(data, coords)
+
+
+def _least(state: LimitState, model: Model, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return the least margins of runs of the model at u and one η, (points,)."""
+    return state.least_of_response(model(u, eta))
 
 
 def _seen(near: LimitState, eta: np.ndarray, found: Estimate) -> bool:
@@ -186,57 +230,3 @@ def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
     }
     chosen = every.isel(index)
     return chosen.assign(probability_choice=(("bound", "limit"), names[which]))
-
-
-def in_words(one: xr.Dataset) -> str:
-    """Return the probability of leaving one limit as a sentence."""
-    lower, upper = (told(one.isel(bound=k)) for k in range(2))
-    both = upper if "probability_at" not in one and "probability_choice" not in one else (
-        f"from {lower}{_place(one.isel(bound=0))} to {upper}{_place(one.isel(bound=1))}"
-    )  # fmt: skip
-    tighter = float(one["limit_tighter"][1])
-    text = f"{one['limit'].values}: left with probability {both}"
-    if tighter > 0 and "probability" in one:
-        text += f"; up to {tighter:.2g} with the expected error of the surrogate"
-    return text
-
-
-def told(one: xr.Dataset) -> str:
-    """Return a probability with its confidence interval as text, or its upper bound."""
-    value, low, high = (float(one[k]) for k in ("probability", "confidence_low", "confidence_high"))
-    return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"
-
-
-def _place(one: xr.Dataset) -> str:
-    words = [str(one["probability_choice"].values)] if "probability_choice" in one else []
-    if "probability_at" in one:
-        pairs = zip(one["input"].values, one["probability_at"].values, strict=True)
-        words += [f"{name} = {value:.6g}" for name, value in pairs]
-    return f" at {', '.join(words)}"
-
-
-LONG_NAMES = {
-    "probability": "probability of leaving the limit at any time",
-    "confidence_low": "lower end of its 95 % confidence interval",
-    "confidence_high": "upper end of its 95 % confidence interval",
-    "limit_looser": "probability with the limit looser by the expected error of the surrogate",
-    "limit_tighter": "probability with the limit tighter by the expected error of the surrogate",
-    "between_times": "probability with parabolas through the peaks between the times",
-    "samples": "samples of the surrogate",
-    "at_each_time": "probability of being outside the limit at each time",
-    "at_each_time_low": "lower end of its 95 % confidence interval",
-    "at_each_time_high": "upper end of its 95 % confidence interval",
-    "probability_at": "values of the interval inputs at the bounds of the probability",
-    "probability_choice": "options at the bounds of the probability",
-    "bound": "bound over all values of the interval inputs",
-}
-
-
-def _described(result: xr.Dataset) -> xr.Dataset:
-    """Give every variable a `long_name`, and probabilities the unit 1."""
-    for name, words in LONG_NAMES.items():
-        if name in result.variables:
-            result[name].attrs["long_name"] = words
-            if name not in ("probability_at", "probability_choice", "bound"):
-                result[name].attrs["units"] = "1"
-    return result

@@ -45,7 +45,10 @@ class Part:
 
     def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return margins in parts of the scale, shape (points, outputs, times)."""
-        values = self.expansion.evaluate_quickly(xi, eta)
+        return self.margins_of(self.expansion.evaluate_quickly(xi, eta))
+
+    def margins_of(self, values: np.ndarray) -> np.ndarray:
+        """Return the margins of values (points, outputs, times), of the same shape."""
         margins = np.minimum(values - self.lower, self.upper - values)
         margins /= self.scale
         return margins
@@ -163,6 +166,11 @@ class LimitState:
         """Return the least margin of each sample, shape (points,)."""
         found = self.reduced(u, eta, lambda _, margins: least_of(margins))
         return np.concatenate([np.zeros(0), *found])
+
+    def least_of_response(self, values: np.ndarray) -> np.ndarray:
+        """Return the least margin of runs of the response, shape (points, …), in (points,)."""
+        flat = values.reshape(len(values), -1)
+        return least_of([part.margins_of(flat[:, part.series]) for part in self.parts])
 
     def where_least(self, u: np.ndarray, eta: np.ndarray, slack: float) -> LimitState:
         """Return the state at the times, and their neighbours, that decide about some samples.

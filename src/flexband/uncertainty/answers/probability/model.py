@@ -1,0 +1,94 @@
+"""Runs of a model at standard normal variables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import ResolutionWarning, function, whole, without_warnings
+from flexband.uncertainty.evaluations.evaluations import evaluations, setting
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.space import Response, Space, check_names
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verification import as_expanded
+
+LEAST_RUNS, MOST_RUNS = 16, 100_000
+"""Of a probability."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A response, of which runs can be made.
+
+    Attributes
+    ----------
+    space : its inputs.
+    runs : how many runs a probability may take.
+    evaluate : returns the response at (ξ, η).
+    """
+
+    space: Space
+    runs: int
+    evaluate: Callable[[tuple[np.ndarray, np.ndarray]], xr.DataArray]
+
+    def __call__(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the response at u of shape (points, n) and one η, shape (points, …)."""
+        xi = of_normals(u, self.space.families)
+        return self.evaluate((xi, np.broadcast_to(eta, (len(u), len(eta))))).values
+
+
+@contextmanager
+def models(
+    surrogates: Mapping[str, Surrogate],
+    response: Response | None,
+    runs: int,
+    probabilities: int,
+    progress: Callable[[int, int], object] | None,
+    **options: Any,
+) -> Iterator[dict[str, Model | None]]:
+    """Give the model of every combination of options, None without a response.
+
+    Parameters
+    ----------
+    runs : of a probability, of which there are so many for every combination.
+    options : store and executor.
+    """
+    if response is None:
+        yield dict.fromkeys(surrogates)
+        return
+    function("response", response)
+    runs = whole("runs", runs, LEAST_RUNS, MOST_RUNS)
+    if progress is not None:
+        function("progress", progress)
+    first = next(iter(surrogates.values()))
+    given = first.space.given
+    check_names(response, given)
+    done, total = 0, runs * probabilities * len(surrogates)
+
+    def advance(finished: int, under_way: int = 0) -> None:
+        nonlocal done
+        done += finished
+        if progress is not None:
+            progress(done + under_way, total)
+
+    with evaluations(response, given, **options) as evaluate:
+
+        def model(label: str, one: Surrogate) -> Model:
+            own, finer = as_expanded(one, response)
+
+            def run(points: tuple[np.ndarray, np.ndarray]) -> xr.DataArray:
+                with without_warnings(ResolutionWarning):
+                    made = evaluate(
+                        own, one.space, setting(label, finer), points, one.labels, advance
+                    )
+                assert made.values is not None
+                return made.values
+
+            return Model(one.space, runs, run)
+
+        yield {label: model(label, one) for label, one in surrogates.items()}

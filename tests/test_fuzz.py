@@ -48,6 +48,7 @@ def response(a, b):
 
 
 STUDY = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+BOX = fb.expand(response, {"a": fb.Interval(1.0, 2.0), "b": 1.0}, fb.PCCI(1, 1))
 GOOD = {
     "first": "r.tip", "second": (0.0, 1.0), "point": "r.tip", "points": ["r.tip"],
     "axis": (1.0, 0.0),
@@ -75,6 +76,8 @@ OWN = {
     ("modal_response", "modes"): 1,
     ("modal_response", "nominal"): {},
     ("p_box", "at"): {"dim_1": 0},
+    ("allocate", "costs"): {"a": 1.0},
+    ("allocate", "surrogate"): BOX,
     **{(name, "samples"): 256 for name in ("p_box", "quantiles")},
     ("value_range", "probability"): 0.9,
     ("elsewhere", "name"): "a",

@@ -84,6 +84,8 @@ if TYPE_CHECKING:
     from flexband.report.progress import progress_bar
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
+    from flexband.uncertainty.answers.allocation.allocate import allocate
+    from flexband.uncertainty.answers.allocation.costs import ReciprocalCost
     from flexband.uncertainty.answers.contributions import contributions
     from flexband.uncertainty.answers.derived import derived
     from flexband.uncertainty.answers.limits import Limit

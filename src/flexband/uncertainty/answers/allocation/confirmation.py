@@ -1,0 +1,155 @@
+"""Fresh runs of the response where limits bind, and what they correct.
+
+Where a run differs from the surrogate, the limits are shifted by the difference, at the instants
+for which the run is about the worst one, and the search goes on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.errors import ResolutionWarning, without_warnings
+from flexband.uncertainty.answers.allocation.search import Allocated, cheapest
+from flexband.uncertainty.answers.allocation.worst_case import SIGNS, WorstCase
+from flexband.uncertainty.evaluations.evaluations import Evaluations, setting
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.space import Response
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verification import as_expanded
+
+ROUNDS, MOST_RUNS = 5, 6
+"""Most times that runs are made, and most runs at a time."""
+
+AGREEMENT = 3e-6
+"""Part of the scale up to which surrogate and runs agree."""
+
+NEAR = 0.02
+"""Part of the scale up to which the margin of a run counts as the least one."""
+
+DIFFERENCE = 1e-3
+"""Step of differences in normal variables."""
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmed:
+    """Tolerances, and what runs where they bind have shown.
+
+    Attributes
+    ----------
+    allocated : the tolerances.
+    shift : by how much the limits were made tighter, or looser, for the search, (2, series).
+    run_margins : margins of the last runs at the binding points, NaN without, (points,).
+    runs : number of all runs.
+    kept : whether the last runs keep the limits.
+    """
+
+    allocated: Allocated
+    shift: np.ndarray
+    run_margins: np.ndarray
+    runs: int
+    kept: bool
+
+    @staticmethod
+    def without_runs(worst: WorstCase, allocated: Allocated) -> Confirmed:
+        """Return tolerances for which no runs were made."""
+        told = np.full(len(allocated.points), np.nan)
+        return Confirmed(allocated, np.zeros(worst.bounds.shape), told, 0, False)
+
+
+def confirmed(
+    surrogate: Surrogate,
+    worst: WorstCase,
+    allocated: Allocated,
+    response: Response,
+    evaluate: Evaluations,
+) -> Confirmed:
+    """Return tolerances that runs at the binding points confirm, after new searches if need be."""
+    shift, runs, kept = np.zeros(worst.bounds.shape), 0, True
+    told = np.zeros(0)
+    for k in range(ROUNDS):
+        points = allocated.points
+        told = np.full(len(points), np.nan)
+        if not len(points):
+            return Confirmed(allocated, shift, told, runs, True)
+        narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
+        order = np.argsort(-allocated.multipliers, kind="stable")[:MOST_RUNS]
+        xi, eta, owner = _run_points(narrow, worst, allocated, order)
+        values, missed = _runs(narrow, worst, response, evaluate, xi, eta)
+        runs += len(xi)
+        missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
+        margins = SIGNS[:, None] * (values[:, None] - worst.bounds)
+        own = missed[owner, points.side[order], points.series[order]]
+        told[order] = worst.values(allocated.x[None], points.of(order))[0] + own
+        kept = np.all(told[order] >= 0)
+        if not surrogate.space.random_dimension:
+            kept = kept and np.all(margins + missed >= 0)
+        scale, known = worst.scale[points.series[order]], shift[points.side, points.series][order]
+        agree = np.all(np.abs(known + own) <= AGREEMENT * scale)
+        if (kept and agree) or k == ROUNDS - 1:
+            break
+        shift = _shifted(worst, allocated, shift, margins, missed)
+        moved = worst.tightened(shift)
+        allocated = cheapest(moved, points, allocated.x)
+    return Confirmed(allocated, shift, told, runs, bool(kept))
+
+
+def _run_points(
+    narrow: Surrogate, worst: WorstCase, allocated: Allocated, order: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ξ and η of runs at points, and the number of each point's run.
+
+    Random inputs are where the value is that of μ ± kσ, to first order.
+    """
+    points = allocated.points.of(order)
+    n = narrow.space.random_dimension
+    u = np.zeros((len(points), n))
+    steps = DIFFERENCE * np.concatenate([np.eye(n), -np.eye(n)])
+    for k in range(len(points) if n else 0):
+        xi = of_normals(steps, narrow.space.families)
+        values = narrow.standard(xi, np.repeat(points.places[k : k + 1], 2 * n, axis=0))
+        up, down = values.reshape(2, n, -1)[..., worst.numbers[points.series[k]]]
+        slope = up - down
+        size = np.linalg.norm(slope)
+        u[k] = -SIGNS[points.side[k]] * worst.sigmas * slope / size if size else 0.0
+    both = np.concatenate([u, points.places], axis=1)
+    _, first, owner = np.unique(both.round(6), axis=0, return_index=True, return_inverse=True)
+    return of_normals(u[first], narrow.space.families), points.places[first], owner.ravel()
+
+
+def _runs(
+    narrow: Surrogate,
+    worst: WorstCase,
+    response: Response,
+    evaluate: Evaluations,
+    xi: np.ndarray,
+    eta: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the surrogate at points, and by how much runs there are larger, (runs, series)."""
+    with without_warnings(ResolutionWarning):
+        response, halved = as_expanded(narrow, response)
+        made = evaluate(
+            response, narrow.space, setting("", halved), (xi, eta), narrow.labels, lambda *_: None
+        )
+    assert made.values is not None
+    values = narrow.standard(xi, eta)
+    missed = (made.values.values - values).reshape(len(xi), -1)[:, worst.numbers]
+    return values.reshape(len(xi), -1)[:, worst.numbers], missed
+
+
+def _shifted(
+    worst: WorstCase,
+    allocated: Allocated,
+    shift: np.ndarray,
+    margins: np.ndarray,
+    missed: np.ndarray,
+) -> np.ndarray:
+    """Return new shifts, from margins and what they miss of runs, (runs, 2, series)."""
+    shift = shift.copy()
+    near = margins - shift < allocated.margins + NEAR * worst.scale
+    use = np.isfinite(worst.bounds) & (near | (margins + missed < 0))
+    found = np.where(use, margins + missed, np.inf)
+    run = found.argmin(axis=0)
+    new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * AGREEMENT * worst.scale
+    return np.where(use.any(axis=0), new, shift)

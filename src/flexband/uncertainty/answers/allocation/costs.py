@@ -1,0 +1,89 @@
+"""What tolerances cost: functions of the tolerance, or grades with a price each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from flexband.errors import (
+    InputError,
+    function,
+    instance,
+    non_negative,
+    numbers,
+    positive,
+    returned,
+    shown,
+)
+
+
+@dataclass(frozen=True)
+class ReciprocalCost:
+    """The cost A + B/tᵏ of a tolerance t (Chase and Greenwood, 1988).
+
+    Parameters
+    ----------
+    factor : B, the cost of the tolerance 1, positive.
+    exponent : k, positive.
+    fixed : A, not negative.
+
+    Raises
+    ------
+    InputError
+        If a number is not in its range.
+    """
+
+    factor: float = 1.0
+    exponent: float = 1.0
+    fixed: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, check in (("factor", positive), ("exponent", positive), ("fixed", non_negative)):
+            own = f"ReciprocalCost {name}"
+            object.__setattr__(self, name, float(check(own, numbers(own, getattr(self, name)))))
+
+    def __call__(self, tolerance: float) -> float:
+        """Return the cost of a tolerance."""
+        return self.fixed + self.factor / tolerance**self.exponent
+
+
+Cost = Callable[[float], float]
+
+
+def checked_costs(costs: Any) -> dict[str, Cost]:
+    """Return a function for each tolerance, by the name of its input.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping from names to costs; a number B stands for B/t.
+    """
+    instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
+    if not costs:
+        raise InputError("costs must name at least one input; got {}")
+    found: dict[str, Cost] = {}
+    for name, cost in costs.items():
+        instance("costs: a name", name, str)
+        if callable(cost):
+            function(f"costs: {name}", cost, " of the tolerance")
+            found[name] = cast("Cost", cost)
+        else:
+            found[name] = ReciprocalCost(float(positive(f"costs: {name}", numbers(name, cost))))
+    return found
+
+
+def cost_of(name: str, cost: Cost, tolerance: float) -> float:
+    """Return a cost; raise `InputError` if it is no finite number."""
+    value = returned(cost, tolerance, f"costs: {name}")
+    try:
+        own = float(value)
+    except (TypeError, ValueError):
+        own = np.nan
+    if not np.isfinite(own):
+        raise InputError(
+            f"costs: {name} must be a finite number at {tolerance:g}; got {shown(value)}"
+        )
+    return own

@@ -1,0 +1,70 @@
+"""Why limits cannot be kept: where, and because of which inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.uncertainty.answers.allocation.tolerances import LEAST
+from flexband.uncertainty.answers.allocation.worst_case import WorstCase
+from flexband.uncertainty.answers.contributions import groups
+from flexband.uncertainty.answers.limits import Corridor
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+ENOUGH = 1.01
+"""Factor by which a violation must be larger than at the nominal values to be due to inputs."""
+
+
+def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, Corridor]) -> None:
+    """Raise `InputError` if limits are not kept with the least tolerances."""
+    margins, _ = worst.least(worst.tolerances.bounds[0])
+    side, series = map(int, np.unravel_index(np.argmin(margins), margins.shape))
+    violation = -margins[side, series]
+    if violation <= 0:
+        return
+    number, bound = int(worst.numbers[series]), worst.bounds[side, series]
+    name = limit_at(limits, side, number, bound)
+    text = (
+        f"limits cannot be kept, even with {100 * LEAST:g} % of the tolerances that have costs: "
+        f"{name} is violated by {violation:.4g}{moment(surrogate.labels, number)}"
+    )
+    everything, costs = groups(surrogate), worst.tolerances.costs
+
+    def left(fix: set[str]) -> float:
+        """Return the violation with some inputs at their nominal values."""
+        return worst.violation([k for name in fix for k in everything[name]], side, series)
+
+    if violation <= ENOUGH * left(set(everything)):
+        raise InputError(f"{text}, and so it is with all inputs at their nominal values")
+    own = {name for name in everything if name in costs}
+    rest, alone = set(everything) - own, left(own)
+    parts = {name: alone - left(own | {name}) for name in rest}
+    told = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > 0]
+    raise InputError(
+        f"{text}, because of inputs without costs; each would lower the violation, without its "
+        f"tolerance, by: {', '.join(told)}"
+    )
+
+
+def limit_at(limits: Mapping[str, Corridor], side: int, number: int, bound: float) -> str:
+    """Return the name of the limit that has a bound at a series of the response."""
+    own = {k: np.ravel((c.lower, c.upper)[side])[number] for k, c in limits.items()}
+    return min(own, key=lambda name: abs(own[name] - bound))
+
+
+def moment(labels: xr.DataArray, number: int) -> str:
+    """Return the instant of a series in words: " at time 0.1 s"."""
+    words = []
+    place = np.unravel_index(number, labels.shape[1:]) if labels.ndim > 1 else ()
+    for dim, k in zip(labels.dims[1:], place, strict=True):
+        if dim == "output":
+            continue
+        own = labels[dim] if dim in labels.coords else None
+        value = k if own is None else own.values[k]
+        number_text = f"{value:.6g}" if np.asarray(value).dtype.kind in "iuf" else str(value)
+        unit = "" if own is None else own.attrs.get("units", "")
+        words.append(f"{dim} {number_text} {unit}".rstrip())
+    return f" at {', '.join(words)}" if words else ""

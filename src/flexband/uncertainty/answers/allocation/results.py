@@ -1,0 +1,134 @@
+"""Allocated tolerances as a labelled dataset and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.uncertainty.answers.allocation.confirmation import Confirmed
+from flexband.uncertainty.answers.allocation.infeasible import limit_at, moment
+from flexband.uncertainty.answers.allocation.worst_case import WorstCase
+from flexband.uncertainty.answers.limits import Corridor
+from flexband.uncertainty.answers.peaks import drops, spacing
+from flexband.uncertainty.answers.results import answer, expected_error, places
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+YES, NO, NOT_MADE = "yes", "no", "no runs were made"
+
+
+def result_of(
+    surrogate: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, found: Confirmed
+) -> xr.Dataset:
+    """Return the tolerances, what limits them, and the margins that they leave."""
+    tolerances, own, labels = worst.tolerances, found.allocated, surrogate.labels
+    narrow = surrogate.narrowed(**tolerances.inputs(own.x))
+    points, cost = own.points, tolerances.cost(own.x)
+    pairs = list(zip(points.side.tolist(), points.series.tolist(), strict=True))
+    names = np.array(
+        [limit_at(limits, s, int(worst.numbers[k]), float(worst.bounds[s, k])) for s, k in pairs],
+        dtype=str,
+    )
+    of_limit = [names == name for name in limits]
+    shift = found.shift[points.side, points.series]
+    data: dict[str, Any] = {
+        "tolerance": ("name", tolerances.values(own.x)),
+        "largest": ("name", tolerances.largest),
+        "cost": ("name", cost),
+        "contribution": (("name", "binding"), -own.gradients.T),
+        "saving_at": ("binding", own.multipliers),
+        "saving": ("limit", [own.multipliers[some].sum() for some in of_limit]),
+        "shift": ("limit", [shift[some].max(initial=0.0) for some in of_limit]),
+        "binding_limit": ("binding", names),
+        "binding_side": ("binding", np.array(["above", "below"])[points.side]),
+        "run_margin": ("binding", found.run_margins),
+    }
+    if len(points):
+        data |= places("binding_inputs", narrow.space, points.places, ["binding"], [len(points)])
+    data |= _margins(narrow, limits, worst, found)
+    times = labels[labels.dims[-1]] if labels.dims[-1] in labels.coords else None
+    if times is not None and labels.dims[-1] != "output":
+        at = worst.numbers[points.series] % len(times)
+        data["binding_at"] = "binding", times.values[at]
+        data["slack_at"] = "limit", times.values[data["slack_at"][1]]
+    coords = {"name": tolerances.names, "limit": list(limits)}
+    told = {
+        "sigmas": worst.sigmas,
+        "cost": float(cost.sum()),
+        "runs": found.runs,
+        "confirmed": (YES if found.kept else NO) if found.runs else NOT_MADE,
+    }
+    moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
+    told["verdict"] = _verdict(worst, found, told, [*map(str.__add__, names.tolist(), moments)])
+    result = answer(narrow, data, coords, told, LONG_NAMES).drop_vars("bound")
+    for name in WITHOUT_UNITS:
+        if name in result:
+            result[name].attrs.pop("units", None)
+    return result
+
+
+def _margins(
+    narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, found: Confirmed
+) -> dict[str, Any]:
+    """Return the margin of each limit over time, and the least one."""
+    labels, steps = narrow.labels, spacing(narrow.labels)
+    dims, shape, rows = labels.dims[1:], labels.shape[1:], range(len(limits))
+    error = expected_error(narrow, worst.sigmas)
+    low, high, _ = worst.bars(found.allocated.x)
+    margin = np.full((len(limits), *shape), np.inf)
+    for own, one in zip(margin.reshape(len(limits), -1), limits.values(), strict=True):
+        lower, upper = one.lower.ravel()[worst.numbers], one.upper.ravel()[worst.numbers]
+        own[worst.numbers] = np.min(np.stack([low - lower, upper - high]) - found.shift, axis=0)
+    flat, drop = margin.reshape(len(limits), -1), drops(margin, steps).reshape(len(limits), -1)
+    at = flat.argmin(axis=1)
+    slack = flat[rows, at]
+    data: dict[str, Any] = {
+        "margin": (("limit", *dims), np.where(np.isfinite(margin), margin, np.nan)),
+        "slack": ("limit", slack),
+        "slack_at": ("limit", at % shape[-1] if shape else at),
+        "grid_error": ("limit", slack - (flat - drop).min(axis=1)),
+    }
+    if error is not None:
+        data["expected_error"] = dims, error
+    return data
+
+
+def _verdict(
+    worst: WorstCase, found: Confirmed, told: Mapping[str, Any], binding: list[str]
+) -> str:
+    """Return the answer in words."""
+    own = found.allocated
+    pairs = zip(worst.tolerances.names, worst.tolerances.values(own.x), strict=True)
+    text = f"cost {told['cost']:.5g} with tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
+    where = "; ".join(dict.fromkeys(binding)) or "no limit, only the largest tolerances"
+    text += f". Binding: {where}"
+    if told["confirmed"] == NOT_MADE:
+        return f"{text}. Not confirmed by runs"
+    if told["confirmed"] == NO:
+        by = -np.nanmin(found.run_margins, initial=0.0)
+        return f"{text}. NOT confirmed: {found.runs} new runs violate limits by up to {by:.3g}"
+    shifted = ", limits shifted by what runs showed" if found.shift.any() else ""
+    return f"{text}. Confirmed by {found.runs} new runs{shifted}"
+
+
+WITHOUT_UNITS = ("tolerance", "largest", "cost", "saving", "saving_at", "binding_inputs")
+
+LONG_NAMES = {
+    "tolerance": "half the width of an interval, or standard deviation",
+    "largest": "tolerance of the surrogate",
+    "cost": "cost of the tolerance",
+    "contribution": "part of the margin that the tolerance takes",
+    "saving_at": "by how much the cost falls per unit by which the limit is relaxed there",
+    "saving": "by how much the cost falls per unit by which the limit is relaxed",
+    "shift": "by how much the limit was tightened by what runs showed",
+    "binding_limit": "limit that binds",
+    "binding_side": "side of the limit that binds",
+    "binding_inputs": "values of the interval inputs where the limit binds",
+    "run_margin": "margin of a fresh run where the limit binds",
+    "margin": "distance from the limit, for all values of the interval inputs",
+    "slack": "least margin",
+    "grid_error": "by how much the margin may be less between the times",
+    "expected_error": "error expected of the margin",
+}

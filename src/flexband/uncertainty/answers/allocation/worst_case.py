@@ -1,0 +1,192 @@
+"""Margins of limits for all values of the inputs in a box, and where they are least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flexband.uncertainty.answers.allocation.tolerances import Tolerances
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.inputs.narrowing import fixed, part_of
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SIGNS = np.array([1.0, -1.0])
+"""Of a value in the margins of the lower and of the upper limit."""
+
+SAME = 1e-3
+"""Distance in η up to which places are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Where margins are watched.
+
+    Attributes
+    ----------
+    series : numbers of outputs and times among those that are limited, (points,).
+    side : 0 where the lower limit is near, 1 where the upper one is, (points,).
+    places : in the box of the tolerances, −1 to 1 in every η, (points, m).
+    """
+
+    series: np.ndarray
+    side: np.ndarray
+    places: np.ndarray
+
+    @staticmethod
+    def none(m: int) -> Points:
+        """Return no points."""
+        return Points(np.zeros(0, int), np.zeros(0, int), np.zeros((0, m)))
+
+    def of(self, which: np.ndarray) -> Points:
+        """Return some of the points."""
+        return Points(self.series[which], self.side[which], self.places[which])
+
+    def with_new(self, other: Points) -> Points:
+        """Return these points and those of others that are not among them."""
+        keys = {one.tobytes() for one in self._keys()}
+        new = other.of(np.array([one.tobytes() not in keys for one in other._keys()], bool))
+        pairs = zip((self.series, self.side, self.places), (new.series, new.side, new.places),
+                    strict=True)  # fmt: skip
+        return Points(*(np.concatenate(pair) for pair in pairs))
+
+    def _keys(self) -> np.ndarray:
+        rounded = np.round(self.places / SAME)
+        return np.column_stack([self.series, self.side, rounded]).astype(int)
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.series)
+
+
+@dataclass(frozen=True, eq=False)
+class WorstCase:
+    """The margins of μ ± kσ, or, without random inputs, of the response, for given tolerances.
+
+    Attributes
+    ----------
+    tolerances : which are varied.
+    expansions : of the outputs and times that are limited.
+    numbers : of the series of each expansion, one after the other, in the response, (series,).
+    bounds : lower and upper limit, (2, series).
+    scale : by which margins of each series are divided in a search, (series,).
+    sigmas : k; 0 without random inputs.
+    """
+
+    tolerances: Tolerances
+    expansions: tuple[Expansion, ...]
+    numbers: np.ndarray
+    bounds: np.ndarray
+    scale: np.ndarray
+    sigmas: float
+
+    @staticmethod
+    def of(
+        surrogate: Surrogate,
+        tolerances: Tolerances,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        sigmas: float,
+    ) -> WorstCase:
+        """Return the margins of a corridor, of the shape of the response, on a surrogate."""
+        times = surrogate.labels.shape[-1] if surrogate.labels.ndim > 1 else 1
+        bounds = np.stack([lower, upper]).reshape(2, -1, times)
+        limited = np.asarray(np.isfinite(bounds).any(axis=0))
+        at = np.flatnonzero(limited.any(axis=0))
+        expansions, numbers = [], []
+        for one in surrogate.expansions:
+            outputs = one.outputs[limited[one.outputs].any(axis=1)]
+            if len(outputs):
+                expansions.append(one.of(outputs, at))
+                numbers.append((outputs[:, None] * times + at).ravel())
+        k = sigmas if surrogate.space.random_dimension else 0.0
+        found = np.concatenate(numbers)
+        bare = WorstCase(
+            tolerances, tuple(expansions), found, bounds.reshape(2, -1)[:, found],
+            np.ones(len(found)), k,
+        )  # fmt: skip
+        low, high, _ = bare.bars(np.zeros(len(tolerances.largest)))
+        width = (high - low).reshape(-1, len(at)).mean(axis=1)
+        size = np.maximum(abs(low), abs(high)).reshape(-1, len(at)).max(axis=1)
+        return replace(bare, scale=np.repeat(np.maximum(width, 1e-9 * size + 1e-300), len(at)))
+
+    @property
+    def times(self) -> int:
+        """Number of times."""
+        return len(self.numbers) // sum(len(one.outputs) for one in self.expansions)
+
+    def tightened(self, by: np.ndarray) -> WorstCase:
+        """Return the margins of limits that are tighter by so much, (2, series) or a number."""
+        return replace(self, bounds=self.bounds + SIGNS[:, None] * by)
+
+    def _narrowed(self, x: np.ndarray, *, random_alone: bool = False) -> Sequence[Expansion]:
+        """Return the expansions in the variables of narrower inputs."""
+        inputs = self.tolerances.inputs(x, random_alone=random_alone)
+        if not inputs:
+            return self.expansions
+        part = part_of(self.tolerances.space, inputs)
+        return [one.substituted(part.substitutions, part.space.families) for one in self.expansions]
+
+    def bars(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return lower and upper end of μ ± kσ in the box, (series,), and where they are."""
+        found = [one.extremes([-self.sigmas, self.sigmas]) for one in self._narrowed(x)]
+        m = self.tolerances.space.interval_dimension
+        low, high = (np.concatenate([pair[k].values[k].ravel() for pair in found]) for k in (0, 1))
+        places = [
+            np.concatenate([pair[k].places[k].reshape(pair[k].values[k].size, m) for pair in found])
+            for k in (0, 1)
+        ]
+        return low, high, np.stack(places)
+
+    def least(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least margins in the box, (2, series), and where they are, (2, series, m)."""
+        low, high, places = self.bars(x)
+        return np.stack([low - self.bounds[0], self.bounds[1] - high]), places
+
+    def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> Points:
+        """Return the points of local minima over time of margins that are below `most` scales."""
+        own = margins.reshape(2, -1, self.times) / self.scale.reshape(-1, self.times)
+        padded = np.pad(own, ((0, 0), (0, 0), (1, 1)), constant_values=np.inf)
+        lowest = (own <= padded[..., :-2]) & (own < padded[..., 2:]) & (own < most)
+        side, series = np.nonzero(lowest.reshape(2, -1))
+        return Points(series, side, places[side, series])
+
+    def values(self, x: np.ndarray, points: Points) -> np.ndarray:
+        """Return the margins at points for several tolerances (rows, names), (rows, points)."""
+        found = np.empty((len(x), len(points)))
+        scatters, which = np.unique(self.tolerances.scatter(x), axis=0, return_inverse=True)
+        used, index = np.unique(points.series % self.times, return_inverse=True)
+        for k in range(len(scatters)):
+            rows = np.flatnonzero(which.ravel() == k)
+            eta = self.tolerances.radius(x[rows])[:, None, :] * points.places
+            flat = eta.reshape(len(rows) * len(points), eta.shape[-1])
+            for one, row in self._rows(self._narrowed(x[rows[0]], random_alone=True)):
+                output = points.series // self.times - row
+                own = np.flatnonzero((output >= 0) & (output < len(one.outputs)))
+                if len(own):
+                    bar = self._bar(one.of(one.outputs, used), flat)
+                    bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
+                    side, series = points.side[own], points.series[own]
+                    chosen = bar[:, own, side, output[own], index[own]]
+                    found[np.ix_(rows, own)] = SIGNS[side] * (chosen - self.bounds[side, series])
+        return found
+
+    def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
+        """Return each expansion with the number of its first output."""
+        counts = [len(one.outputs) for one in expansions]
+        return list(zip(expansions, np.cumsum([0, *counts]).tolist()[:-1], strict=True))
+
+    def _bar(self, expansion: Expansion, eta: np.ndarray) -> np.ndarray:
+        """Return μ − kσ and μ + kσ at η, (points, 2, outputs, times)."""
+        mean, std = expansion.moments(eta)
+        return np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
+
+    def violation(self, names: Sequence[str], side: int, series: int) -> float:
+        """Return by how much a limit is violated with some inputs at their nominal values."""
+        output, at = divmod(series, self.times)
+        one, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
+        own = one.of(one.outputs[[output - row]], np.array([at]))
+        own = own.substituted(*fixed(self.tolerances.space, names))
+        found = own.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
+        return float(SIGNS[side] * (self.bounds[side, series] - found))

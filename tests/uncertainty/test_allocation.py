@@ -1,0 +1,166 @@
+"""Allocated tolerances: closed forms, exhaustive vertices, and a mechanism from the literature."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import flexband as fb
+
+SIZES = {"crank": 53.0, "coupler": 122.0, "rocker": 66.5, "ground": 100.0}
+GAMMA = np.radians(np.linspace(95.5, 215.5, 121))
+KEPT = fb.Limit(below=0.8, above=-0.8)
+
+
+def generator(crank, coupler, rocker, ground):
+    """Return the error [deg] of a four-bar that generates a function of the crank's angle."""
+    a, b, c, g = (own[:, None] for own in (crank, coupler, rocker, ground))
+    d2 = a * a + g * g - 2 * a * g * np.cos(GAMMA)
+    inner = np.arccos((b * b - c * c - d2) / (2 * c * np.sqrt(d2)))
+    angle = np.degrees(np.arctan2(-a * np.sin(GAMMA), g - a * np.cos(GAMMA)) + inner)
+    wanted = 76 + 60 * np.sin(0.75 * (GAMMA - np.radians(95.5)))
+    return xr.DataArray(
+        (angle - wanted + 180) % 360 - 180, {"angle": np.degrees(GAMMA)}, ("sample", "angle")
+    )
+
+
+def at_vertices(tolerances, nominal=SIZES):
+    """Return the largest |error| of the generator at all vertices of a box."""
+    signs = np.array(list(product((-1, 1), repeat=4)))
+    values = {
+        k: nominal[k] + own * float(t)
+        for (k, t), own in zip(tolerances.items(), signs.T, strict=True)
+    }
+    return float(np.abs(generator(**values)).max())
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    inputs = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items()}
+    return fb.expand(generator, inputs, fb.AdaptivePCCI(1e-4))
+
+
+def linear(a, b):
+    """Return 3 a − 2 b at one time, and half of that at another."""
+    y = (3 * a - 2 * b)[:, None] * np.array([0.5, 1.0])
+    return xr.DataArray(y, {"time": [0.0, 1.0]}, ("sample", "time"))
+
+
+@pytest.fixture(scope="module")
+def plane():
+    return fb.expand(linear, {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 1))
+
+
+def test_function_generator_is_as_cheap_as_exhaustive_vertices_allow(four_bar):
+    found = fb.allocate(four_bar, KEPT, dict.fromkeys(SIZES, 1.0), response=generator)
+    own = found["tolerance"].to_series()
+    assert found.attrs["cost"] == pytest.approx(25.92037, abs=2e-3)
+    assert own[list(SIZES)].values == pytest.approx([0.1258, 0.1257, 0.3343, 0.1423], abs=5e-4)
+    assert at_vertices(own.to_dict()) == pytest.approx(0.8, abs=2e-5)
+    assert at_vertices(own.to_dict()) <= 0.8
+    assert found.attrs["confirmed"] == "yes"
+    assert found.attrs["runs"] + four_bar.diagnostics.attrs["runs"] <= 64
+    assert found["binding_at"].values.tolist() == [215.5]
+    assert found["slack"].item() == pytest.approx(0, abs=1e-5)
+
+
+def test_runs_correct_a_coarse_surrogate(four_bar):
+    inputs = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items()}
+    coarse = fb.expand(generator, inputs, fb.PCCI(1, 1))
+    costs = dict.fromkeys(SIZES, 1.0)
+    alone = fb.allocate(coarse, KEPT, costs)
+    assert alone.attrs["confirmed"] == "no runs were made"
+    found = fb.allocate(coarse, KEPT, costs, response=generator)
+    assert at_vertices(found["tolerance"].to_series().to_dict()) <= 0.8 + 1e-9
+    assert found.attrs["confirmed"] == "yes"
+    assert "shifted by what runs showed" in found.attrs["verdict"]
+    assert found.attrs["cost"] == pytest.approx(25.920, rel=2e-3)
+    error = abs(alone.attrs["cost"] - 25.920)
+    assert abs(found.attrs["cost"] - 25.920) < error / 5
+
+
+def test_multipliers_are_what_relaxing_the_limit_saves(four_bar):
+    costs = dict.fromkeys(SIZES, 1.0)
+    found, looser = (
+        fb.allocate(four_bar, fb.Limit(below=above, above=-0.8), costs) for above in (0.8, 0.801)
+    )
+    saved = (found.attrs["cost"] - looser.attrs["cost"]) / 1e-3
+    assert float(found["saving"][0]) == pytest.approx(saved, rel=5e-3)
+
+
+@pytest.mark.parametrize("costs", [(1.0, 1.0), (4.0, 0.5), (0.1, 9.0)])
+def test_one_linear_limit_has_a_closed_form(plane, costs):
+    # the least Σ a/t with 3 t_a + 2 t_b ≤ L has t ∝ √(a/|J|)
+    a, slope = np.array(costs), np.array([3.0, 2.0])
+    limit = 0.6
+    t = np.sqrt(a / slope) * limit / (slope @ np.sqrt(a / slope))
+    found = fb.allocate(plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True)))
+    assert found["tolerance"].values == pytest.approx(t, rel=1e-5)
+    assert found.attrs["cost"] == pytest.approx((a / t).sum(), rel=1e-5)
+    assert found["contribution"].values[:, 0] == pytest.approx(slope * t, rel=1e-4)
+    # the cost is C/L, so that relaxing saves C/L per unit
+    assert found["saving"].item() == pytest.approx((a / t).sum() / limit, rel=1e-3)
+    assert found["binding_inputs"].sel(input=["a", "b"]).values[:, 0] == pytest.approx(
+        [t[0], -t[1]], rel=1e-5
+    )
+
+
+def test_random_inputs_have_standard_deviations():
+    # k √(9 s² + 4 r²) ≤ L with the cost 1/s + 1/r: J² s³ is the same for both
+    inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
+    surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
+    found = fb.allocate(
+        surrogate, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, sigmas=2.0, response=linear
+    )
+    shape = np.array([9.0, 4.0]) ** (-1 / 3)
+    std = shape * 0.3 / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
+    assert found["tolerance"].values == pytest.approx(std, rel=1e-4)
+    assert found["run_margin"].values == pytest.approx([0.0], abs=1e-5)
+    assert found.attrs["confirmed"] == "yes"
+
+
+def test_tolerances_and_scatter_together():
+    inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
+    surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
+    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0)
+    slope = np.array([3.0, 6.0])
+    t = np.sqrt(np.array([1.0, 2.0]) / slope)
+    assert found["tolerance"].values == pytest.approx(t / (slope @ t), rel=1e-4)
+
+
+def test_the_largest_tolerances_are_enough(plane):
+    found = fb.allocate(plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear)
+    assert found["tolerance"].values.tolist() == [1.0, 1.0]
+    assert found.sizes["binding"] == 0
+    assert found["slack"].item() == pytest.approx(5.0)
+
+
+def test_one_tolerance_at_its_largest(plane):
+    # b is worth nothing: it takes 2 of 2.5, and a the rest
+    found = fb.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})
+    assert found["tolerance"].values == pytest.approx([0.5 / 3, 1.0], rel=1e-5)
+    assert found["saving"].item() == pytest.approx(1e-3 / (0.5 / 3) ** 2 / 3, rel=1e-3)
+
+
+def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
+    with pytest.raises(fb.InputError, match=r"violated by 1.4\d* at time 1, because .*: a \(3\)"):
+        fb.allocate(plane, fb.Limit(below=1.6), {"b": 1.0})
+    with pytest.raises(fb.InputError, match=r"below 0.4 is .* at angle 215.5.*nominal values"):
+        fb.allocate(four_bar, fb.Limit(below=0.4), dict.fromkeys(SIZES, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("costs", "told"),
+    [
+        ({}, "at least one input"),
+        ({"c": 1.0}, "which are a, b; got 'c'"),
+        ({"a": -1.0}, "costs: a must be positive"),
+        ({"a": lambda t: np.nan}, "costs: a must be a finite number at 1"),
+        ({"a": lambda t: 1 / 0}, "costs: a raised an error"),
+        ([1.0], "a mapping from names"),
+    ],
+)
+def test_refused_costs(plane, costs, told):
+    with pytest.raises(fb.InputError, match=told):
+        fb.allocate(plane, fb.Limit(below=1.0), costs)

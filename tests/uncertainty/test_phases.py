@@ -15,7 +15,7 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.carriers import track
 from flexband.uncertainty.phases.decomposition import decompose
-from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.expansion import PhaseExpansion, smooth_moments
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.search import search
@@ -97,6 +97,43 @@ def test_a_wave_whose_phase_moves_with_six_random_variables(bend, monkeypatch):
     size = np.linalg.norm(slopes)
     check(found, *moments_of_a_wave(size, times, bend=bend, first=slopes[0]), 3e-5)
     assert used
+
+
+def test_no_average_of_a_wave_is_larger_than_the_wave(monkeypatch):
+    """Terms of order 3 and 4 let the integrand grow along a contour; |E cos| stays below 1."""
+    monkeypatch.setattr(terms, "resolving_rule", lambda *_: None)
+    r = np.random.default_rng(0)
+    index = np.array([row for row in np.ndindex(2, 5, 5, 5) if sum(row) <= 4])
+    phase = r.standard_normal((len(index), 60)) * 0.5 ** index.sum(axis=1)[:, None]
+    one = np.zeros((len(index), 1, 60))
+    envelope = one.copy()
+    envelope[0] = 1.0
+    mean, std = surrogate(index, [phase], [envelope], one, [HERMITE] * 3).moments(FINE[::4000])
+    assert np.abs(mean).max() < 1.1
+    assert std.max() < 1.1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_smooth_moments_have_the_polynomials_that_they_need(seed):
+    """Terms with intervals and random variables at once make them of any order."""
+    r = np.random.default_rng(seed)
+    index = np.array([row for row in np.ndindex(3, 3, 3, 3) if sum(row) <= 2])
+    size = 0.3 ** index.sum(axis=1)[:, None] * r.uniform(0.1, 1.0, (len(index), 1))
+    times = np.linspace(0.0, 1.0, 8)
+
+    def part(scale):
+        return (scale * size * r.standard_normal((len(index), len(times))))[:, None]
+
+    phases = [part(2.0)[:, 0], part(1.0)[:, 0]]
+    s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
+    own = terms.Terms.of(s.parts, s.columns)
+    polynomials, smooth = smooth_moments(own)
+    eta = r.uniform(-1, 1, (40, 2))
+    true = own.table(eta)
+    found = polynomials.chebyshev(eta)[:, polynomials.i] @ smooth
+    variation = np.ptp(true, axis=1, keepdims=True).max(axis=(0, 2))
+    assert np.abs(found - true).max() < 1e-4 * variation
+    assert len(polynomials.index) <= 160
 
 
 def ten_inputs(times, seed=0):

@@ -25,8 +25,9 @@ from flexband.uncertainty.expansions.substitution import Substitution, substitut
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
 from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.phases.moment_orders import moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
-from flexband.uncertainty.phases.rules import scan_points, smooth_index
+from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.terms import Terms
 
@@ -109,21 +110,25 @@ def expansion_of(parts: HybridExpansion, columns: PartColumns) -> Expansion:
     return DirectExpansion(outputs, parts)
 
 
+def smooth_moments(terms: Terms) -> tuple[HybridExpansion, np.ndarray]:
+    """Return polynomials in η, and their coefficients in the table of smooth moments.
+
+    The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
+    """
+    index = moment_orders(terms)
+    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
+    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
+    values = polynomials.chebyshev(eta)[:, polynomials.i]
+    return polynomials, np.linalg.inv(values) @ terms.table(eta)
+
+
 def _search(terms: Terms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds of one block of times, (targets, outputs, times), and their places."""
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
-    with_xi = np.any(terms.index[:, m:] > 0, axis=1)
-    mixed = terms.reach((terms.index[:, :m].T > 0) & with_xi)
-    saturated = terms.saturated()
-    highest = 2 * orders[:m] + np.ceil(np.where(reach[:m] > 0, 1 + 8 * mixed, 0)).astype(int)
-    highest = np.where(orders[:m] > 0, 2 * orders[:m] if saturated else highest, 0)
-    index = smooth_index(terms.expansion.interval_index, highest.tolist())
-    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
-    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
-    smooth = np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i]) @ terms.table(eta)
-    size = np.abs(smooth).max(axis=0)
+    polynomials, smooth = smooth_moments(terms)
+    index, size = polynomials.index, np.abs(smooth).max(axis=0)
     matter = np.any(np.abs(smooth) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))
-    points, beside = scan_points(2 * orders[:m], reach[:m] * (not saturated))
+    points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated()))
     basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
     smooth, index = np.ascontiguousarray(smooth[:, matter]), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)

@@ -17,10 +17,6 @@ from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, 
 MAX_RULE_POINTS = 600
 """Most points of a rule for ξ that resolves the phase."""
 
-MAX_TENSOR_TERMS, MAX_SIMPLEX_TERMS = 160, 130
-"""Most polynomials in η for smooth moments, of a tensor product and of a simplex; a simplex always
-has those of order 2."""
-
 MAX_SCAN_POINTS = 2048
 
 SMALL_REACH = 0.2
@@ -127,39 +123,6 @@ def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
 def sobol_normal(n: int, count: int) -> np.ndarray:
     """Return quasi-random normal points, the same at every call."""
     return ndtri(qmc.Sobol(n, rng=np.random.default_rng(0)).random(count))
-
-
-def smooth_index(interval_index: np.ndarray, highest: Sequence[int]) -> np.ndarray:
-    """Return orders of the polynomials for smooth moments, (terms, m), with those of the expansion.
-
-    The tensor product up to the highest orders; if that is too large, terms with
-    Σ_v order_v/highest_v ≤ 1, where the highest orders decrease until these are few enough.
-    """
-    top = [min(order, MAX_TENSOR_TERMS) for order in highest]  # more are too many alone
-    if math.prod(k + 1 for k in top) <= MAX_TENSOR_TERMS:
-        return _closed(np.concatenate([tensor_index(top), interval_index]))
-    while len(index := _simplex(top)) > MAX_SIMPLEX_TERMS and max(top) > 2:
-        top[top.index(max(top))] -= 1
-    return _closed(np.concatenate([index, interval_index]))
-
-
-def _simplex(top: list[int]) -> np.ndarray:
-    """Return all orders ν ≥ 0 with Σ_v ν_v/top_v ≤ 1, variable by variable."""
-    found, used = np.zeros((1, 0), dtype=int), np.zeros(1)
-    for k in top:
-        share = used[:, None] + (np.arange(k + 1) / k if k else np.zeros(1))
-        row, order = np.nonzero(share <= 1 + 1e-9)
-        found, used = np.concatenate([found[row], order[:, None]], axis=1), share[row, order]
-    return found
-
-
-def _closed(index: np.ndarray) -> np.ndarray:
-    """Return the index together with all lower orders."""
-    for v in range(index.shape[1]):
-        steps = (index - k * (np.arange(index.shape[1]) == v) for k in range(index[:, v].max() + 1))
-        lower = np.concatenate(list(steps))
-        index = np.unique(lower[lower[:, v] >= 0], axis=0)
-    return index if index.shape[1] else index[:1]
 
 
 def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -23,9 +23,12 @@ SLOPE_RANGE = 3.0
 
 NEWTON_STEPS = 4
 
+LARGEST = 10.0
+"""Largest size of the integrand on a contour, which is |E e^{iψ}| ≤ 1 if ψ is quadratic."""
+
 
 @cached_on_disk
-def by_saddles(  # noqa: PLR0912
+def by_saddles(
     coefficients,
     interval_term,
     random_term,
@@ -58,7 +61,6 @@ def by_saddles(  # noqa: PLR0912
     second = np.empty((outputs, len(turning)), np.complex128)
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     powers = np.empty((n, orders.max() + 1), np.complex128)
-    terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
     most = max(len(rule), len(samples))
     basis, values = np.empty((2 * most, N)), np.empty((2 * most, width))
     factors = np.empty(most, np.complex128)
@@ -75,22 +77,17 @@ def by_saddles(  # noqa: PLR0912
                 if saturated(phase, orders):
                     continue
                 found, scale = _contour(phase, orders, powers, saddle, frame)
-                points = rule if found else samples
-                count = len(points)
-                for q in range(count):
-                    exponent = -1j * phase[0]
-                    for v in range(n):
-                        xi[v] = saddle[v]
-                        for w in range(n):
-                            if points[q, w] != 0:
-                                xi[v] += frame[v, w] * points[q, w]
-                        exponent += 0.5 * (points[q, v] ** 2 - xi[v] ** 2)
-                    _hermite(xi, orders, powers, terms)
-                    for j in range(N):
-                        exponent += 1j * phase[j] * terms[j]
-                        basis[q, j], basis[count + q, j] = terms[j].real, terms[j].imag
-                    factors[q] = scale * np.exp(exponent)
-                    factors[q] *= weights[q] if found else 1 / count
+                if found:
+                    size = _integrand(phase, orders, saddle, frame, rule, powers, basis, factors)
+                    for q in range(len(rule)):
+                        factors[q] *= scale * weights[q]
+                    average = abs(factors[: len(rule)].sum())
+                    found = size * abs(scale) <= LARGEST and average <= 1 + 1e-6
+                if not found:  # no saddle nearby, or the phase bends too much
+                    saddle[:], frame[:] = 0.0, np.eye(n)
+                    _integrand(phase, orders, saddle, frame, samples, powers, basis, factors)
+                    factors /= len(samples)
+                count = len(rule) if found else len(samples)
                 np.dot(basis[: 2 * count], rows, values[: 2 * count])
                 for q in range(count):
                     re, im = values[q], values[count + q]
@@ -106,6 +103,33 @@ def by_saddles(  # noqa: PLR0912
                             x, y = parts.real + at, parts.imag + at
                             second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
+
+
+@cached_on_disk
+def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
+    """Fill Re Ψ_j and Im Ψ_j on a contour, (2 points, N), and e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)}.
+
+    Returns the largest size of the latter.
+    """
+    N, n = orders.shape
+    terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
+    largest = 0.0
+    for q in range(len(points)):
+        exponent = -1j * phase[0]
+        for v in range(n):
+            xi[v] = saddle[v]
+            for w in range(n):
+                if points[q, w] != 0:
+                    xi[v] += frame[v, w] * points[q, w]
+            exponent += 0.5 * (points[q, v] ** 2 - xi[v] ** 2)
+        _hermite(xi, orders, powers, terms)
+        for j in range(N):
+            exponent += 1j * phase[j] * terms[j]
+            basis[q, j], basis[len(points) + q, j] = terms[j].real, terms[j].imag
+        factors[q] = np.exp(exponent)
+        if not abs(factors[q]) <= largest:  # NaN, too
+            largest = abs(factors[q])
+    return largest
 
 
 @cached_on_disk

@@ -1,0 +1,135 @@
+"""Which polynomials in η the smooth moments need: those whose coefficients can matter.
+
+The smooth moments are E[P] and Cov[P, Q] of products P, Q of parts and of e^{iφ̃}, where φ̃ are the
+terms of a phase that have some ξ. Coefficients of products are estimated from the sizes of those of
+the factors: T_a T_b = (T_{a+b} + T_{|a−b|}) / 2 in every variable of both. So are those of the
+average of e^{iφ̃}, as if φ̃ were normal: E|x|^k ≤ k! / k!! for x ~ N(0, 1).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.uncertainty.phases.terms import Terms
+
+NEGLIGIBLE = 1e-6
+"""Size below which a coefficient is left out, as a part of the variation of the mean, or of σ²."""
+
+MAX_TERMS = 160
+"""Most polynomials for smooth moments; those of the parts themselves are always there."""
+
+MAX_POWERS = 40
+"""Most powers of φ̃."""
+
+HASH = np.random.default_rng(0).integers(1, 2**62, 4096)
+"""Weights that give orders a number of their own."""
+
+
+class Sizes(NamedTuple):
+    """Sizes of coefficients: orders (terms, m), and a size for each."""
+
+    orders: np.ndarray
+    size: np.ndarray
+
+    @staticmethod
+    def of(index: np.ndarray, size: np.ndarray) -> Sizes:
+        """Return the sum of what has the same orders, without what is zero."""
+        index, size = index[size > 0], size[size > 0]
+        with np.errstate(over="ignore"):
+            number = (index * HASH[: index.shape[1]]).sum(axis=1)
+        _, first, which = np.unique(number, return_index=True, return_inverse=True)
+        return Sizes(index[first], np.bincount(which, size, len(first)))
+
+    def __add__(self, other: Sizes) -> Sizes:  # pyright: ignore[reportIncompatibleMethodOverride]
+        return Sizes.of(*map(np.concatenate, zip(self, other, strict=True)))
+
+    def times(self, other: Sizes) -> Sizes:
+        """Return the sizes of the largest coefficients of a product."""
+        both = (self.orders[:, None] > 0) & (other.orders > 0)
+        size = self.size[:, None] * other.size * 0.5 ** both.sum(axis=2)
+        where = np.nonzero(size > 1e-3 * NEGLIGIBLE * size.max(initial=0.0))
+        index = self.orders[where[0]] + other.orders[where[1]]
+        return Sizes.of(index, size[where]).largest(2 * MAX_TERMS)
+
+    def largest(self, count: int) -> Sizes:
+        """Return the largest ones."""
+        chosen = np.argsort(-self.size, kind="stable")[:count]
+        return Sizes(self.orders[chosen], self.size[chosen])
+
+
+def moment_orders(terms: Terms) -> np.ndarray:
+    """Return orders of the polynomials for smooth moments, (polynomials, m), with all lower ones.
+
+    Those of the expansion of the parts are among them, since phases are among the smooth moments.
+    """
+    m = terms.interval_dimension
+    own = terms.expansion.interval_index
+    value, fluctuation, mixed, turned = _sizes(terms)
+    turn = _of_exponential(mixed)
+    mean = value.times(turn)
+    fluctuation = fluctuation + value.times(turned)
+    variance = fluctuation.times(fluctuation).times(turn)
+    varying = mean.size[mean.orders.any(axis=1)].sum() + fluctuation.size.sum()
+    parts = [
+        Sizes(mean.orders, mean.size / (varying or 1.0)),
+        Sizes(variance.orders, variance.size / (variance.size.sum() or 1.0)),
+    ]
+    needed = Sizes(*map(np.concatenate, zip(*parts, strict=True)))
+    needed = needed.orders[needed.size > NEGLIGIBLE]
+    share = (needed / np.maximum(needed.max(axis=0, initial=0), 1)).sum(axis=1)
+    part = 1.0
+    while True:
+        chosen = needed[share <= part * m]
+        found = closed(np.concatenate([np.zeros((1, m), int), own, chosen]))
+        if len(found) <= MAX_TERMS or not len(chosen):
+            return found
+        part *= 0.9
+
+
+def _sizes(terms: Terms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
+    """Return sizes of the outputs' parts, of those with ξ, and of the phases' with ξ, times 2.
+
+    The third has the terms that also have η; without turning parts it is empty, and so is the last.
+    """
+    index, columns = terms.index[:, : terms.interval_dimension], terms.columns
+    random = np.any(terms.index[:, terms.interval_dimension :] > 0, axis=1)
+    rms = np.abs(terms.coefficients) * np.sqrt(terms.expansion.norms)[terms.expansion.j, None]
+    phase = random * rms[:, :, columns.phases].max(axis=(0, 2), initial=0.0)
+    blocks = rms[:, :, columns.phase :].reshape(*rms.shape[:2], columns.carriers, columns.block)
+    outputs = rms[:, :, : columns.outputs] + sum(
+        blocks[:, :, :, first : first + columns.outputs].sum(axis=2)
+        for first in (columns.real - columns.phase, columns.imag - columns.phase)
+    )
+    largest = outputs.sum(axis=1).max(axis=0)
+    size = (outputs / np.where(largest > 0, largest, 1.0)).max(axis=(0, 2))
+    phase = 0.0 * phase if terms.saturated() else 2 * phase
+    weights = (size, size * random, phase * index.any(axis=1), phase)
+    value, fluctuation, mixed, turned = (
+        Sizes.of(index, own).largest(2 * MAX_TERMS) for own in weights
+    )
+    return value, fluctuation, mixed, turned
+
+
+def _of_exponential(mixed: Sizes) -> Sizes:
+    """Return sizes of the coefficients of E e^{iφ̃}."""
+    one = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones(1))
+    total, power, before = one, one, 1.0
+    factor = 1.0  # k!!
+    for k in range(1, MAX_POWERS):
+        power = power.times(mixed)
+        factor, before = k * before if k > 1 else 1.0, factor
+        if not power.size.max(initial=0.0) > NEGLIGIBLE * factor:
+            break
+        total += Sizes(power.orders, power.size / factor)
+    return total
+
+
+def closed(index: np.ndarray) -> np.ndarray:
+    """Return orders together with all lower ones."""
+    for v in range(index.shape[1]):
+        steps = (index - k * (np.arange(index.shape[1]) == v) for k in range(index[:, v].max() + 1))
+        lower = np.concatenate(list(steps))
+        index = np.unique(lower[lower[:, v] >= 0], axis=0)
+    return index if index.shape[1] else index[:1]

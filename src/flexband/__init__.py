@@ -86,7 +86,6 @@ if TYPE_CHECKING:
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.answers.allocation.allocate import allocate
     from flexband.uncertainty.answers.allocation.costs import ReciprocalCost
-    from flexband.uncertainty.answers.contributions import contributions
     from flexband.uncertainty.answers.derived import derived
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits
@@ -101,6 +100,8 @@ if TYPE_CHECKING:
         Spectrum,
         Trough,
     )
+    from flexband.uncertainty.answers.sensitivity.contributions import contributions
+    from flexband.uncertainty.answers.sensitivity.sobol import sobol_indices
     from flexband.uncertainty.answers.value_range import value_range
     from flexband.uncertainty.inputs.choices import Choice
     from flexband.uncertainty.inputs.correlated import Correlated

@@ -54,3 +54,16 @@ def test_inputs_are_narrowed(folder):
         refused = run("narrow", folder, change)
         assert refused.exit_code != 0
         assert text in " ".join(refused.output.split())
+
+
+def test_sobol(folder):
+    printed = run("sobol", folder)
+    assert "with interactions" in printed.stdout
+    assert "the variance vanishes at" in printed.stdout
+    assert (folder / "sobol.png").is_file()
+    found = json.loads(run("sobol", folder, "--json").stdout)
+    with xr.open_dataset(folder / "sobol.nc") as saved:
+        assert found["inputs"] == saved["name"].values.tolist()
+        ends = next(iter(found["total"].values()))[0]
+        one = saved["total"].isel(name=0)
+        assert ends == [float(one.min()), float(one.max())]

@@ -65,6 +65,50 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
 
 
+@app.command("sobol")
+@reported_errors()
+def sobol(folder: Saved, as_json: Json = False) -> None:
+    """Rank the random inputs by their Sobol' indices, without new runs.
+
+    The indices are parts of the variance, from the lowest to the highest over the interval inputs.
+    sobol.nc and sobol.png are written.
+    """
+    from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
+    from flexband.report.figures import drawable_outputs  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    found = fb.sobol_indices(surrogate)
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "sobol.nc"))
+    if found["defined"].ndim and drawable_outputs(found["total"].isel(name=0)):
+        save(lambda: bounds_figure(found, "total").savefig(place / "sobol.png", dpi=120))
+    names = [str(name) for name in found["name"].values]
+    kinds = ("first_order", "total")
+    ends = {
+        kind: {
+            output: [[float(own.min()), float(own.max())] for own in one.transpose("name", ...)]
+            for output in outputs_of(found["defined"])
+            for one in [select(found[kind], output)]
+        }
+        for kind in kinds
+    }
+    if as_json:
+        print_json({"inputs": names, **ends, "undefined": found.attrs["undefined"]})
+        return
+    header, columns = ["input"], []
+    for output in ends["total"]:
+        header += [f"{output}, alone".lstrip(", "), "with interactions"]
+        columns += [ends[kind][output] for kind in kinds]
+    rows = [[name, *(_from_to(own[k]) for own in columns)] for k, name in enumerate(names)]
+    print_table("Parts of the variance, over time and over the interval inputs", (header, rows))
+    print_text(found.attrs["undefined"])
+
+
+def _from_to(ends: list[float]) -> str:
+    return f"{_percent(ends[0])} to {_percent(ends[1])}"
+
+
 @app.command("narrow")
 @reported_errors()
 def narrow(

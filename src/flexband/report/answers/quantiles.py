@@ -14,7 +14,7 @@ COLORS = ("#1f78b4", "#d95f02", "#33a02c", "#7570b3", "#e7298a", "#a6761d")
 def bounds_figure(answer: xr.Dataset, name: str) -> Figure:
     """Draw the lower and the upper bounds of a variable, the outputs below each other.
 
-    Those of several probabilities have a colour each.
+    Those of several probabilities, or inputs, have a colour each.
     """
     outputs = outputs_of(answer[name])
     figure = Figure(figsize=(9, 3.2 * len(outputs)), layout="constrained")
@@ -27,6 +27,9 @@ def bounds_figure(answer: xr.Dataset, name: str) -> Figure:
                 f"{percent(float(p))} quantile": one.sel(probability=p)
                 for p in one["probability"].values
             }
+        if "name" in one.dims:
+            names = [str(name) for name in one["name"].values]
+            parts = {name.replace("$", r"\$"): one.sel(name=name) for name in names}
         for k, (label, own) in enumerate(parts.items()):
             x, (lower, upper) = labelled_series(axes, own, output)
             color = COLORS[k % len(COLORS)]

@@ -10,8 +10,8 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.answers.allocation.tolerances import LEAST
 from flexband.uncertainty.answers.allocation.worst_case import WorstCase
-from flexband.uncertainty.answers.contributions import groups
 from flexband.uncertainty.answers.limits import Corridor
+from flexband.uncertainty.answers.sensitivity.contributions import groups
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ENOUGH = 1.01

@@ -1,0 +1,211 @@
+"""Sobol' indices of random inputs over time, as bounds over the interval inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.stats import t as student
+
+from flexband.errors import InputError, whole
+from flexband.uncertainty.answers.choices import over_options
+from flexband.uncertainty.answers.descent import local_minima, lowest_of_neighbours
+from flexband.uncertainty.answers.quantiles import CONFIDENCE
+from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
+from flexband.uncertainty.answers.sampled import REPLICATES, SampledSeries
+from flexband.uncertainty.answers.selection import selected, surrogates_of
+from flexband.uncertainty.answers.sensitivity.contributions import groups
+from flexband.uncertainty.answers.sensitivity.variances import Variances, variances_of
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+VANISHING = 1e-12
+"""Standard deviations below this part of an output's largest value are due to rounding."""
+
+STARTS, TOLERANCE = 2, 1e-5
+"""Points of a scan from which a bound is searched, and gains in an index that count as none."""
+
+SCANNED = 20_000
+"""Points and times of a scan at most; if there are more, it takes fewer times."""
+
+WORSE = 2.0
+"""More than any index: what counts where the variance vanishes."""
+
+
+def sobol_indices(
+    surrogate: Any, *, at: Mapping[str, Any] | None = None, seed: int = 0
+) -> xr.Dataset:
+    """Return which part of the variance each random input causes, as bounds over interval inputs.
+
+    At fixed values of the interval inputs, the first-order index of an input is the part of the
+    variance that it causes alone, the total index the part that it takes part in, with interactions
+    (Sobol', 2001; Homma and Saltelli, 1996). They are computed from the coefficients of the
+    surrogate (Sudret, 2008), or, where an output is expanded in phases, from its samples.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns. No runs are made. At least one of its
+        inputs must be random.
+    at : dimension of the response -> its labels, as for `quantiles`.
+    seed : of the samples, if there are phases.
+
+    Returns
+    -------
+    Dataset with the dims "bound" (lower, upper), "name" and those of the outputs. A field counts as
+    one input, and so do correlated inputs, under their name in `inputs`. The name with the largest
+    total index is the first:
+
+    - `first_order` and `total`, the lowest and the highest index over all values of the interval
+      inputs, and `first_order_at` and `total_at`, with a further dim "input", where they are;
+    - `defined`, whether the variance is above rounding for all values of the interval inputs that
+      were searched. Bounds are those where it is; NaN if it is nowhere;
+    - `sampling_error`, half the width of the 95 % confidence interval of both indices, if there are
+      phases;
+    - `expected_error` of both indices, if the method gives one: twice that of σ as a part of the
+      least σ at the bounds, 1 at most.
+
+    ``attrs["undefined"]`` counts the times at which the variance vanishes.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none or has no random input, or `at` does not fit the response.
+    """
+    own, seed = surrogates_of(surrogate), whole("seed", seed, 0)
+    if any(not one.space.random_dimension for one in own.values()):
+        raise InputError("surrogate must have random inputs; Sobol' indices are parts of variance")
+    found = {label: _indices(selected(one, at), seed) for label, one in own.items()}
+    joint = over_options(found)
+    for one in found.values():
+        joint["defined"] = joint["defined"] & one["defined"]
+    total = joint["total"].max([dim for dim in joint["total"].dims if dim != "name"])
+    return joint.isel(name=np.argsort(-np.nan_to_num(total.values), kind="stable"))
+
+
+def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
+    """Return what `sobol_indices` does, for one combination of options."""
+    space, labels = surrogate.space, surrogate.labels
+    for name in ("name", "bound", "input"):
+        check_free(name, labels)
+    random = space.of_kind(random=True)
+    ends = np.cumsum([0, *(one.dimension for one in random.values())])
+    variables = dict(zip(random, (range(*pair) for pair in pairwise(ends)), strict=True))
+    own = {k: members for k, members in groups(surrogate).items() if members[0] in random}
+    numbers = [[k for name in members for k in variables[name]] for members in own.values()]
+    m, times = space.interval_dimension, labels.shape[-1] if labels.ndim > 1 else 1
+    count = math.prod(labels.shape[1:]) // times
+    mean, std = (one.reshape(count, times) for one in surrogate.standard_moments(np.zeros((1, m))))
+    least = (VANISHING * np.max(np.abs(mean) + std, axis=1)) ** 2
+    shape = 2, 2 * len(own), count, times
+    values, errors, eta = np.empty(shape), np.zeros(shape), np.zeros((*shape, m))
+    variance, defined = np.empty(shape), np.empty((count, times), dtype=bool)
+    for expansion in surrogate.expansions:
+        for series in SampledSeries.of_outputs(expansion):
+            k = series.output
+            both = variances_of(series, space.families, numbers, seed)
+            few, one = (_Indices(part, times, least[k]) for part in both)
+            eta[:, :, k], defined[k] = few.search(*series.scanned, 2 * len(own))
+            values[:, :, k], errors[:, :, k], variance[:, :, k] = one.at(eta[:, :, k])
+    defined &= np.all(np.isfinite(values), axis=(0, 1))
+    dims, inner = labels.dims[1:], labels.shape[1:]
+    data: dict[str, Any] = {"defined": (dims, defined.reshape(inner))}
+    named, whole_shape = ("bound", "name", *dims), (2, len(own), *inner)
+    for k, name in enumerate(("first_order", "total")):
+        part = slice(k * len(own), (k + 1) * len(own))
+        data[name] = named, values[:, part].reshape(whole_shape)
+        data |= places(f"{name}_at", space, eta[:, part], named, whole_shape)
+    if errors.any():
+        each = errors.reshape(2, 2, len(own), *inner).max(axis=1)
+        data["sampling_error"] = named, each
+    if (error := expected_error(surrogate, 1.0)) is not None:
+        deviation = np.sqrt(np.nanmin(np.maximum(variance, 0), axis=(0, 1))).reshape(inner)
+        share = np.divide(2 * error, deviation, out=np.ones(inner), where=deviation > 2 * error)
+        data["expected_error"] = dims, share
+    lost = int(np.sum(~defined))
+    told = f"the variance vanishes at {lost} of {defined.size} values of the outputs"
+    result = answer(surrogate, data, {"name": list(own)}, {"undefined": told}, LONG_NAMES)
+    for name in ("first_order", "total", "defined", "sampling_error", "expected_error"):
+        if name in result:
+            result[name].attrs["units"] = "1"
+    return result
+
+
+@dataclass(frozen=True)
+class _Indices:
+    """First-order and total indices of one output, numbered by bound, index, and time.
+
+    Attributes
+    ----------
+    variances : of the output.
+    times : number of times.
+    least : variances up to this are due to rounding.
+    """
+
+    variances: Variances
+    times: int
+    least: float
+
+    def shares(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return all indices, NaN without variance, shape (indices, rows, replicates)."""
+        variance, *parts = self.variances(eta, times)
+        known = np.where(variance > self.least, variance, np.nan)
+        return np.stack(parts) / known
+
+    def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """Return what is minimized: indices for lower bounds, and the others with minus sign."""
+        own, time = np.divmod(which, self.times)
+        shares = self.shares(eta, time).mean(axis=2)
+        upper, index = np.divmod(own, len(shares))
+        found = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
+        return np.where(np.isnan(found), WORSE, found)
+
+    def search(
+        self, points: np.ndarray, beside: np.ndarray, indices: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
+        m, stride = points.shape[1], max(1, len(points) * self.times // SCANNED)
+        coarse = np.arange(0, self.times, stride)
+        rows = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
+        shares = self.shares(*rows).mean(axis=2).reshape(indices, len(points), -1)
+        nearest = np.minimum((np.arange(self.times) + stride // 2) // stride, len(coarse) - 1)
+        defined = np.all(np.isfinite(shares), axis=(0, 1))[nearest]
+        if not m:
+            return np.zeros((2, indices, self.times, 0)), defined
+        signed = np.stack([shares, -shares]).transpose(2, 0, 1, 3).reshape(len(points), -1)
+        signed = np.where(np.isnan(signed), WORSE, signed)
+        starts = points[local_minima(signed, beside, STARTS)]
+        starts = starts.reshape(STARTS, 2 * indices, len(coarse), m)[:, :, nearest]
+        which = np.arange(2 * indices * self.times)
+        tolerance = np.full(len(which), TOLERANCE)
+        eta = lowest_of_neighbours(self, which, starts.reshape(STARTS, -1, m), tolerance)
+        return eta.reshape(2, indices, self.times, m), defined
+
+    def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return indices, their sampling errors and variances at η, each (2, indices, times)."""
+        shape = eta.shape[:-1]
+        index, time = (own.ravel() for own in np.indices(shape)[1:])
+        flat = eta.reshape(math.prod(shape), eta.shape[-1])
+        shares = self.shares(flat, time)[index, np.arange(len(flat))]
+        variance = self.variances(flat, time)[0].mean(axis=1)
+        error = np.zeros(len(flat))
+        if shares.shape[1] > 1:
+            factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
+            error = factor * shares.std(axis=1, ddof=1)
+        return (
+            shares.mean(axis=1).reshape(shape), error.reshape(shape), variance.reshape(shape)
+        )  # fmt: skip
+
+
+LONG_NAMES = {
+    "first_order": "part of the variance that the input causes alone: bounds over the intervals",
+    "total": "part of the variance that the input takes part in: bounds over the intervals",
+    "first_order_at": "values of the interval inputs at the bounds of the first-order index",
+    "total_at": "values of the interval inputs at the bounds of the total index",
+    "defined": "whether the variance is above rounding",
+    "sampling_error": "error of the indices that is due to the number of samples (95 %)",
+    "expected_error": "error expected of the indices",
+}

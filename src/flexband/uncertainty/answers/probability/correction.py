@@ -1,6 +1,6 @@
 """The probability of leaving limits, corrected with runs of the model.
 
-Let g(u) be the least margin on the surrogate, and g*(u) that of the model. Half of the runs, at
+Let g(u) be the least margin on the surrogate, and g*(u) that of the model. Some of the runs, at
 rare samples, tell what the surrogate misses there: a quadratic function b(u), and how much
 g* − g − b scatters. With h = g + b, the probability is
 
@@ -34,8 +34,9 @@ from flexband.uncertainty.answers.probability.subset import Rare, rare
 Margins = Callable[[np.ndarray], np.ndarray]
 """u of shape (points, n) -> least margins, (points,)."""
 
-ROUNDS = 4
-"""Of learning what is missed, in half of the runs."""
+PART, LEAST_ROUNDS, MOST_ROUNDS = 8, 2, 6
+"""Rounds of learning what is missed, each in an eighth of the runs, until the next finds all of its
+samples beyond the limit."""
 
 WIDENED, LEAST_SCATTER = 1.3, 1e-3
 """By which the scatter is multiplied, and its least part of the margins' standard deviation."""
@@ -56,7 +57,7 @@ class Correction:
     ----------
     probability, low, high : the estimate and the ends of its confidence interval.
     runs : number of runs.
-    disagreements : runs of the second half in which h and the model disagree about the limit.
+    disagreements : runs of those that correct in which h and the model disagree about the limit.
     """
 
     probability: float
@@ -89,17 +90,21 @@ def corrected(
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]
 
-    for _ in range(ROUNDS):
-        at = near.u[rng.permutation(len(near.u))[: runs // (2 * ROUNDS)]]
+    left = runs
+    for k in range(MOST_ROUNDS):
+        at = near.u[rng.permutation(len(near.u))[: runs // PART]]
         if not len(at):
             break
-        known = known.with_runs(at, model(at) - least(at))
+        found, left = model(at), left - len(at)
+        if k >= LEAST_ROUNDS and np.all(found < 0):
+            break
+        known = known.with_runs(at, found - least(at))
         near = rare(margin, n, rng)
     u, w, h = _samples(margin, near, accuracy, rng)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
     scatter = np.maximum(WIDENED * known.expected(u)[1], LEAST_SCATTER * np.std(least(u)))
-    which, values = _drawn(h / scatter, w, runs - len(known.u), rng)
+    which, values = _drawn(h / scatter, w, left, rng)
     other = (model(u[which]) < 0).astype(float) - inside[which]
     z = (other * values[which])[other != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]

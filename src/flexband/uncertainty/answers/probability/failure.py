@@ -82,8 +82,8 @@ def failure_probability(
     `samples` counts samples of the surrogate. With the response, `probability` and its confidence
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
     `surrogate_probability` is that of the surrogate, `runs` counts runs, and `disagreements` those
-    in which the surrogate was wrong about the limit after half of the runs had corrected its
-    margins. All else is of the surrogate. ``attrs["error"]`` is as in `check_limits`,
+    in which the surrogate was wrong about the limit after other runs had corrected its margins. All
+    else is of the surrogate. ``attrs["error"]`` is as in `check_limits`,
     ``attrs["verdict"]`` a text.
 
     Raises

@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import flexband as fb
 from flexband.mechanics.bodies.body import Body
@@ -47,6 +48,11 @@ def response(a, b):
     return np.stack([a, a * b], axis=1)
 
 
+def moving(a, b):
+    values = np.stack([a, a * b], axis=1)[:, :, None] * np.ones(3)
+    return xr.DataArray(values, {"output": ["x", "y"]}, ("sample", "output", "time"))
+
+
 STUDY = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 BOX = fb.expand(response, {"a": fb.Interval(1.0, 2.0), "b": 1.0}, fb.PCCI(1, 1))
 GOOD = {
@@ -71,6 +77,9 @@ OWN = {
     ("Magnitude", "first"): "x",
     ("Magnitude", "second"): "y",
     ("derived", "quantity"): np.abs,
+    ("path", "surrogate"): fb.expand(moving, STUDY, fb.PCCI(1, 1)),
+    ("path", "x"): "x",
+    ("path", "y"): "y",
     ("derived", "samples"): 64,
     ("derived", "probability"): 0.5,
     ("modal_response", "modes"): 1,

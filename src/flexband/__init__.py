@@ -90,6 +90,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits
     from flexband.uncertainty.answers.p_box import p_box
+    from flexband.uncertainty.answers.path import path
     from flexband.uncertainty.answers.probability.failure import failure_probability
     from flexband.uncertainty.answers.quantiles import quantiles
     from flexband.uncertainty.answers.quantities import (

@@ -51,14 +51,20 @@ def value_range(
         If the surrogate is none, the probability is not in its range, or `at` does not fit.
     """
     own = surrogates_of(surrogate)
+    part = checked_probability(probability)
+    chosen = {label: selected(one, at) for label, one in own.items()}
+    return over_options({label: range_of(one, part) for label, one in chosen.items()})
+
+
+def checked_probability(probability: Any) -> float:
+    """Return the probability of a box; raise `InputError` if it is not above 0 and 1 at most."""
     part = float(numbers("probability", probability))
     if not 0 < part <= 1:
         raise InputError(f"probability must be above 0, and 1 at most; got {part:g}")
-    chosen = {label: selected(one, at) for label, one in own.items()}
-    return over_options({label: _range(one, part) for label, one in chosen.items()})
+    return part
 
 
-def _range(surrogate: Surrogate, probability: float) -> xr.Dataset:
+def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     """Return what `value_range` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     families, n, m = space.families, space.random_dimension, space.interval_dimension

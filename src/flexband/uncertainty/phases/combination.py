@@ -1,0 +1,62 @@
+"""Linear combinations of outputs, as expansions of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import reduce
+
+import numpy as np
+
+from flexband.uncertainty.expansions.direct import DirectExpansion
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.expansion import PhaseExpansion, expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
+
+
+def combined(expansions: Sequence[Expansion], weights: np.ndarray) -> Expansion:
+    """Return the expansion of linear combinations of all outputs.
+
+    Parameters
+    ----------
+    weights : of the outputs by number, shape (combinations, outputs).
+    """
+    own = [one for one in expansions if np.any(weights[:, one.outputs])]
+    return expansion_of(*reduce(_sum, (_of_one(one, weights[:, one.outputs]) for one in own)))
+
+
+Parts = tuple[HybridExpansion, PartColumns]
+
+
+def _of_one(expansion: Expansion, weights: np.ndarray) -> Parts:
+    """Return the parts of combinations of the outputs of one expansion."""
+    columns = PartColumns.of(weights.shape[1], 0)
+    if isinstance(expansion, PhaseExpansion):
+        parts, columns = expansion.parts, expansion.columns
+    else:
+        assert isinstance(expansion, DirectExpansion)
+        parts = expansion.values
+    rows = parts.coefficients.reshape(len(parts.index), columns.width, -1)
+    base, carriers = columns.unpack(rows.reshape(len(rows), -1))
+    found = [weights @ base]
+    for phase, *envelope in carriers:
+        found += [phase, *(weights @ one for one in envelope)]
+    series = np.concatenate(found, axis=1).reshape(len(rows), -1)
+    return replace(parts, coefficients=series), PartColumns.of(len(weights), columns.carriers)
+
+
+def _sum(one: Parts, other: Parts) -> Parts:
+    """Return the parts of a sum, which has the carriers of both."""
+    columns = PartColumns.of(one[1].outputs, one[1].carriers + other[1].carriers)
+    first = 0
+    placed = []
+    for parts, own in (one, other):
+        rows = parts.coefficients.reshape(len(parts.index), own.width, -1)
+        wide = np.zeros((len(rows), columns.width, rows.shape[2]))
+        wide[:, : own.outputs] = rows[:, : own.outputs]
+        at = own.outputs + first * columns.block
+        wide[:, at : at + own.width - own.outputs] = rows[:, own.outputs :]
+        first += own.carriers
+        placed.append(replace(parts, coefficients=wide.reshape(len(rows), -1)))
+    return placed[0] + placed[1], columns

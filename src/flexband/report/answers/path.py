@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from flexband.report.answers.quantiles import COLORS
@@ -24,7 +25,11 @@ def path_figure(found: xr.Dataset) -> Figure:
     plane, below = figure.subplots(2, 1, height_ratios=(3, 1))
     vertices = np.stack([found[name].transpose("vertex", ...).values.T for name in "xy"], axis=-1)
     some = vertices[:: max(1, len(vertices) // MOST_DRAWN)]
-    plane.add_collection(PolyCollection(list(some), facecolor=COLORS[0], alpha=0.2, linewidth=0))
+    regions = PolyCollection(
+        list(some), facecolor=(*to_rgb(COLORS[0]), 0.2), edgecolor=(*to_rgb(COLORS[0]), 0.5)
+    )
+    regions.set_linewidth(0.5)
+    plane.add_collection(regions)
     plane.plot(found["x_nominal"], found["y_nominal"], color="black", linewidth=0.9)
     plane.autoscale_view()
     plane.set_aspect("equal", adjustable="datalim")

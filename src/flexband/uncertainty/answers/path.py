@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, whole
+from flexband.errors import InputError, instance, whole
 from flexband.uncertainty.answers.quantities import chosen
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.selection import selected, surrogates_of
@@ -69,6 +69,8 @@ def path(
         If the surrogate is none, x or y is none of its outputs, a number is out of its range, or
         more than one point is left at a time.
     """
+    for name, one in (("x", x), ("y", y)):
+        instance(name, one, str, "the name of an output")
     every, k = surrogates_of(surrogate), checked_sigmas(sigmas)
     count = whole("directions", directions, 8, MOST_DIRECTIONS)
     if count % 4:

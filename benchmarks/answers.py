@@ -48,7 +48,10 @@ def main() -> None:
     chosen = options(__doc__, 1)
     surrogate = slider_crank()
     at = limit(surrogate)
+    tighter = {"crank_length": fb.Interval(0.198, 0.202)}
     answers = {
+        "bands for a tighter tolerance": lambda: surrogate.narrowed(**tighter).bands(),
+        "contributions": partial(fb.contributions, surrogate),
         "check_limits": partial(fb.check_limits, surrogate, at),
         "failure_probability": partial(fb.failure_probability, surrogate, at),
     }

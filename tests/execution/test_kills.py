@@ -1,5 +1,6 @@
 """Studies and workers that are killed, stopped, watched and doubled, in processes of their own."""
 
+import importlib
 import multiprocessing
 import os
 import signal
@@ -225,7 +226,7 @@ def test_results_are_the_same_bit_for_bit_with_dask_whose_worker_dies(dask, tmp_
 
 @pytest.mark.filterwarnings("ignore")
 def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch):
-    """A worker on another machine has neither the study's file nor those beside it."""
+    """A worker on another machine has neither the study's file nor those beside it, or old ones."""
     (tmp_path / "constants15.py").write_text("FACTOR = 3.0\n")
     (tmp_path / "beside15.py").write_text(
         "import constants15\ndef model(a, b):\n    return constants15.FACTOR * a + b\n"
@@ -235,6 +236,18 @@ def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch)
     with pytest.raises(ModuleNotFoundError):
         dask.submit(__import__, "beside15").result()
     found = fb.propagate(response, INPUTS, LHS, executor=dask)
+    exact = fb.propagate(response, INPUTS, LHS)
+    np.testing.assert_array_equal(found["mean"], exact["mean"])
+
+    def load(folder):
+        sys.path.insert(0, folder)
+        return __import__("beside15").__name__
+
+    dask.run(load, str(tmp_path))  # from now on the worker has the modules, and keeps them
+    (tmp_path / "constants15.py").write_text("FACTOR = 5.25\n")
+    importlib.reload(sys.modules["constants15"])
+    found = fb.propagate(response, INPUTS, LHS, executor=dask)
+    assert not np.allclose(found["mean"], exact["mean"])
     exact = fb.propagate(response, INPUTS, LHS)
     np.testing.assert_array_equal(found["mean"], exact["mean"])
 

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import cloudpickle
 
 from flexband.errors import FlexbandWarning, InputError, RunError, warn
-from flexband.execution.fingerprint import modules_of_user
+from flexband.execution.fingerprint import fingerprint, modules_of_user
 
 Arguments = dict[str, Any]
 
@@ -69,26 +69,31 @@ def in_process(
 
 
 @lru_cache(maxsize=4)
-def unpickled(response: bytes, with_modules: bytes = b"") -> Callable[..., Any]:
-    """Return a response that another process of the same study has pickled."""
+def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> Callable[..., Any]:
+    """Return a response that another process of the same study has pickled.
+
+    `with_modules` is the response with the user's modules, for a process that does not have them,
+    or has others: then its fingerprint is not `code`.
+    """
     try:
-        return cloudpickle.loads(response)
-    except ModuleNotFoundError:
+        found = cloudpickle.loads(response)
+    except (ModuleNotFoundError, AttributeError):
         if not with_modules:
             raise
         return cloudpickle.loads(with_modules)
+    return cloudpickle.loads(with_modules) if code and fingerprint(found) != code else found
 
 
-def perform_elsewhere(response: bytes, arguments: bytes, with_modules: bytes = b"") -> bytes:
-    """Perform a task that another process of the same study has pickled; return its outcome.
-
-    `with_modules` is the response with the user's modules, for a machine that does not have them.
-    """
+def perform_elsewhere(
+    response: bytes, arguments: bytes, with_modules: bytes = b"", code: str = ""
+) -> bytes:
+    """Perform a task that another process of the same study has pickled; return its outcome."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", FlexbandWarning)
         try:
-            found = perform(unpickled(response, with_modules), cloudpickle.loads(arguments))
+            own = unpickled(response, with_modules, code)
+            found = perform(own, cloudpickle.loads(arguments))
         except Exception as error:  # a module that is missing there
             found = Outcome(None, error, 0.0)
     own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
@@ -161,7 +166,8 @@ def with_executor(executor: Executor) -> Performing:
         shared = isinstance(executor, ThreadPoolExecutor)
         pickled = b"" if shared else dumped(response)
         whole = b"" if shared else dumped_with_modules(response)
-        sent = pickled, b"" if whole == pickled else whole
+        by_value = whole if whole != pickled else b""
+        sent = by_value, fingerprint(response) if by_value else ""
         running: dict[Future, int] = {}
         waiting, lost = iter(range(len(tasks))), list[int]()
 
@@ -172,7 +178,7 @@ def with_executor(executor: Executor) -> Performing:
                     found = executor.submit(copy_context().run, perform, response, own)
                 else:
                     found = executor.submit(
-                        perform_elsewhere, sent[0], cloudpickle.dumps(own), sent[1]
+                        perform_elsewhere, pickled, cloudpickle.dumps(own), *sent
                     )
             except RuntimeError as error:  # it is shut down or broken
                 raise _gone(error) from error

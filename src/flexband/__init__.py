@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.answers.allocation.allocate import allocate
     from flexband.uncertainty.answers.allocation.costs import ReciprocalCost
+    from flexband.uncertainty.answers.allocation.grades import Grades
     from flexband.uncertainty.answers.derived import derived
     from flexband.uncertainty.answers.limits import Limit
     from flexband.uncertainty.answers.margins import check_limits

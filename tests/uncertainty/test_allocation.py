@@ -132,7 +132,8 @@ def test_tolerances_and_scatter_together():
 def test_the_largest_tolerances_are_enough(plane):
     found = fb.allocate(plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear)
     assert found["tolerance"].values.tolist() == [1.0, 1.0]
-    assert found.sizes["binding"] == 0
+    assert found["saving_at"].values.tolist() == [0.0]
+    assert "Nearest" in found.attrs["verdict"]
     assert found["slack"].item() == pytest.approx(5.0)
 
 
@@ -162,5 +163,44 @@ def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
     ],
 )
 def test_refused_costs(plane, costs, told):
+    with pytest.raises(fb.InputError, match=told):
+        fb.allocate(plane, fb.Limit(below=1.0), costs)
+
+
+def test_grades_are_those_of_an_exhaustive_search(four_bar):
+    sizes = [0.02, 0.05, 0.1, 0.2, 0.4]
+    rng = np.random.default_rng(5)
+    costs = {
+        name: fb.Grades({f"G{k}": (t, c) for k, (t, c) in enumerate(zip(sizes, own, strict=True))})
+        for name in SIZES
+        for own in [np.sort(rng.uniform(1, 20, 5))[::-1]]
+    }
+    found = fb.allocate(four_bar, KEPT, costs, response=generator)
+    best, least = None, np.inf
+    for which in product(range(5), repeat=4):
+        cost = sum(costs[name].costs[k] for name, k in zip(SIZES, which, strict=True))
+        own = {name: sizes[k] for name, k in zip(SIZES, which, strict=True)}
+        if cost < least and at_vertices(own) <= 0.8:
+            best, least = [f"G{k}" for k in which], cost
+    assert found["grade"].sel(name=list(SIZES)).values.tolist() == best
+    assert found.attrs["cost"] == pytest.approx(least)
+    assert found.attrs["confirmed"] == "yes"
+    assert found["slack"].item() > 0
+
+
+def test_grades_of_iso_286():
+    own = fb.Grades.iso_286(53.0, {"IT5": 3.0, "IT11": 1.0}, millimetre=1.0)
+    assert own.grades == {"IT5": (0.0065, 3.0), "IT11": (0.095, 1.0)}
+    assert fb.Grades.iso_286(0.05, {"IT7": 1.0}).tolerances == pytest.approx([12.5e-6])
+
+
+@pytest.mark.parametrize(
+    ("costs", "told"),
+    [
+        ({"a": fb.Grades({"fine": (2.0, 1.0)})}, "up to that of the surrogate, 1; got 2"),
+        ({"a": fb.Grades({"fine": (0.1, 1.0)}), "b": 1.0}, "Grades for all inputs or for none"),
+    ],
+)
+def test_refused_grades(plane, costs, told):
     with pytest.raises(fb.InputError, match=told):
         fb.allocate(plane, fb.Limit(below=1.0), costs)

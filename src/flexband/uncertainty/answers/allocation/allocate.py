@@ -10,6 +10,8 @@ import xarray as xr
 from flexband.errors import function, instance
 from flexband.uncertainty.answers.allocation.confirmation import Confirmed, confirmed
 from flexband.uncertainty.answers.allocation.costs import checked_costs
+from flexband.uncertainty.answers.allocation.grade_search import cheapest_grades
+from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.infeasible import check_feasible
 from flexband.uncertainty.answers.allocation.results import result_of
 from flexband.uncertainty.answers.allocation.search import cheapest
@@ -52,7 +54,8 @@ def allocate(
     surrogate : what `expand` returns, without choices.
     limits : a `Limit`, or several.
     costs : name of an input -> cost of its tolerance: a function of it, such as `ReciprocalCost`,
-        or a number B, for B/tolerance. Inputs without a cost keep their tolerances.
+        or a number B, for B/tolerance; or, for all of them, `Grades`. Inputs without a cost keep
+        their tolerances.
     response : makes runs that confirm the tolerances; none are made without.
     sigmas : k of μ ± kσ.
     store, executor : as in `propagate`.
@@ -68,15 +71,16 @@ def allocate(
     - `saving`, by how much the cost falls per unit by which the limit is relaxed;
     - `shift`, by how much the limit was made tighter because of what runs showed, at most.
 
-    With the dim "name" for the inputs, and "binding" for the instants that bind:
+    With the dim "name" for the inputs, and "binding" for the instants that bind, or, if none
+    does, where the margin is least:
 
-    - `tolerance`, `largest` (that of the surrogate), and `cost`;
+    - `tolerance`, `largest` (that of the surrogate), `cost`, and `grade` if there are grades;
     - `contribution`, the part of the margin that a tolerance takes at an instant that binds:
       −t ∂margin/∂t;
     - `binding_limit`, `binding_at`, `binding_side` and `binding_inputs`, the values of the interval
       inputs there, dim "input"; `run_margin`, that of a fresh run there;
     - `saving_at`, by how much the cost falls per unit by which the limit is relaxed at this
-      instant alone.
+      instant alone; NaN for grades, where it is not defined.
 
     ``attrs["cost"]`` is the sum of all costs, ``attrs["confirmed"]`` "yes", "no" or "no runs were
     made", ``attrs["runs"]`` the number of runs, ``attrs["verdict"]`` a text.
@@ -97,13 +101,15 @@ def allocate(
     worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
     check_feasible(surrogate, worst, wanted)
     m = surrogate.space.interval_dimension
+    graded = isinstance(next(iter(tolerances.costs.values())), Grades)
+    search = cheapest_grades if graded else cheapest
     if response is None:
-        found = Confirmed.without_runs(worst, cheapest(worst, Points.none(m)))
+        found = Confirmed.without_runs(worst, search(worst, Points.none(m)))
     else:
         function("response", response)
         check_names(response, surrogate.space.given)
         options: dict[str, Any] = {"batch": BATCH, "store": store, "executor": executor}
         with evaluations(response, surrogate.space.given, **options) as evaluate:
-            first = cheapest(worst, Points.none(m))
-            found = confirmed(surrogate, worst, first, response, evaluate)
+            first = search(worst, Points.none(m))
+            found = confirmed(surrogate, worst, first, response, evaluate, search)
     return result_of(surrogate, wanted, worst, found)

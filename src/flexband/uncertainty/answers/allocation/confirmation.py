@@ -6,13 +6,14 @@ for which the run is about the worst one, and the search goes on.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from flexband.errors import ResolutionWarning, without_warnings
-from flexband.uncertainty.answers.allocation.search import Allocated, cheapest
-from flexband.uncertainty.answers.allocation.worst_case import SIGNS, WorstCase
+from flexband.uncertainty.answers.allocation.search import Allocated
+from flexband.uncertainty.answers.allocation.worst_case import SIGNS, Points, WorstCase
 from flexband.uncertainty.evaluations.evaluations import Evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Response
@@ -30,6 +31,10 @@ NEAR = 0.02
 
 DIFFERENCE = 1e-3
 """Step of differences in normal variables."""
+
+
+Search = Callable[[WorstCase, Points, np.ndarray | None], Allocated]
+"""Returns tolerances that keep margins, given points where they are watched, and a start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +69,7 @@ def confirmed(
     allocated: Allocated,
     response: Response,
     evaluate: Evaluations,
+    search: Search,
 ) -> Confirmed:
     """Return tolerances that runs at the binding points confirm, after new searches if need be."""
     shift, runs, kept = np.zeros(worst.bounds.shape), 0, True
@@ -91,7 +97,7 @@ def confirmed(
             break
         shift = _shifted(worst, allocated, shift, margins, missed)
         moved = worst.tightened(shift)
-        allocated = cheapest(moved, points, allocated.x)
+        allocated = search(moved, points, allocated.x)
     return Confirmed(allocated, shift, told, runs, bool(kept))
 
 

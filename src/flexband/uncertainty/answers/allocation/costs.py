@@ -18,6 +18,7 @@ from flexband.errors import (
     returned,
     shown,
 )
+from flexband.uncertainty.answers.allocation.grades import Grades
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,9 @@ def checked_costs(costs: Any) -> dict[str, Cost]:
             found[name] = cast("Cost", cost)
         else:
             found[name] = ReciprocalCost(float(positive(f"costs: {name}", numbers(name, cost))))
+    graded = [isinstance(one, Grades) for one in found.values()]
+    if any(graded) and not all(graded):
+        raise InputError("costs must be Grades for all inputs or for none")
     return found
 
 

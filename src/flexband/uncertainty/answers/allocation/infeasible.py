@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.answers.allocation.tolerances import LEAST
 from flexband.uncertainty.answers.allocation.worst_case import WorstCase
 from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.sensitivity.contributions import groups
@@ -27,8 +26,10 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
         return
     number, bound = int(worst.numbers[series]), worst.bounds[side, series]
     name = limit_at(limits, side, number, bound)
+    own = worst.tolerances
+    least = ", ".join(f"{k} {t:.3g}" for k, t in zip(own.names, own.least, strict=True))
     text = (
-        f"limits cannot be kept, even with {100 * LEAST:g} % of the tolerances that have costs: "
+        f"limits cannot be kept, even with the least tolerances ({least}): "
         f"{name} is violated by {violation:.4g}{moment(surrogate.labels, number)}"
     )
     everything, costs = groups(surrogate), worst.tolerances.costs
@@ -39,9 +40,9 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
 
     if violation <= ENOUGH * left(set(everything)):
         raise InputError(f"{text}, and so it is with all inputs at their nominal values")
-    own = {name for name in everything if name in costs}
-    rest, alone = set(everything) - own, left(own)
-    parts = {name: alone - left(own | {name}) for name in rest}
+    costly = {name for name in everything if name in costs}
+    rest, alone = set(everything) - costly, left(costly)
+    parts = {name: alone - left(costly | {name}) for name in rest}
     told = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > 0]
     raise InputError(
         f"{text}, because of inputs without costs; each would lower the violation, without its "

@@ -9,7 +9,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.answers.allocation.confirmation import Confirmed
+from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.infeasible import limit_at, moment
+from flexband.uncertainty.answers.allocation.search import BINDING
 from flexband.uncertainty.answers.allocation.worst_case import WorstCase
 from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.peaks import drops, spacing
@@ -53,6 +55,13 @@ def result_of(
         at = worst.numbers[points.series] % len(times)
         data["binding_at"] = "binding", times.values[at]
         data["slack_at"] = "limit", times.values[data["slack_at"][1]]
+    graded = [
+        cost.name(t)
+        for cost, t in zip(tolerances.costs.values(), tolerances.values(own.x), strict=True)
+        if isinstance(cost, Grades)
+    ]
+    if graded:
+        data["grade"] = "name", graded
     coords = {"name": tolerances.names, "limit": list(limits)}
     told = {
         "sigmas": worst.sigmas,
@@ -102,8 +111,8 @@ def _verdict(
     own = found.allocated
     pairs = zip(worst.tolerances.names, worst.tolerances.values(own.x), strict=True)
     text = f"cost {told['cost']:.5g} with tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
-    where = "; ".join(dict.fromkeys(binding)) or "no limit, only the largest tolerances"
-    text += f". Binding: {where}"
+    bound = bool(np.any(own.margins < BINDING * worst.scale))
+    text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if told["confirmed"] == NOT_MADE:
         return f"{text}. Not confirmed by runs"
     if told["confirmed"] == NO:
@@ -119,6 +128,7 @@ LONG_NAMES = {
     "tolerance": "half the width of an interval, or standard deviation",
     "largest": "tolerance of the surrogate",
     "cost": "cost of the tolerance",
+    "grade": "grade of the tolerance",
     "contribution": "part of the margin that the tolerance takes",
     "saving_at": "by how much the cost falls per unit by which the limit is relaxed there",
     "saving": "by how much the cost falls per unit by which the limit is relaxed",

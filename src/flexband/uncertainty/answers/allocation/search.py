@@ -39,9 +39,10 @@ class Allocated:
     ----------
     x : the search's variables, (names,).
     margins : least margins in the box, (2, series).
-    points : the binding ones.
+    points : the binding ones; those of the least margins if none is.
     gradients : derivatives of the margins at these by x, (points, names).
-    multipliers : by how much cost falls per unit of each of these margins, (points,).
+    multipliers : by how much cost falls per unit of each of these margins, (points,); NaN for
+        grades.
     """
 
     x: np.ndarray
@@ -69,7 +70,7 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
         violated = strict.lowest(margins, places, -0.5 * SLACK)
         before, points = len(points), points.with_new(violated)
         if len(points) == before:
-            return _allocated(worst, x)
+            return allocated(worst, x)
     raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
 
 
@@ -113,12 +114,16 @@ def derivatives(worst: WorstCase, x: np.ndarray, points: Points) -> np.ndarray:
     return ((after - before) / np.diag(up - down)[:, None]).T
 
 
-def _allocated(worst: WorstCase, x: np.ndarray) -> Allocated:
+def allocated(worst: WorstCase, x: np.ndarray, *, with_multipliers: bool = True) -> Allocated:
     """Return tolerances with what limits them."""
     margins, places = worst.least(x)
-    points = worst.lowest(margins, places, BINDING)
+    least = (margins / worst.scale).min()
+    points = worst.lowest(margins, places, max(BINDING, least + BINDING))
     gradients = derivatives(worst, x, points)
-    return Allocated(x, margins, points, gradients, _multipliers(worst, x, gradients))
+    multipliers = np.full(len(points), 0.0 if with_multipliers else np.nan)
+    if with_multipliers and least < BINDING:
+        multipliers = _multipliers(worst, x, gradients)
+    return Allocated(x, margins, points, gradients, multipliers)
 
 
 def _multipliers(worst: WorstCase, x: np.ndarray, gradients: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.uncertainty.answers.allocation.costs import Cost, cost_of
+from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
@@ -18,6 +19,9 @@ from flexband.uncertainty.inputs.space import Space
 
 LEAST = 1e-4
 """Least tolerance that is considered, in parts of the largest."""
+
+ROUNDING = 1e-9
+"""By which a grade may be beyond the largest tolerance."""
 
 STEP = 1e-4
 """Step of differences, of the logarithm of a tolerance."""
@@ -33,12 +37,13 @@ class Tolerances:
     ----------
     space : the inputs of the surrogate, with the largest tolerances.
     costs : name -> cost of the tolerance.
-    largest : those of the surrogate, (names,).
+    least, largest : the least ones that are considered, and those of the surrogate, (names,).
     columns : number of each interval input's variable η, −1 of random inputs, (names,).
     """
 
     space: Space
     costs: Mapping[str, Cost]
+    least: np.ndarray
     largest: np.ndarray
     columns: np.ndarray
 
@@ -50,7 +55,7 @@ class Tolerances:
         ------
         InputError
             If a name is none of the inputs that have a tolerance: intervals, and distributions with
-            a number `std` that are not correlated.
+            a number `std` that are not correlated; or a grade is looser than the surrogate.
         """
         allowed = _with_tolerance(space)
         for name in costs:
@@ -64,7 +69,18 @@ class Tolerances:
         for name, one in space.of_kind(random=False).items():
             columns[name], k = k, k + one.dimension
         largest = np.array([allowed[name] for name in costs])
-        return Tolerances(space, costs, largest, np.array([columns.get(k, -1) for k in costs]))
+        least = LEAST * largest
+        for k, (name, cost) in enumerate(costs.items()):
+            if isinstance(cost, Grades):
+                least[k] = cost.tolerances.min()
+                if cost.tolerances.max() > largest[k] * (1 + ROUNDING):
+                    raise InputError(
+                        f"costs: grades of {name} must have tolerances up to that of the "
+                        f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
+                    )
+        return Tolerances(
+            space, costs, least, largest, np.array([columns.get(k, -1) for k in costs])
+        )
 
     @property
     def names(self) -> list[str]:
@@ -74,7 +90,7 @@ class Tolerances:
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest values of the search's variables."""
-        return np.full(len(self.largest), np.log(LEAST)), np.zeros(len(self.largest))
+        return np.log(self.least / self.largest), np.zeros(len(self.largest))
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the tolerances, (…, names)."""

@@ -20,3 +20,8 @@ def test_the_code_runs():
     lower, upper = names["found"]["probability"].values[:, 0]
     assert 0 <= lower < 1e-6
     assert 1e-4 < upper < 1e-2
+    assert names["chosen"].attrs["confirmed"] == "yes"
+    assert (names["chosen"]["tolerance"] < names["chosen"]["largest"]).all()
+    assert abs(names["chosen"]["slack"].item()) < 1e-4
+    assert names["chosen_grades"]["grade"].item() == "medium"
+    assert names["shaft"].tolerances.tolist() == [0.0095, 0.015, 0.023]

@@ -12,7 +12,7 @@ from flexband.uncertainty.answers.allocation.confirmation import Confirmed
 from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.infeasible import limit_at, moment
 from flexband.uncertainty.answers.allocation.search import BINDING
-from flexband.uncertainty.answers.allocation.worst_case import WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import SIGNS, WorstCase
 from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.peaks import drops, spacing
 from flexband.uncertainty.answers.results import answer, expected_error, places
@@ -83,24 +83,31 @@ def _margins(
 ) -> dict[str, Any]:
     """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
-    dims, shape, rows = labels.dims[1:], labels.shape[1:], range(len(limits))
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(found.allocated.x)
-    margin = np.full((len(limits), *shape), np.inf)
-    for own, one in zip(margin.reshape(len(limits), -1), limits.values(), strict=True):
-        lower, upper = one.lower.ravel()[worst.numbers], one.upper.ravel()[worst.numbers]
-        own[worst.numbers] = np.min(np.stack([low - lower, upper - high]) - found.shift, axis=0)
-    flat, drop = margin.reshape(len(limits), -1), drops(margin, steps).reshape(len(limits), -1)
-    at = flat.argmin(axis=1)
-    slack = flat[rows, at]
-    data: dict[str, Any] = {
-        "margin": (("limit", *dims), np.where(np.isfinite(margin), margin, np.nan)),
-        "slack": ("limit", slack),
-        "slack_at": ("limit", at % shape[-1] if shape else at),
-        "grid_error": ("limit", slack - (flat - drop).min(axis=1)),
-    }
-    if error is not None:
-        data["expected_error"] = dims, error
+    everywhere = np.full(labels.shape[1:], np.inf)
+    each: dict[str, list[Any]] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
+    errors = []
+    for one in limits.values():
+        own = everywhere.copy()
+        bounds = np.stack([one.lower.ravel(), one.upper.ravel()])[:, worst.numbers]
+        own.reshape(-1)[worst.numbers] = np.min(
+            SIGNS[:, None] * (np.stack([low, high]) - bounds) - found.shift, axis=0
+        )
+        margin = own[one.where]
+        at = int(margin.argmin())
+        slack = margin.ravel()[at]
+        each["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
+        each["slack"].append(slack)
+        each["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
+        each["grid_error"].append(slack - (margin - drops(margin, steps)).min())
+        if error is not None:
+            errors.append(error[one.where])
+    dims = [dim for dim in labels.dims[1:] if dim != "output"]
+    data: dict[str, Any] = {name: ("limit", own) for name, own in each.items()}
+    data["margin"] = ("limit", *dims), np.array(each["margin"])
+    if errors:
+        data["expected_error"] = ("limit", *dims), np.array(errors)
     return data
 
 

@@ -9,7 +9,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers import Json, Saved, Sigmas, saved
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors

@@ -1,0 +1,107 @@
+"""The command that allocates tolerances by the surrogate of a study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import xarray as xr
+
+import flexband as fb
+from flexband.cli.answers.limits import Side, limits_of
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.cli.runs import plan_in
+from flexband.errors import InputError
+
+
+@app.command("allocate")
+@reported_errors()
+def allocate(
+    folder: Saved,
+    cost: Annotated[
+        list[str],
+        typer.Option(
+            help="NAME=B for the cost B/tolerance, or NAME=TOLERANCE:COST,... for grades; can be "
+            "repeated."
+        ),
+    ],
+    below: Side = None,
+    above: Side = None,
+    during: Annotated[
+        tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
+    ] = None,
+    sigmas: Sigmas = 3.0,
+    confirm: Annotated[
+        bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")
+    ] = True,
+    as_json: Json = False,
+) -> None:
+    """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
+
+    Tolerances are half the widths of intervals, or standard deviations; those of the study are the
+    largest. allocation.nc and allocation.png are written.
+    """
+    from flexband.report.answers.allocation import allocation_figure  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    wanted, costs = limits_of(below or [], above or [], during), costs_of(cost)
+    response = _response(place) if confirm else None
+    found = fb.allocate(surrogate, wanted, costs, response=response, sigmas=sigmas)
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "allocation.nc"))
+    if found["margin"].ndim == 2:
+        save(lambda: allocation_figure(found).savefig(place / "allocation.png", dpi=150))
+    if as_json:
+        dims = {"name", "limit", "binding", "input"}
+        plain = {k: v.values.tolist() for k, v in found.variables.items() if set(v.dims) <= dims}
+        print_json({str(k): v for k, v in (plain | found.attrs).items()})
+        return
+    print_table("Tolerances", table(found))
+    print_text(found.attrs["verdict"])
+
+
+def _response(place: Path) -> Any:
+    """Return the response of the study in a folder."""
+    if not (place / "study.json").is_file():
+        raise InputError(
+            f"there is no study in '{place}' whose response confirms the tolerances; --no-confirm "
+            "does without"
+        )
+    return plan_in(place).study().response
+
+
+def costs_of(texts: list[str]) -> dict[str, Any]:
+    """Return the cost of each tolerance; raise `InputError` if a text is none of the forms."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        pairs = [tuple(one.split(":")) for one in value.split(",")]
+        try:
+            if len(pairs) == 1 and len(pairs[0]) == 1:
+                found[name] = float(value)
+            else:
+                found[name] = fb.Grades({t: (float(t), float(c)) for t, c in pairs})
+        except ValueError:
+            forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
+            raise InputError(f"--cost must be {forms}; got {text!r}") from None
+    return found
+
+
+def table(found: xr.Dataset) -> tuple[list[str], list[list[str]]]:
+    """Return one row per tolerance: itself, its cost, and what it takes of the nearest limit."""
+    header = ["input", "tolerance", "largest", "cost", "of the margin at the nearest limit"]
+    nearest = found["contribution"].isel(binding=0)
+    share = nearest / nearest.sum()
+    rows = [
+        [
+            str(one["name"].values),
+            *(f"{float(one[k]):.4g}" for k in ("tolerance", "largest", "cost")),
+        ]
+        for one in (found.isel(name=k) for k in range(found.sizes["name"]))
+    ]
+    return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]

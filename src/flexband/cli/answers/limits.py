@@ -1,0 +1,115 @@
+"""The command that checks limits by the surrogate of a study."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+import xarray as xr
+
+import flexband as fb
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.errors import InputError
+from flexband.uncertainty.answers.probability.texts import told
+
+Side = Annotated[
+    list[str] | None,
+    typer.Option(help="OUTPUT=NUMBER, or a number if there is one output; can be repeated."),
+]
+
+
+@app.command("limits")
+@reported_errors()
+def limits(
+    folder: Saved,
+    below: Side = None,
+    above: Side = None,
+    during: Annotated[
+        tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
+    ] = None,
+    sigmas: Sigmas = 3.0,
+    accuracy: Annotated[
+        float, typer.Option(help="Relative standard error of probabilities.")
+    ] = 0.025,
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Check whether outputs keep limits, and how likely they leave them, without new runs.
+
+    The margin is that of μ ± kσ for all values of the interval inputs; the probability is that of
+    leaving a limit at any time. limits.nc, probability.nc and limits.png are written.
+    """
+    from flexband.report.answers.limits import limits_figure  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    wanted = limits_of(below or [], above or [], during)
+    checked, probability = fb.check_limits(surrogate, wanted, sigmas=sigmas), None
+    spaces = [one.space for one in getattr(surrogate, "surrogates", {"": surrogate}).values()]
+    if all(space.random_dimension for space in spaces):
+        probability = fb.failure_probability(surrogate, wanted, accuracy=accuracy, seed=seed)
+    check_folder(place)
+    save(lambda: write_netcdf(checked, place / "limits.nc"))
+    if probability is not None:
+        save(lambda: write_netcdf(probability, place / "probability.nc"))
+    if checked["margin"].ndim <= 2:
+        save(lambda: limits_figure(checked, probability).savefig(place / "limits.png", dpi=150))
+    if as_json:
+        print_json({"limits": as_rows(checked), "probability": as_rows(probability)})
+        return
+    print_table("Limits", table(checked, probability))
+    told_of = [checked.attrs["verdict"]]
+    told_of += [] if probability is None else [probability.attrs["verdict"]]
+    print_text("\n".join(told_of))
+
+
+def limits_of(
+    below: list[str], above: list[str], during: tuple[float, float] | None
+) -> list[fb.Limit]:
+    """Return one limit per output; raise `InputError` if a text is not OUTPUT=NUMBER."""
+    sides: dict[str | None, dict[str, float]] = {}
+    for side, texts in (("below", below), ("above", above)):
+        for text in texts:
+            name, _, number = text.rpartition("=")
+            try:
+                value = float(number)
+            except ValueError:
+                raise InputError(f"--{side} must be OUTPUT=NUMBER; got {text!r}") from None
+            own = sides.setdefault(name or None, {})
+            if side in own:
+                raise InputError(f"--{side} must be given once for {name or 'the output'}")
+            own[side] = value
+    if not sides:
+        raise InputError("limits requires --below or --above, as in --below F_X=345")
+    return [fb.Limit(name, during=during, **own) for name, own in sides.items()]
+
+
+def table(checked: xr.Dataset, probability: xr.Dataset | None) -> tuple[list[str], list[list[str]]]:
+    """Return one row per limit: verdict, least margin, and the probability of leaving it."""
+    header = ["limit", "verdict", "least margin", "expected error"]
+    every = checked if probability is None else probability
+    if probability is not None:
+        header += ["probability, lower", "upper"]
+    rows = []
+    for k, name in enumerate(every["limit"].values.tolist()):
+        row = [name, "", "", ""]
+        if k < checked.sizes["limit"]:
+            one = checked.isel(limit=k)
+            numbers = [f"{float(one[v]):.4g}" for v in ("least_margin", "least_margin_error")]
+            row = [name, str(one["verdict"].values), *numbers]
+        if probability is not None:
+            row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
+        rows.append(row)
+    return header, rows
+
+
+def as_rows(result: xr.Dataset | None) -> Any:
+    """Return attributes and the variables that do not depend on time, as plain data."""
+    if result is None:
+        return None
+    dims = {"limit", "bound", "input"}
+    own = {str(k): v.values.tolist() for k, v in result.variables.items() if set(v.dims) <= dims}
+    return own | {str(k): v for k, v in result.attrs.items()}

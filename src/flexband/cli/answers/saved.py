@@ -1,0 +1,26 @@
+"""The saved surrogate that answers are computed from, and the options of all answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import flexband as fb
+from flexband.errors import InputError
+
+Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
+
+
+def saved(folder: Path) -> tuple[Any, Path]:
+    """Return a surrogate, and the folder for what is computed from it."""
+    file = folder / "surrogate.npz" if folder.is_dir() else folder
+    if not file.is_file():
+        raise InputError(
+            "the argument must be a folder with a surrogate.npz, which `flexband run` writes for "
+            f"methods that expand the response, or such a file; got '{folder}'"
+        )
+    return fb.load_surrogate(file), file.parent

@@ -1,0 +1,55 @@
+"""The command `flexband allocate`: table, files and figure."""
+
+import json
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from flexband.cli import app
+
+STUDY = """
+import numpy as np, xarray as xr, flexband as fb
+
+def response(a, b):
+    y = (3 * a - 2 * b)[:, None] * np.linspace(0, 1, 5)
+    coords = {"output": ["y"], "time": np.linspace(0, 1, 5)}
+    return xr.DataArray(y[:, None], coords, ("sample", "output", "time"))
+
+study = fb.Study(response, {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 2))
+"""
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("study")
+    (place / "linear.py").write_text(STUDY, encoding="utf-8")
+    done = run("run", place / "linear.py", "-o", place / "out", "--verify", 0)
+    assert done.exit_code == 0, done.output
+    return place / "out"
+
+
+def test_tolerances_are_allocated_and_confirmed(folder):
+    arguments = ("allocate", folder, "--below", "y=0.6", "--cost", "a=3", "--cost", "b=2")
+    printed = run(*arguments)
+    assert printed.exit_code == 0, printed.output
+    assert "Confirmed by 1 new runs" in " ".join(printed.output.split())
+    with xr.open_dataset(folder / "allocation.nc") as found:
+        assert found["tolerance"].values == pytest.approx([0.12, 0.12], rel=1e-5)
+    assert (folder / "allocation.png").read_bytes()[:4] == b"\x89PNG"
+    found = json.loads(run(*arguments, "--no-confirm", "--json").stdout)
+    assert found["confirmed"] == "no runs were made"
+    assert found["cost"] == pytest.approx(5 / 0.12, rel=1e-5)
+
+
+def test_grades_and_refusals(folder):
+    grades = ("--cost", "a=0.1:5,0.2:1", "--cost", "b=0.1:5,0.2:1", "--below", "0.75")
+    found = json.loads(run("allocate", folder, *grades, "--json").stdout)
+    assert found["tolerance"] == pytest.approx([0.1, 0.2])
+    refused = run("allocate", folder, "--below", "y=1", "--cost", "a")
+    assert refused.exit_code != 0
+    assert "--cost must be NAME=NUMBER" in " ".join(refused.output.split())

@@ -2,6 +2,7 @@
 
 import runpy
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -102,6 +103,22 @@ def four_bar(own):
     exact = np.sort([rocker(own.COUPLER - 0.001), rocker(own.COUPLER + 0.001)], axis=0)
     assert np.ptp(exact, axis=0).min() > 3e-3
     np.testing.assert_allclose(bands["mean"], exact, atol=2e-4)
+
+
+def allocated_tolerances(own):
+    """The tolerances cost what exhaustive vertices allow; samples and vertices keep the limits."""
+    found = own.found
+    assert found.attrs["confirmed"] == "yes"
+    assert found["saving"].values.min() > 0  # both limits bind
+    assert found.attrs["runs"] + found.attrs["surrogate_runs"] <= 64
+    signs = np.array(list(product((-1, 1), repeat=5))).T
+    sizes = zip(found["name"].values, found["tolerance"].values, signs, strict=True)
+    vertices = own.response(**{k: own.SIZES[k] + t * sign for k, t, sign in sizes})
+    for result, least in ((vertices, 0.9999), (own.sampled(500), 0.5)):
+        off = np.abs(at(result, "middle_Y") - own.path).max() / 4.5e-4
+        more = (at(result, "D_X").max() / own.force - 1) / 0.01
+        assert least < off <= 1
+        assert least < more <= 1
 
 
 def parallelogram(own):
@@ -246,7 +263,7 @@ def machine_mounts(own):
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, balance_wheel,
-    machine_mounts,
+    machine_mounts, allocated_tolerances,
 )}  # fmt: skip
 
 

@@ -56,7 +56,7 @@ class Limit:
         """Return the limit in words: F between -5 and 5 from 0.1 to 0.2."""
         low, high = map(_in_words, (self.above, self.below))
         if low and high:
-            text = f"between {low} and {high}"
+            text = f"between {low} and {high}".replace("a curve and a curve", "two curves")
         else:
             text = f"below {high}" if high else f"above {low}"
         if self.during is not None:

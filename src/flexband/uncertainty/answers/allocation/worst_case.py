@@ -179,6 +179,9 @@ class WorstCase:
 
     def _bar(self, expansion: Expansion, eta: np.ndarray) -> np.ndarray:
         """Return μ − kσ and μ + kσ at η, (points, 2, outputs, times)."""
+        if not self.sigmas:
+            values = expansion.evaluate(np.zeros((len(eta), 0)), eta)
+            return np.stack([values, values], axis=1)
         mean, std = expansion.moments(eta)
         return np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
 

@@ -24,8 +24,14 @@ ROUNDS = 60
 SLACK = 1e-7
 """Part of the scale by which limits are tightened in the search, so that they are kept."""
 
+WATCHED = 0.01
+"""Part of the scale below which margins are watched once some are negative."""
+
 STARTS = 4
 """Random starts of a search, besides the best tolerances so far."""
+
+LEAST_SAVING = 1e-6
+"""Part of the cost that is worth going on for."""
 
 BINDING = 1e-4
 """Margins below this part of their scale are binding."""
@@ -55,55 +61,70 @@ class Allocated:
 def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> Allocated:
     """Return the cheapest tolerances that keep all margins of a box.
 
+    When no margin is negative any more, the search is tried again from random starts, with the
+    points that were found; it goes on if one of them leads to less.
+
     Parameters
     ----------
     points : where margins are required from the beginning.
-    x : where the search starts; at the largest tolerances if it is not given.
+    x : where the search starts; if it is not given, at tolerances in the ratio of the largest.
     """
-    strict = worst.tightened(SLACK * worst.scale)
-    rng = np.random.default_rng(0)
-    x = worst.tolerances.bounds[1] if x is None else x
+    strict, rng = worst.tightened(SLACK * worst.scale), np.random.default_rng(0)
+    low, high = worst.tolerances.bounds
+    x = _in_ratio(strict) if x is None else _solved(strict, points, x)
+    tried = False
     for _ in range(ROUNDS):
-        if len(points):
-            x = _solved(strict, points, x, rng)
         margins, places = strict.least(x)
-        violated = strict.lowest(margins, places, -0.5 * SLACK)
-        before, points = len(points), points.with_new(violated)
-        if len(points) == before:
+        before = len(points)
+        if np.any(margins < -0.5 * SLACK * worst.scale) or not before:
+            points = points.with_new(strict.lowest(margins, places, WATCHED))
+        if len(points) > before:
+            x, tried = _solved(strict, points, x), False
+            continue
+        starts = rng.uniform(np.maximum(low, -3.0), high, (0 if tried else STARTS, len(x)))
+        others = [_solved(strict, points, start) for start in starts]
+        costs = [worst.tolerances.cost(one).sum() for one in [x, *others]]
+        best = int(np.argmin(costs))
+        if tried or costs[best] > costs[0] - LEAST_SAVING * abs(costs[0]):
             return allocated(worst, x)
+        x, tried = others[best - 1], True
     raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
 
 
-def _solved(
-    worst: WorstCase, points: Points, x: np.ndarray, rng: np.random.Generator
-) -> np.ndarray:
-    """Return the cheapest tolerances that keep the margins at some points."""
+def _in_ratio(worst: WorstCase) -> np.ndarray:
+    """Return tolerances in the ratio of the largest that about keep all margins."""
+    low, high = worst.tolerances.bounds
+    (least, _), (most, _) = worst.least(low), worst.least(high)
+    with np.errstate(invalid="ignore"):
+        part = np.where(most < 0, least / (least - most), 1.0).min()
+    return np.clip(np.full(len(low), np.log(max(part, 1e-300))), low, high)
+
+
+def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
+    """Return the cheapest tolerances that keep the margins at some points; x if none are found."""
     low, high = worst.tolerances.bounds
     scale, reference = worst.scale[points.series], abs(worst.tolerances.cost(x)).sum() or 1.0
-    starts = [x, *rng.uniform(np.maximum(low, -3.0), high, (STARTS, len(x)))]
 
     def margins(at: np.ndarray) -> np.ndarray:
         return worst.values(at[None], points)[0] / scale
 
-    best, least = x, np.inf
-    for start in starts:
-        found: Any = minimize(
-            lambda at: worst.tolerances.cost(at).sum() / reference,
-            start,
-            jac=lambda at: worst.tolerances.cost_gradient(at) / reference,
-            bounds=list(zip(low, high, strict=True)),
-            constraints={
-                "type": "ineq",
-                "fun": margins,
-                "jac": lambda at: derivatives(worst, at, points) / scale[:, None],
-            },
-            method="SLSQP",
-            options={"maxiter": 200, "ftol": 1e-12},
-        )
-        at = np.clip(found.x, low, high)
-        if np.all(margins(at) > -1e-7) and found.fun < least:
-            best, least = at, found.fun
-    return best
+    found: Any = minimize(
+        lambda at: worst.tolerances.cost(at).sum() / reference,
+        x,
+        jac=lambda at: worst.tolerances.cost_gradient(at) / reference,
+        bounds=list(zip(low, high, strict=True)),
+        constraints={
+            "type": "ineq",
+            "fun": margins,
+            "jac": lambda at: derivatives(worst, at, points) / scale[:, None],
+        },
+        method="SLSQP",
+        options={"maxiter": 200, "ftol": 1e-12},
+    )
+    at = np.clip(found.x, low, high)
+    if np.all(margins(at) > -SLACK):
+        return at
+    return np.maximum(x - 0.1, low)  # a little tighter, to go on from
 
 
 def derivatives(worst: WorstCase, x: np.ndarray, points: Points) -> np.ndarray:

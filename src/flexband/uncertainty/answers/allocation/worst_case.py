@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
+from flexband.uncertainty.answers.sampled import SampledSeries
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.narrowing import fixed, part_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -130,7 +132,8 @@ class WorstCase:
 
     def bars(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return lower and upper end of μ ± kσ in the box, (series,), and where they are."""
-        found = [one.extremes([-self.sigmas, self.sigmas]) for one in self._narrowed(x)]
+        multiples = [-self.sigmas, self.sigmas] if self.sigmas else [0.0]
+        found = [one.extremes(multiples) * (3 - len(multiples)) for one in self._narrowed(x)]
         m = self.tolerances.space.interval_dimension
         low, high = (np.concatenate([pair[k].values[k].ravel() for pair in found]) for k in (0, 1))
         places = [
@@ -155,35 +158,52 @@ class WorstCase:
     def values(self, x: np.ndarray, points: Points) -> np.ndarray:
         """Return the margins at points for several tolerances (rows, names), (rows, points)."""
         found = np.empty((len(x), len(points)))
+        if not self.sigmas:
+            return self._without_scatter(x, points)
         scatters, which = np.unique(self.tolerances.scatter(x), axis=0, return_inverse=True)
         used, index = np.unique(points.series % self.times, return_inverse=True)
         for k in range(len(scatters)):
             rows = np.flatnonzero(which.ravel() == k)
-            eta = self.tolerances.radius(x[rows])[:, None, :] * points.places
-            flat = eta.reshape(len(rows) * len(points), eta.shape[-1])
+            eta = self._eta(x[rows], points)
             for one, row in self._rows(self._narrowed(x[rows[0]], random_alone=True)):
                 output = points.series // self.times - row
                 own = np.flatnonzero((output >= 0) & (output < len(one.outputs)))
                 if len(own):
-                    bar = self._bar(one.of(one.outputs, used), flat)
+                    mean, std = one.of(one.outputs, used).moments(eta)
+                    bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
                     bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
                     side, series = points.side[own], points.series[own]
                     chosen = bar[:, own, side, output[own], index[own]]
                     found[np.ix_(rows, own)] = SIGNS[side] * (chosen - self.bounds[side, series])
         return found
 
+    def _without_scatter(self, x: np.ndarray, points: Points) -> np.ndarray:
+        """Return what `values` does without random inputs: each series at its own places."""
+        found = np.empty((len(x), len(points)))
+        sign = SIGNS[points.side]
+        eta = self._eta(x, points).reshape(*found.shape, points.places.shape[1])
+        for number, one in enumerate(self._sampled):
+            own = np.flatnonzero(points.series // self.times == number)
+            times = np.tile(points.series[own] % self.times, len(x))
+            flat = eta[:, own].reshape(len(times), eta.shape[-1])
+            values = one.values(one.basis(np.zeros((1, 0))), flat, times).reshape(len(x), -1)
+            found[:, own] = sign[own] * (values - self.bounds[points.side[own], points.series[own]])
+        return found
+
+    @cached_property
+    def _sampled(self) -> list[SampledSeries]:
+        """Return the series of each output."""
+        return [one for own in self.expansions for one in SampledSeries.of_outputs(own)]
+
+    def _eta(self, x: np.ndarray, points: Points) -> np.ndarray:
+        """Return η of points for several tolerances, one after the other, (rows points, m)."""
+        eta = self.tolerances.radius(x)[:, None, :] * points.places
+        return eta.reshape(len(x) * len(points), eta.shape[-1])
+
     def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
         """Return each expansion with the number of its first output."""
         counts = [len(one.outputs) for one in expansions]
         return list(zip(expansions, np.cumsum([0, *counts]).tolist()[:-1], strict=True))
-
-    def _bar(self, expansion: Expansion, eta: np.ndarray) -> np.ndarray:
-        """Return μ − kσ and μ + kσ at η, (points, 2, outputs, times)."""
-        if not self.sigmas:
-            values = expansion.evaluate(np.zeros((len(eta), 0)), eta)
-            return np.stack([values, values], axis=1)
-        mean, std = expansion.moments(eta)
-        return np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
 
     def violation(self, names: Sequence[str], side: int, series: int) -> float:
         """Return by how much a limit is violated with some inputs at their nominal values."""

@@ -153,3 +153,11 @@ def test_runs_near_the_part_tell_its_error():
 def test_what_is_not_within_the_inputs_is_refused(surrogate, changes, text):
     with pytest.raises(fb.InputError, match=text):
         surrogate.narrowed(**changes)
+
+
+def test_all_inputs_fixed_is_saved_and_not_doubted(surrogate, tmp_path):
+    fixed = surrogate.narrowed(a=1.0, b=1.0, e=1.5, f=0.0)
+    assert "not_trusted" not in fixed.diagnostics.attrs
+    fb.save_surrogate(fixed, tmp_path / "fixed.npz")
+    bands = fb.load_surrogate(tmp_path / "fixed.npz").bands()
+    np.testing.assert_allclose(bands["error_bar"], np.stack([T + 1.5 * np.sin(3 * T)] * 2))

@@ -136,6 +136,30 @@ def test_an_end_inside_the_box():
     np.testing.assert_allclose(found["probability_at"][0, :, 0], [-1, 0.15], atol=0.06)
 
 
+def test_each_time_has_bounds_of_its_own():
+    """x + e g(t)/2 + (1 − (f − h(t))²)/2: the ends in e change sides, that in f moves."""
+    g, h = np.sin(2 * np.pi * T), 0.8 * T - 0.4
+
+    def response(e, f, x):
+        hump = (1 - (f[:, None] - h) ** 2) / 2
+        return over_time(x[:, None] + e[:, None] * g / 2 + hump)
+
+    inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL}
+    surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
+    found = fb.failure_probability(surrogate, fb.Limit(below=3.5)).isel(limit=0)
+    slope, farthest = np.abs(g) / 2, 1 + np.abs(h)
+    exact = norm.sf([3.5 + slope - (1 - farthest**2) / 2, 3.5 - slope - 0.5])
+    low, high = found["at_each_time_low"].values, found["at_each_time_high"].values
+    np.testing.assert_allclose(found["at_each_time"], exact, rtol=0.25)
+    assert np.mean((low < exact) & (exact < high)) > 0.85
+    e, f = found["at_each_time_at"].values
+    side = np.abs(g) > 0.1
+    np.testing.assert_array_equal(e[:, side], np.sign(g[side]) * np.array([[-1.0], [1.0]]))
+    np.testing.assert_allclose(f[1], h, atol=0.1)
+    assert np.all(f[0][np.abs(h) > 0.05] == -np.sign(h[np.abs(h) > 0.05]))
+    assert "units" not in found["at_each_time_at"].attrs
+
+
 def four_bar(crank, coupler, rocker, ground):
     """The error [°] of a function generator, by the angle of its crank."""
     angle = np.linspace(95.5, 215.5, 61)

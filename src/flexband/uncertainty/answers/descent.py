@@ -18,6 +18,9 @@ SHARED = 3
 
 MOST_SWEEPS = 24
 
+SCANNED, STARTS = 20_000, 2
+"""Points times times of a scan at most, and points from which each function is searched."""
+
 Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """η of shape (rows, m) and the number of the function of each row -> values, (rows,)."""
 
@@ -106,6 +109,43 @@ def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarr
     first = ranked.argmin(axis=0)
     ranks = np.take_along_axis(ranked, found, axis=0)
     return np.where(np.isfinite(ranks), found, first)
+
+
+def lowest_over_times(
+    scanned: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    function: Function,
+    scan: tuple[np.ndarray, np.ndarray],
+    times: int,
+    tolerance: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places of the lowest values at all times, (kinds, times, m), and a scan.
+
+    If the points of the scan are many, it takes only some of the times.
+
+    Parameters
+    ----------
+    scanned : returns functions of all kinds, (kinds, rows), at η (rows, m) and times (rows,).
+    function : the same functions, numbered by kind and time, the last one fastest.
+    scan : points η, and the numbers of the points next to each.
+    tolerance : gains that count as none.
+
+    Returns
+    -------
+    Places, and the values of the scan, shape (kinds, points, times), each time's nearest one.
+    """
+    points, beside = scan
+    m, stride = points.shape[1], max(1, len(points) * times // SCANNED)
+    coarse = np.arange(0, times, stride)
+    found = scanned(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
+    kinds, found = len(found), found.reshape(len(found), len(points), -1)
+    nearest = np.minimum((np.arange(times) + stride // 2) // stride, len(coarse) - 1)
+    if not m:
+        return np.zeros((kinds, times, 0)), found[..., nearest]
+    starts = points[local_minima(found.swapaxes(0, 1).reshape(len(points), -1), beside, STARTS)]
+    starts = starts.reshape(STARTS, kinds, len(coarse), m)[:, :, nearest].reshape(STARTS, -1, m)
+    which = np.arange(kinds * times)
+    eta = lowest_of_neighbours(function, which, starts, np.full(len(which), tolerance))
+    return eta.reshape(kinds, times, m), found[..., nearest]
 
 
 def lowest_of_neighbours(

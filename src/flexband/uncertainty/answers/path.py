@@ -18,6 +18,7 @@ from flexband.uncertainty.answers.quantities import chosen
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.selection import selected, surrogates_of
 from flexband.uncertainty.answers.value_range import checked_probability, range_of
+from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.phases.combination import combined
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -126,7 +127,7 @@ def _supports(
     projected = Surrogate(space, frame, (combined(surrogate.expansions, weights),), alone)
     dims, deviations = ("direction", frame.dims[2]), sigmas
     if probability is None:
-        _, low, high = projected.extremes(sigmas)
+        low, high = extremes_of(projected.expansions, sigmas=sigmas, of=(-1.0, 1.0))
         support = np.concatenate([high.values[1], -low.values[0]])
         eta = np.concatenate([high.places[1], low.places[0]])
         data = places("support_at", space, eta, dims, support.shape)

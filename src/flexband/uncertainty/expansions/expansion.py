@@ -84,9 +84,15 @@ def extremes_of(
     expansions: Sequence[Expansion],
     times: slice | np.ndarray = slice(None),
     sigmas: float = 1.0,
+    of: Sequence[float] = SIGMAS,
 ) -> list[Extremes]:
-    """Return the bounds of μ, μ − kσ and μ + kσ of all outputs at some times, k = `sigmas`."""
-    multiples = [sigmas * c for c in SIGMAS]
+    """Return the bounds of μ, μ − kσ and μ + kσ of all outputs at some times, k = `sigmas`.
+
+    Parameters
+    ----------
+    of : the multiples of kσ, if others are needed.
+    """
+    multiples = [sigmas * c for c in of]
     found = [expansion.of(expansion.outputs, times).extremes(multiples) for expansion in expansions]
     return [
         Extremes(

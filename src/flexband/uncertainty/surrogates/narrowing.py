@@ -64,8 +64,9 @@ def narrowed_diagnostics(
     told.attrs["runs_inside"] = len(held.missed)
     missed = np.sqrt(np.mean(held.missed**2, axis=(0, 2)))
     varied = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
+    varies = varied > 10 * rounding  # what does not cannot be compared with its variation
     told.attrs.pop("not_trusted", None)
-    found = trust(labels, missed / np.maximum(varied, 1e-300))
+    found = trust(labels, np.divide(missed, varied, out=np.zeros_like(missed), where=varies))
     told["trusted"] = found["trusted"]
     return told.assign_attrs(found.attrs)
 

@@ -12,14 +12,16 @@ import xarray as xr
 from flexband.errors import InputError, instance, numbers, whole
 from flexband.uncertainty.answers.limits import Corridor, corridors
 from flexband.uncertainty.answers.margins import error_of, labels_of
+from flexband.uncertainty.answers.probability.at_each import at_each_time
 from flexband.uncertainty.answers.probability.correction import corrected
 from flexband.uncertainty.answers.probability.ends import ends
 from flexband.uncertainty.answers.probability.estimates import Estimate, estimate
 from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
+from flexband.uncertainty.answers.results import places
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import share
@@ -78,7 +80,8 @@ def failure_probability(
     probability with parabolas through the peaks between the times. `probability_at`, dim "input",
     has the values of the interval inputs at the bounds, and `probability_choice` the options.
     `at_each_time`, `at_each_time_low` and `at_each_time_high` are the probability of being outside
-    at each time, with its confidence interval, for the same values of the interval inputs.
+    at each time, with its confidence interval, each bounded over the interval inputs on its own:
+    `at_each_time_at` has their values.
     `samples` counts samples of the surrogate. With the response, `probability` and its confidence
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
     `surrogate_probability` is that of the surrogate, `runs` counts runs, and `disagreements` those
@@ -177,8 +180,12 @@ def _probability(
         own, told, eta = own[::-1], told[::-1], eta[::-1]
     dims = labels.dims[1:]
     each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
-    for k, one in enumerate(own):
-        each[:, k, state.series] = one.at_each, *one.confidence_at_each()
+    places_of = np.full((2, each.shape[2], m), np.nan)
+    if m:
+        each[:, :, state.series], places_of[:, state.series] = at_each_time(state, known, own, rng)
+    else:
+        one = own[0]
+        each[:, :, state.series] = np.stack([one.at_each, *one.confidence_at_each()])[:, None]
     each = each.reshape(3, 2, *labels.shape[1:])
     low, high = zip(*(one.confidence() for one in told), strict=True)
     data: dict[str, Any] = {
@@ -197,11 +204,10 @@ def _probability(
         data[f"at_each_time{name}"] = ("bound", *dims), values
     coords: dict[Any, Any] = {k: c.variable for k, c in coordinates(labels).items()}
     coords["bound"] = BOUNDS
-    intervals = Space(space.of_kind(random=False))
-    if intervals.inputs:
-        values = intervals.numbers_at(np.zeros((2, 0)), eta)
-        coords["input"] = list(values)
-        data["probability_at"] = ("input", "bound"), np.array(list(values.values()))
+    data |= places("probability_at", space, eta, ("bound",), (2,))
+    data |= places("at_each_time_at", space, places_of, ("bound", *dims), each.shape[1:])
+    if "input" in data:
+        coords["input"] = data.pop("input")[1]
     return xr.Dataset(data, coords)
 
 

@@ -49,6 +49,7 @@ LONG_NAMES = {
     "at_each_time": "probability of being outside the limit at each time",
     "at_each_time_low": "lower end of its 95 % confidence interval",
     "at_each_time_high": "upper end of its 95 % confidence interval",
+    "at_each_time_at": "values of the interval inputs at the bounds at each time",
     "probability_at": "values of the interval inputs at the bounds of the probability",
     "probability_choice": "options at the bounds of the probability",
     "bound": "bound over all values of the interval inputs",
@@ -60,6 +61,6 @@ def described(result: xr.Dataset) -> xr.Dataset:
     for name, words in LONG_NAMES.items():
         if name in result.variables:
             result[name].attrs["long_name"] = words
-            if name not in ("probability_at", "probability_choice", "bound"):
+            if name not in ("bound", "probability_choice") and not name.endswith("_at"):
                 result[name].attrs["units"] = "1"
     return result

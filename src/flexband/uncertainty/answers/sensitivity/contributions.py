@@ -114,7 +114,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         raise InputError(
             f"shapley takes at most {MOST_SHARED} inputs; got {len(names)}: {', '.join(names)}"
         )
-    _, lower, upper = surrogate.extremes(sigmas)
+    lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
     width = (upper.values[1] - lower.values[0]).reshape(shape)
 
     def narrower(some: Collection[str]) -> np.ndarray:
@@ -152,7 +152,7 @@ def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
     """Return the width of the error bar with some inputs fixed, shape (outputs, times)."""
     substitutions, families = fixed(surrogate.space, names)
     expansions = [one.substituted(substitutions, families) for one in surrogate.expansions]
-    _, lower, upper = extremes_of(expansions, sigmas=sigmas)
+    lower, upper = extremes_of(expansions, sigmas=sigmas, of=(-1.0, 1.0))
     return upper.values[1] - lower.values[0]
 
 

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 
 from flexband.errors import InputError, whole
 from flexband.uncertainty.answers.choices import over_options
-from flexband.uncertainty.answers.descent import local_minima, lowest_of_neighbours
+from flexband.uncertainty.answers.descent import lowest_over_times
 from flexband.uncertainty.answers.quantiles import CONFIDENCE
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.sampled import REPLICATES, SampledSeries
@@ -26,11 +26,8 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 VANISHING = 1e-12
 """Standard deviations below this part of an output's largest value are due to rounding."""
 
-STARTS, TOLERANCE = 2, 1e-5
-"""Points of a scan from which a bound is searched, and gains in an index that count as none."""
-
-SCANNED = 20_000
-"""Points and times of a scan at most; if there are more, it takes fewer times."""
+TOLERANCE = 1e-5
+"""Gains in an index that count as none."""
 
 WORSE = 2.0
 """More than any index: what counts where the variance vanishes."""
@@ -108,7 +105,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
             k = series.output
             both = variances_of(series, space.families, numbers, seed)
             few, one = (_Indices(part, times, least[k]) for part in both)
-            eta[:, :, k], defined[k] = few.search(*series.scanned, 2 * len(own))
+            eta[:, :, k], defined[k] = few.search(series.scanned)
             values[:, :, k], errors[:, :, k], variance[:, :, k] = one.at(eta[:, :, k])
     defined &= np.all(np.isfinite(values), axis=(0, 1))
     dims, inner = labels.dims[1:], labels.shape[1:]
@@ -163,26 +160,16 @@ class _Indices:
         found = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
         return np.where(np.isnan(found), WORSE, found)
 
-    def search(
-        self, points: np.ndarray, beside: np.ndarray, indices: int
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return what is minimized of all bounds and indices, (2 indices, rows)."""
+        shares = self.shares(eta, times).mean(axis=2)
+        both = np.concatenate([shares, -shares])
+        return np.where(np.isnan(both), WORSE, both)
+
+    def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
-        m, stride = points.shape[1], max(1, len(points) * self.times // SCANNED)
-        coarse = np.arange(0, self.times, stride)
-        rows = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
-        shares = self.shares(*rows).mean(axis=2).reshape(indices, len(points), -1)
-        nearest = np.minimum((np.arange(self.times) + stride // 2) // stride, len(coarse) - 1)
-        defined = np.all(np.isfinite(shares), axis=(0, 1))[nearest]
-        if not m:
-            return np.zeros((2, indices, self.times, 0)), defined
-        signed = np.stack([shares, -shares]).transpose(2, 0, 1, 3).reshape(len(points), -1)
-        signed = np.where(np.isnan(signed), WORSE, signed)
-        starts = points[local_minima(signed, beside, STARTS)]
-        starts = starts.reshape(STARTS, 2 * indices, len(coarse), m)[:, :, nearest]
-        which = np.arange(2 * indices * self.times)
-        tolerance = np.full(len(which), TOLERANCE)
-        eta = lowest_of_neighbours(self, which, starts.reshape(STARTS, -1, m), tolerance)
-        return eta.reshape(2, indices, self.times, m), defined
+        eta, found = lowest_over_times(self.scanned, self, scan, self.times, TOLERANCE)
+        return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(found < WORSE, axis=(0, 1))
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return indices, their sampling errors and variances at η, each (2, indices, times)."""

@@ -1,0 +1,119 @@
+"""The probability of being outside limits at each single time, as bounds over the intervals.
+
+The values of the interval inputs are searched at each time on its own, with common weighted samples
+around the rare samples at the ends of the probability of leaving limits at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from flexband.uncertainty.answers.descent import lowest_over_times
+from flexband.uncertainty.answers.probability.ends import SMOOTH
+from flexband.uncertainty.answers.probability.estimates import Estimate, interval
+from flexband.uncertainty.answers.probability.importance import Mixture
+from flexband.uncertainty.answers.probability.states import LimitState, Part
+from flexband.uncertainty.answers.probability.subset import Rare
+from flexband.uncertainty.answers.sampled import SampledSeries
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.inputs.sampling import of_normals
+
+SAMPLES, SEARCHED = 8000, 400
+"""Samples for the probabilities, and for the search."""
+
+AT_ONCE = 2**22
+"""Values of the surrogate that are computed together."""
+
+TOLERANCE, TINY = 1e-4, 1e-300
+"""Relative gains of a search that count as none, and what is added to probabilities."""
+
+
+@dataclass(frozen=True)
+class _Series:
+    """The margins of one output at its times, at fixed samples.
+
+    Attributes
+    ----------
+    part, row : where the limits of the output are.
+    psi : polynomials of the samples.
+    weights : of the samples.
+    """
+
+    series: SampledSeries
+    part: Part
+    row: int
+    psi: np.ndarray
+    weights: np.ndarray
+
+    def sums(self, eta: np.ndarray, times: np.ndarray, width: float) -> np.ndarray:
+        """Return probabilities, and means of squared weights outside, shape (2, rows).
+
+        Parameters
+        ----------
+        eta, times : shape (rows, m) and (rows,).
+        width : what the step at the limit is smoothed by, in units of the margins; 0 for none.
+        """
+        found = np.empty((2, len(eta)))
+        powers = np.stack([self.weights, self.weights**2]) / len(self.weights)
+        most = max(1, AT_ONCE // len(self.psi))
+        for first in range(0, len(eta), most):
+            own = slice(first, first + most)
+            at = (self.row, times[own], None)
+            values = self.series.values(self.psi, eta[own], times[own])
+            margins = np.minimum(values - self.part.lower[at], self.part.upper[at] - values)
+            margins /= self.part.scale[self.row]
+            found[:, own] = powers @ (ndtr(-margins / width) if width else margins < 0).T
+        return found
+
+    def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return what is minimized: the logarithm of a smoothed probability, and minus it."""
+        size = np.log(self.sums(eta, times, SMOOTH)[0] + TINY)
+        return np.stack([size, -size])
+
+    def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """Return what is minimized, by the number of bound and time."""
+        upper, times = np.divmod(which, self.part.series.shape[1])
+        return self.scanned(eta, times)[upper, np.arange(len(eta))]
+
+
+def at_each_time(
+    state: LimitState,
+    known: Sequence[Rare],
+    ends: Sequence[Estimate],
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return probabilities with their confidence intervals, (3, 2, series), and η, (2, series, m).
+
+    Parameters
+    ----------
+    known, ends : rare samples and estimates at the least and the largest probability of leaving
+        the limits at any time, which bound those at each time.
+    """
+    mixture = Mixture.of(known[0].u, rng) + Mixture.of(known[1].u, rng)
+    samples = [_weighted(mixture, state.families, count, rng) for count in (SEARCHED, SAMPLES)]
+    found, places = [], []
+    for part in state.parts:
+        for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
+            few, many = (_Series(series, part, row, series.basis(xi), w) for xi, w in samples)
+            times = part.series.shape[1]
+            eta, _ = lowest_over_times(few.scanned, few, series.scanned, times, TOLERANCE)
+            flat = eta.reshape(2 * times, -1)
+            first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
+            error = np.sqrt(np.maximum(second - first**2, 0) / SAMPLES)
+            own = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
+            most = np.array([one.confidence()[1] for one in ends])[:, None]
+            found.append(np.stack([own[0], *interval(*own, most)]))
+            places.append(eta)
+    return np.concatenate(found, axis=2), np.concatenate(places, axis=1)
+
+
+def _weighted(
+    mixture: Mixture, families: Sequence[Family], count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return samples ξ and their weights."""
+    u = mixture.sample(count, rng)
+    return of_normals(u, families), mixture.weights(u)

@@ -2,7 +2,7 @@
 
 # The order of the help page.
 from flexband.cli import runs, status, export, comparison, points  # noqa: F401, I001
-from flexband.cli.answers import narrowing, limits, ranges, allocation  # noqa: F401
+from flexband.cli.answers import narrowing, limits, ranges, allocation, derived, paths  # noqa: F401
 from flexband.cli.application import app
 
 __all__ = ["app"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -10,11 +9,10 @@ import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.limits import Side, limits_of
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
-from flexband.cli.runs import plan_in
 from flexband.errors import InputError
 
 
@@ -50,7 +48,8 @@ def allocate(
 
     surrogate, place = saved(folder)
     wanted, costs = limits_of(below or [], above or [], during), costs_of(cost)
-    response = _response(place) if confirm else None
+    purpose = "confirms the tolerances; --no-confirm does without"
+    response = response_in(place, purpose) if confirm else None
     found = fb.allocate(surrogate, wanted, costs, response=response, sigmas=sigmas)
     check_folder(place)
     save(lambda: write_netcdf(found, place / "allocation.nc"))
@@ -63,16 +62,6 @@ def allocate(
         return
     print_table("Tolerances", table(found))
     print_text(found.attrs["verdict"])
-
-
-def _response(place: Path) -> Any:
-    """Return the response of the study in a folder."""
-    if not (place / "study.json").is_file():
-        raise InputError(
-            f"there is no study in '{place}' whose response confirms the tolerances; --no-confirm "
-            "does without"
-        )
-    return plan_in(place).study().response
 
 
 def costs_of(texts: list[str]) -> dict[str, Any]:

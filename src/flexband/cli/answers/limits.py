@@ -8,7 +8,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
@@ -35,9 +35,13 @@ def limits(
         float, typer.Option(help="Relative standard error of probabilities.")
     ] = 0.025,
     seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    runs: Annotated[
+        int,
+        typer.Option(help="New runs that correct each bound of a probability; 0 for none."),
+    ] = 0,
     as_json: Json = False,
 ) -> None:
-    """Check whether outputs keep limits, and how likely they leave them, without new runs.
+    """Check whether outputs keep limits, and how likely they leave them, by default without runs.
 
     The margin is that of μ ± kσ for all values of the interval inputs; the probability is that of
     leaving a limit at any time. limits.nc, probability.nc and limits.png are written.
@@ -50,7 +54,11 @@ def limits(
     checked, probability = fb.check_limits(surrogate, wanted, sigmas=sigmas), None
     spaces = [one.space for one in getattr(surrogate, "surrogates", {"": surrogate}).values()]
     if all(space.random_dimension for space in spaces):
-        probability = fb.failure_probability(surrogate, wanted, accuracy=accuracy, seed=seed)
+        options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
+        if runs:
+            response = response_in(place, "corrects probabilities; --runs 0 does without")
+            options |= {"response": response, "runs": runs}
+        probability = fb.failure_probability(surrogate, wanted, **options)
     check_folder(place)
     save(lambda: write_netcdf(checked, place / "limits.nc"))
     if probability is not None:

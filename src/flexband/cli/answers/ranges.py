@@ -15,6 +15,9 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 
+ROWS = 20
+"""Of a table of a distribution function, about."""
+
 
 @app.command()
 @reported_errors()
@@ -60,19 +63,41 @@ def value_range(
     tell(found, "range", title, place, as_json=as_json)
 
 
-def tell(found: xr.Dataset, name: str, title: str, place: Path, *, as_json: bool) -> None:
+@app.command("p-box")
+@reported_errors()
+def p_box(
+    folder: Saved,
+    output: Annotated[str | None, typer.Argument(help="Name of the output.")] = None,
+    time: Annotated[float | None, typer.Option(help="At which time.")] = None,
+    samples: Annotated[int, typer.Option(help="Samples of the random inputs.")] = 4096,
+    seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Bound the distribution function of an output at a time over the interval inputs.
+
+    No runs are made. p_box.nc and p_box.png are written.
+    """
+    surrogate, place = saved(folder)
+    found = fb.p_box(surrogate, output, time, samples=samples, seed=seed)
+    title = "Distribution function: lowest and highest probability of values up to"
+    tell(found, "distribution", title, place, as_json=as_json, file="p_box")
+
+
+def tell(
+    found: xr.Dataset, name: str, title: str, place: Path, *, as_json: bool, file: str = ""
+) -> None:
     """Print the bounds of a variable; write the answer and its figure beside the surrogate."""
     from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
     from flexband.report.figures import drawable_outputs  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     check_folder(place)
-    data, picture = place / f"{name}.nc", place / f"{name}.png"
+    data, picture = place / f"{file or name}.nc", place / f"{file or name}.png"
     written = [data] * save(lambda: write_netcdf(found, data))
     one = found[name]
     if drawable_outputs(one.isel(probability=0) if "probability" in one.dims else one):
         written += [picture] * save(lambda: bounds_figure(found, name).savefig(picture, dpi=120))
-    header, rows = bounds_table(found, name)
+    header, rows = value_table(found) if "value" in found[name].dims else bounds_table(found, name)
     remark = found.attrs.get("surrogate_not_trusted")
     if as_json:
         content = {
@@ -106,7 +131,17 @@ def bounds_table(found: xr.Dataset, name: str) -> tuple[list[str], list[list[str
                 f"{float(own[k].max()):.2g}" if k in own else ""
                 for k in ("sampling_error", "expected_error")
             ]
-            level = f"{found.attrs['probability']:g}" if p is None else f"{p:g}"
+            level = f"{found.attrs.get('probability', 1):g}" if p is None else f"{p:g}"
             ends = [f"{float(v):.5g}" for v in (own[name].min(), own[name].max())]
             rows.append([f"{output or 'response'}{unit}", level, *ends, *errors])
     return header, rows
+
+
+def value_table(found: xr.Dataset) -> tuple[list[str], list[list[str]]]:
+    """Return some values, and the bounds of the probability of values up to these."""
+    some = found.isel(value=slice(None, None, max(1, found.sizes["value"] // ROWS)))
+    unit = found["value"].attrs.get("units")
+    header = [f"value [{unit}]" if unit else "value", "lowest", "highest", "sampling error"]
+    errors = some["sampling_error"].max("bound").values
+    columns = zip(some["value"].values, *some["distribution"].values, errors, strict=True)
+    return header, [[f"{float(v):.4g}" for v in row] for row in columns]

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.cli.runs import plan_in
 from flexband.errors import InputError
 
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
@@ -24,3 +25,10 @@ def saved(folder: Path) -> tuple[Any, Path]:
             f"methods that expand the response, or such a file; got '{folder}'"
         )
     return fb.load_surrogate(file), file.parent
+
+
+def response_in(place: Path, purpose: str) -> Any:
+    """Return the response of the study in a folder; raise `InputError` if there is no study."""
+    if not (place / "study.json").is_file():
+        raise InputError(f"there is no study in '{place}' whose response {purpose}")
+    return plan_in(place).study().response

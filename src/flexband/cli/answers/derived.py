@@ -1,0 +1,96 @@
+"""The command that bounds quantities made of outputs, such as the largest value of a motion."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+import flexband as fb
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.errors import InputError
+
+
+class Quantity(StrEnum):
+    """What is made of an output."""
+
+    peak = "peak"
+    trough = "trough"
+    peak_time = "peak-time"
+    rms = "rms"
+    spectrum = "spectrum"
+
+
+KINDS = {
+    Quantity.peak: fb.Peak,
+    Quantity.trough: fb.Trough,
+    Quantity.peak_time: fb.PeakTime,
+    Quantity.rms: fb.RootMeanSquare,
+    Quantity.spectrum: fb.Spectrum,
+}
+
+
+@app.command("derived")
+@reported_errors()
+def derived(
+    folder: Saved,
+    quantity: Annotated[Quantity, typer.Argument(help="What is made of the output.")],
+    output: Annotated[
+        list[str], typer.Argument(help="Name of the output; of two, that of their magnitude.")
+    ],
+    sigmas: Sigmas = 1.0,
+    probability: Annotated[
+        float, typer.Option("--probability", "-p", help="Of the values in the range.")
+    ] = 0.99,
+    samples: Annotated[int, typer.Option(help="Samples of the random inputs.")] = 2048,
+    seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Bound the largest value of an output over time, or another quantity made of it.
+
+    No runs are made. derived.nc is written, and derived.png of a spectrum.
+    """
+    from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    if len(output) > 2:
+        raise InputError(f"derived takes one output, or two; got {', '.join(output)}")
+    made_of: Any = output[0] if len(output) == 1 else fb.Magnitude(output[0], output[1])
+    found = fb.derived(
+        surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
+        samples=samples, seed=seed,
+    )  # fmt: skip
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "derived.nc"))
+    if found["range"].ndim == 2:
+        save(lambda: bounds_figure(found, "error_bar").savefig(place / "derived.png", dpi=120))
+    names = ("mean", "error_bar", "range")
+    ends = {k: [float(found[k][0].min()), float(found[k][1].max())] for k in names}
+    errors = {
+        f"{k}_{kind}": float(found[f"{k}_{kind}"].max())
+        for k in names
+        for kind in ("sampling_error", "expected_error")
+        if f"{k}_{kind}" in found
+    }
+    if as_json:
+        print_json(ends | errors | {str(k): v for k, v in found.attrs.items()})
+        return
+    header = ["", "lowest", "highest", "sampling error", "expected error"]
+    kinds = ("sampling_error", "expected_error")
+    rows = [
+        [
+            k.replace("_", " "),
+            *(f"{v:.5g}" for v in ends[k]),
+            *(f"{errors[f'{k}_{kind}']:.2g}" if f"{k}_{kind}" in errors else "" for kind in kinds),
+        ]
+        for k in names
+    ]
+    unit = found["mean"].attrs.get("units")
+    title = f"{quantity.value} of {' and '.join(output)}" + (f" [{unit}]" if unit else "")
+    print_table(title, (header, rows))
+    print_text(f"Written: {place / 'derived.nc'}")

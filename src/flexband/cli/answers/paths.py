@@ -1,0 +1,56 @@
+"""The command that shows where a point can be."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import typer
+
+import flexband as fb
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import print_json, print_text, reported_errors
+
+
+@app.command("path")
+@reported_errors()
+def path(
+    folder: Saved,
+    x: Annotated[str, typer.Argument(help="Output that is the first coordinate.")],
+    y: Annotated[str, typer.Argument(help="Output that is the second coordinate.")],
+    sigmas: Sigmas = 1.0,
+    probability: Annotated[
+        float | None,
+        typer.Option("--probability", "-p", help="Of the random inputs, instead of μ ± kσ."),
+    ] = None,
+    directions: Annotated[int, typer.Option(help="Directions, and vertices of a region.")] = 32,
+    as_json: Json = False,
+) -> None:
+    """Show the path of a point, and the region in which it is at every time, without new runs.
+
+    path.nc and path.png are written.
+    """
+    from flexband.report.answers.path import path_figure  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    options = {"sigmas": sigmas, "probability": probability, "directions": directions}
+    found = fb.path(surrogate, x, y, **options)  # pyright: ignore[reportArgumentType]
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "path.nc"))
+    save(lambda: path_figure(found).savefig(place / "path.png", dpi=120))
+    radius = found["radius"]
+    widest, last = int(np.argmax(radius.values)), str(radius.dims[0])
+    at = float(found[last][widest]) if last in found.coords else float(widest)
+    error = float(found["expected_error"].max()) if "expected_error" in found else None
+    if as_json:
+        print_json({"largest_radius": float(radius[widest]), "at": at, "expected_error": error})
+        return
+    unit = f" {radius.attrs['units']}" if "units" in radius.attrs else ""
+    text = (
+        f"The point is at most {float(radius[widest]):.4g}{unit} from its nominal path, at {last}"
+    )
+    told = f", expected error {error:.2g}{unit}" if error is not None else ""
+    print_text(f"{text} {at:.4g}{told}\nWritten: {place / 'path.nc'}")

@@ -1,0 +1,79 @@
+"""The commands `derived`, `p-box`, `path`, and `limits --runs`."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import norm
+from typer.testing import CliRunner
+
+from flexband.cli import app
+
+STUDY = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+def response(e, x):
+    t = np.linspace(0, 1, 11)
+    angle = 2 * np.pi * t
+    wide = (x + 0.15 * (x**2 - 1) + e / 4)[:, None] * np.ones(11)
+    size = 10 + e[:, None]
+    values = np.stack([size * np.cos(angle), size * np.sin(angle), wide], axis=1)
+    coords = {"output": ["X", "Y", "w"], "time": t}
+    return xr.DataArray(values, coords, ("sample", "output", "time"))
+
+inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
+study = fb.Study(response, inputs, fb.PCCI(1, 1))
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("study")
+    (place / "study.py").write_text(STUDY, encoding="utf-8")
+    run("run", place / "study.py", "--output", place)
+    return place
+
+
+def run(*arguments):
+    found = CliRunner().invoke(app, [*map(str, arguments)])
+    assert found.exit_code == 0, found.output
+    return found
+
+
+def test_peaks_and_distribution_functions(folder):
+    found = json.loads(run("derived", folder, "peak", "X", "--json").stdout)
+    assert found["range"] == pytest.approx([9.0, 11.0], rel=1e-3)
+    assert "error bar" in run("derived", folder, "rms", "X", "Y", "--samples", 2000).stdout
+    with xr.open_dataset(folder / "derived.nc") as saved:
+        assert saved["mean"].values == pytest.approx([9.0, 11.0], rel=1e-3)
+    run("derived", folder, "spectrum", "w")
+    assert (folder / "derived.png").read_bytes()[:4] == b"\x89PNG"
+
+    printed = run("p-box", folder, "w", "--time", 0.5)
+    assert "sampling error" in printed.stdout
+    with xr.open_dataset(folder / "p_box.nc") as saved:
+        value = saved["value"].values
+        exact = norm.cdf([value - 0.25, value + 0.25])
+        np.testing.assert_allclose(saved["distribution"], exact, atol=0.02)
+    assert (folder / "p_box.png").is_file()
+
+
+def test_a_path(folder):
+    found = json.loads(run("path", folder, "X", "Y", "--json").stdout)
+    assert found["largest_radius"] == pytest.approx(1.0, rel=0.02)
+    assert "from its nominal path, at time" in run("path", folder, "X", "Y").stdout
+    assert (folder / "path.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_runs_correct_the_probability_of_limits(folder):
+    options = ["limits", folder, "--below", "w=3.8", "--accuracy", 0.05, "--json"]
+    x = np.linspace(-8, 8, 100_001)
+    curve = x + 0.15 * (x**2 - 1)
+    exact = [np.trapezoid(norm.pdf(x) * (curve > limit), x) for limit in (4.05, 3.55)]
+    linear = np.ravel(json.loads(run(*options).stdout)["probability"]["probability"])
+    assert np.all(linear < 0.5 * np.array(exact))
+    found = np.ravel(json.loads(run(*options, "--runs", 32).stdout)["probability"]["probability"])
+    np.testing.assert_allclose(found, exact, rtol=0.15)

@@ -1,6 +1,7 @@
 """The commands `derived`, `p-box`, `path`, and `limits --runs`."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -77,3 +78,24 @@ def test_runs_correct_the_probability_of_limits(folder):
     assert np.all(linear < 0.5 * np.array(exact))
     found = np.ravel(json.loads(run(*options, "--runs", 32).stdout)["probability"]["probability"])
     np.testing.assert_allclose(found, exact, rtol=0.15)
+
+
+def test_answers_of_an_earlier_run_are_marked(tmp_path):
+    (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
+    command = ("run", tmp_path / "study.py", "--output", tmp_path, "--no-store")
+    run(*command)
+    run("contributions", tmp_path)
+    with xr.open_dataset(tmp_path / "contributions.nc") as first:
+        first.load()
+    assert "contributions" not in run(*command).output  # the same results
+    changed = STUDY.replace("Normal(0.0, 1.0)", "Normal(0.0, 2.0)")
+    (tmp_path / "study.py").write_text(changed, encoding="utf-8")
+    printed = " ".join(run(*command).output.replace("\n", "").split())
+    for kind in ("nc", "png"):
+        assert re.search(rf"Older: [^ ]*contributions.{kind}, of an earlier run", printed)
+    with xr.open_dataset(tmp_path / "contributions.nc") as marked:
+        assert "ask again" in marked.attrs.pop("stale")
+        xr.testing.assert_identical(marked.load(), first)
+    run("contributions", tmp_path)
+    with xr.open_dataset(tmp_path / "contributions.nc") as new:
+        assert "stale" not in new.attrs

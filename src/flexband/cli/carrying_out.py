@@ -13,6 +13,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
+from flexband.cli.answers.older import mark_older
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import (
     DOUBTFUL,
@@ -202,6 +203,7 @@ def results(
 
     output, label, where = course.folder.path, study.method.label, plan.where()
     data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
+    earlier = course.folder.signed([model]) if model.exists() else {}
     options = {"batch": plan.batch, "store": store, "executor": where, "failed": plan.policy}
     if store is not None and (before := recorded_runs(course.folder)):
         text = f"{output} has {before} recorded runs; those that serve are not made again."
@@ -234,6 +236,8 @@ def results(
     fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
     page = write_bands_report(output, title, label, bands, checked, fields)
     older = [own for own in (model, checks) if own.exists() and own not in files]
+    if model not in files or course.folder.signed([model]) != earlier:
+        older += mark_older(output)
     kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
     written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
     written += [f"Older:  {own}, of an earlier run" for own in older]

@@ -1,7 +1,8 @@
 """Fresh runs of the response where limits bind, and what they correct.
 
 Where a run differs from the surrogate, the limits are shifted by the difference, at the instants
-for which the run is about the worst one, and the search goes on.
+for which the run is about the worst one, and the search goes on. They are made looser by no more
+than three expected errors of the surrogate.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from flexband.errors import ResolutionWarning, without_warnings
 from flexband.uncertainty.answers.allocation.search import Allocated
 from flexband.uncertainty.answers.allocation.worst_case import SIGNS, Points, WorstCase
+from flexband.uncertainty.answers.results import expected_error
 from flexband.uncertainty.evaluations.evaluations import Evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Response
@@ -28,6 +30,9 @@ AGREEMENT = 3e-6
 
 NEAR = 0.02
 """Part of the scale up to which the margin of a run counts as the least one."""
+
+LOOSER = 3.0
+"""Expected errors, root mean squares, by which limits are made looser at most."""
 
 DIFFERENCE = 1e-3
 """Step of differences in normal variables."""
@@ -72,6 +77,8 @@ def confirmed(
     search: Search,
 ) -> Confirmed:
     """Return tolerances that runs at the binding points confirm, after new searches if need be."""
+    error = expected_error(surrogate, worst.sigmas)
+    loosest = 0.0 * worst.scale if error is None else -LOOSER * error.ravel()[worst.numbers]
     shift, runs, kept = np.zeros(worst.bounds.shape), 0, True
     told = np.zeros(0)
     for k in range(ROUNDS):
@@ -92,10 +99,11 @@ def confirmed(
         if not surrogate.space.random_dimension:
             kept = kept and np.all(margins + missed >= 0)
         scale, known = worst.scale[points.series[order]], shift[points.side, points.series][order]
-        agree = np.all(np.abs(known + own) <= AGREEMENT * scale)
+        wanted = np.maximum(-own, loosest[points.series[order]])
+        agree = np.all(np.abs(known - wanted) <= AGREEMENT * scale)
         if (kept and agree) or k == ROUNDS - 1:
             break
-        shift = _shifted(worst, allocated, shift, margins, missed)
+        shift = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
         moved = worst.tightened(shift)
         allocated = search(moved, points, allocated.x)
     return Confirmed(allocated, shift, told, runs, bool(kept))

@@ -24,8 +24,14 @@ ROUNDS = 60
 SLACK = 1e-7
 """Part of the scale by which limits are tightened in the search, so that they are kept."""
 
-WATCHED = 0.01
-"""Part of the scale below which margins are watched once some are negative."""
+WATCHED = 0.05
+"""Part of the least margin of the least tolerances below which margins are watched."""
+
+RETRIES = 2
+"""Times that random starts are tried."""
+
+SHIFTS = 33
+"""Ratios that are tried to make tolerances tighter."""
 
 STARTS = 4
 """Random starts of a search, besides the best tolerances so far."""
@@ -61,8 +67,8 @@ class Allocated:
 def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> Allocated:
     """Return the cheapest tolerances that keep all margins of a box.
 
-    When no margin is negative any more, the search is tried again from random starts, with the
-    points that were found; it goes on if one of them leads to less.
+    When no margin is negative any more, a search without a start is tried again from random ones,
+    with the points that were found; it goes on if one of them leads to less.
 
     Parameters
     ----------
@@ -70,47 +76,67 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
     x : where the search starts; if it is not given, at tolerances in the ratio of the largest.
     """
     strict, rng = worst.tightened(SLACK * worst.scale), np.random.default_rng(0)
-    low, high = worst.tolerances.bounds
-    x = _in_ratio(strict) if x is None else _solved(strict, points, x)
-    tried = False
+    (low, high), new = worst.tolerances.bounds, x is None
+    room, _ = strict.least(low)
+    watched = WATCHED * float((room / worst.scale).min())
+    x = _in_ratio(strict, room) if x is None else _solved(strict, points, x)
+    best, least, retries = x, np.inf, RETRIES if new else 0
     for _ in range(ROUNDS):
         margins, places = strict.least(x)
+        violated = np.any(margins < -0.5 * SLACK * worst.scale)
         before = len(points)
-        if np.any(margins < -0.5 * SLACK * worst.scale) or not before:
-            points = points.with_new(strict.lowest(margins, places, WATCHED))
+        if violated or not before:
+            points = points.with_new(strict.lowest(margins, places, watched))
         if len(points) > before:
-            x, tried = _solved(strict, points, x), False
+            x = _solved(strict, points, x)
             continue
-        starts = rng.uniform(np.maximum(low, -3.0), high, (0 if tried else STARTS, len(x)))
+        if violated:  # by hardly anything, at points that are watched
+            x = np.maximum(x - STEP, low)
+            continue
+        if (cost := worst.tolerances.cost(x).sum()) < least:
+            best, least = x, cost
+        if not len(points) or not retries:
+            break
+        retries -= 1
+        starts = rng.uniform(np.maximum(low, -3.0), high, (STARTS, len(x)))
         others = [_solved(strict, points, start) for start in starts]
-        costs = [worst.tolerances.cost(one).sum() for one in [x, *others]]
-        best = int(np.argmin(costs))
-        if tried or costs[best] > costs[0] - LEAST_SAVING * abs(costs[0]):
-            return allocated(worst, x)
-        x, tried = others[best - 1], True
-    raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
+        x = min(others, key=lambda at: worst.tolerances.cost(at).sum())
+        if worst.tolerances.cost(x).sum() > least - LEAST_SAVING * abs(least):
+            break
+    if np.isinf(least):
+        raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
+    return allocated(worst, best)
 
 
-def _in_ratio(worst: WorstCase) -> np.ndarray:
-    """Return tolerances in the ratio of the largest that about keep all margins."""
+def _in_ratio(worst: WorstCase, room: np.ndarray) -> np.ndarray:
+    """Return tolerances in the ratio of the largest that about keep all margins.
+
+    Parameters
+    ----------
+    room : margins with the least tolerances.
+    """
     low, high = worst.tolerances.bounds
-    (least, _), (most, _) = worst.least(low), worst.least(high)
+    margins, _ = worst.least(high)
     with np.errstate(invalid="ignore"):
-        part = np.where(most < 0, least / (least - most), 1.0).min()
+        part = np.where(margins < 0, room / (room - margins), 1.0).min()
     return np.clip(np.full(len(low), np.log(max(part, 1e-300))), low, high)
 
 
 def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
-    """Return the cheapest tolerances that keep the margins at some points; x if none are found."""
+    """Return the cheapest tolerances that keep the margins at some points.
+
+    The search starts at tolerances that keep them, and so does what it returns, in any case.
+    """
     low, high = worst.tolerances.bounds
     scale, reference = worst.scale[points.series], abs(worst.tolerances.cost(x)).sum() or 1.0
 
     def margins(at: np.ndarray) -> np.ndarray:
         return worst.values(at[None], points)[0] / scale
 
+    first = _kept(worst, points, x)
     found: Any = minimize(
         lambda at: worst.tolerances.cost(at).sum() / reference,
-        x,
+        first,
         jac=lambda at: worst.tolerances.cost_gradient(at) / reference,
         bounds=list(zip(low, high, strict=True)),
         constraints={
@@ -121,10 +147,24 @@ def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
         method="SLSQP",
         options={"maxiter": 200, "ftol": 1e-12},
     )
-    at = np.clip(found.x, low, high)
-    if np.all(margins(at) > -SLACK):
-        return at
-    return np.maximum(x - 0.1, low)  # a little tighter, to go on from
+    last = _kept(worst, points, np.clip(found.x, low, high))
+    return min(last, first, key=lambda at: worst.tolerances.cost(at).sum())
+
+
+def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
+    """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
+    low, _ = worst.tolerances.bounds
+    tighter, looser = 0.0, 0.0
+    for k in range(2):  # the second time between the best two of the first
+        shifts = np.linspace(looser, (x - low).max() if k == 0 else tighter, SHIFTS)
+        tried = np.maximum(x - shifts[:, None], low)
+        margins = (worst.values(tried, points) / worst.scale[points.series]).min(axis=1)
+        enough = np.flatnonzero(margins > -SLACK)
+        first = int(enough[0]) if len(enough) else SHIFTS - 1
+        if first == 0:
+            return tried[0]
+        looser, tighter = shifts[first - 1], shifts[first]
+    return np.maximum(x - tighter, low)
 
 
 def derivatives(worst: WorstCase, x: np.ndarray, points: Points) -> np.ndarray:

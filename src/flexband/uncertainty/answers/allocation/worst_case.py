@@ -17,7 +17,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 SIGNS = np.array([1.0, -1.0])
 """Of a value in the margins of the lower and of the upper limit."""
 
-SAME = 1e-3
+SAME = 1e-4
 """Distance in η up to which places are the same."""
 
 

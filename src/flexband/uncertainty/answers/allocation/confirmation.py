@@ -105,7 +105,7 @@ def confirmed(
             break
         shift = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
         moved = worst.tightened(shift)
-        allocated = search(moved, points, allocated.x)
+        allocated = search(moved, allocated.watched, allocated.x)
     return Confirmed(allocated, shift, told, runs, bool(kept))
 
 

@@ -48,7 +48,7 @@ def cheapest_grades(worst: WorstCase, points: Points, x: np.ndarray | None = Non
             violated = worst.lowest(margins, places, NEGATIVE)
             points = points.with_new(violated)
         if not len(violated):
-            return allocated(worst, x, with_multipliers=False)
+            return allocated(worst, x, points, with_multipliers=False)
         cuts += [_cut(worst, violated.of(np.array([k])), x, logs) for k in range(len(violated))]
     raise InputError(f"limits: no grades that keep them were found in {ROUNDS} rounds")
 

@@ -55,6 +55,7 @@ class Allocated:
     gradients : derivatives of the margins at these by x, (points, names).
     multipliers : by how much cost falls per unit of each of these margins, (points,); NaN for
         grades.
+    watched : all points of the search, for another one that is similar.
     """
 
     x: np.ndarray
@@ -62,6 +63,7 @@ class Allocated:
     points: Points
     gradients: np.ndarray
     multipliers: np.ndarray
+    watched: Points
 
 
 def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> Allocated:
@@ -105,7 +107,7 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
             break
     if np.isinf(least):
         raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
-    return allocated(worst, best)
+    return allocated(worst, best, points)
 
 
 def _in_ratio(worst: WorstCase, room: np.ndarray) -> np.ndarray:
@@ -175,7 +177,9 @@ def derivatives(worst: WorstCase, x: np.ndarray, points: Points) -> np.ndarray:
     return ((after - before) / np.diag(up - down)[:, None]).T
 
 
-def allocated(worst: WorstCase, x: np.ndarray, *, with_multipliers: bool = True) -> Allocated:
+def allocated(
+    worst: WorstCase, x: np.ndarray, watched: Points, *, with_multipliers: bool = True
+) -> Allocated:
     """Return tolerances with what limits them."""
     margins, places = worst.least(x)
     least = (margins / worst.scale).min()
@@ -184,7 +188,7 @@ def allocated(worst: WorstCase, x: np.ndarray, *, with_multipliers: bool = True)
     multipliers = np.full(len(points), 0.0 if with_multipliers else np.nan)
     if with_multipliers and least < BINDING:
         multipliers = _multipliers(worst, x, gradients)
-    return Allocated(x, margins, points, gradients, multipliers)
+    return Allocated(x, margins, points, gradients, multipliers, watched)
 
 
 def _multipliers(worst: WorstCase, x: np.ndarray, gradients: np.ndarray) -> np.ndarray:

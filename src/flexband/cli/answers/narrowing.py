@@ -62,7 +62,7 @@ def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"
+    return f"{round(100 * share, 1) + 0.0:g} %"
 
 
 @app.command("sobol")
@@ -70,8 +70,8 @@ def _percent(share: float) -> str:
 def sobol(folder: Saved, as_json: Json = False) -> None:
     """Rank the random inputs by their Sobol' indices, without new runs.
 
-    The indices are parts of the variance, from the lowest to the highest over the interval inputs.
-    sobol.nc and sobol.png are written.
+    The indices are parts of the variance, from the lowest to the highest over the interval inputs,
+    at the time at which σ is largest. sobol.nc and sobol.png have them at all times.
     """
     from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
     from flexband.report.figures import drawable_outputs  # noqa: PLC0415
@@ -87,9 +87,8 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     kinds = ("first_order", "total")
     ends = {
         kind: {
-            output: [[float(own.min()), float(own.max())] for own in one.transpose("name", ...)]
+            output: _where_widest(select(found[kind], output), select(found["std"], output))
             for output in outputs_of(found["defined"])
-            for one in [select(found[kind], output)]
         }
         for kind in kinds
     }
@@ -101,12 +100,20 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
         header += [f"{output}, alone".lstrip(", "), "with interactions"]
         columns += [ends[kind][output] for kind in kinds]
     rows = [[name, *(_from_to(own[k]) for own in columns)] for k, name in enumerate(names)]
-    print_table("Parts of the variance, over time and over the interval inputs", (header, rows))
+    where = " where σ is largest" if found["defined"].ndim else ""
+    print_table(f"Parts of the variance{where}, over the interval inputs", (header, rows))
     print_text(found.attrs["undefined"])
 
 
+def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:
+    """Return the lower and the upper index of every input where σ is largest."""
+    if std.ndim:
+        index = index.isel({dim: int(k) for dim, k in std.argmax(...).items()})
+    return index.transpose("name", "bound").values.tolist()
+
+
 def _from_to(ends: list[float]) -> str:
-    return f"{_percent(ends[0])} to {_percent(ends[1])}"
+    return f"{100 * ends[0]:.1f} to {100 * ends[1]:.1f} %"
 
 
 @app.command("narrow")

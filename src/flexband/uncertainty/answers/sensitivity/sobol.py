@@ -54,10 +54,12 @@ def sobol_indices(
     -------
     Dataset with the dims "bound" (lower, upper), "name" and those of the outputs. A field counts as
     one input, and so do correlated inputs, under their name in `inputs`. The name with the largest
-    total index is the first:
+    upper bounds of the total index is the first, as a mean over time weighted by `std`²:
 
     - `first_order` and `total`, the lowest and the highest index over all values of the interval
       inputs, and `first_order_at` and `total_at`, with a further dim "input", where they are;
+    - `std`, σ with the interval inputs at their midpoints: where it is small, little depends on
+      the indices;
     - `defined`, whether the variance is above rounding for all values of the interval inputs that
       were searched. Bounds are those where it is; NaN if it is nowhere;
     - `sampling_error`, half the width of the 95 % confidence interval of both indices, if there are
@@ -79,8 +81,12 @@ def sobol_indices(
     joint = over_options(found)
     for one in found.values():
         joint["defined"] = joint["defined"] & one["defined"]
-    total = joint["total"].max([dim for dim in joint["total"].dims if dim != "name"])
-    return joint.isel(name=np.argsort(-np.nan_to_num(total.values), kind="stable"))
+    weight = joint["std"] ** 2
+    dims = weight.dims[-1:] if joint["defined"].ndim else ()
+    weight = weight / weight.sum(dims).where(lambda own: own > 0)
+    total = (joint["total"].sel(bound="upper") * weight).fillna(0.0)
+    total = total.sum([dim for dim in total.dims if dim != "name"])
+    return joint.isel(name=np.argsort(-total.values, kind="stable"))
 
 
 def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
@@ -108,8 +114,13 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
             eta[:, :, k], defined[k] = few.search(series.scanned)
             values[:, :, k], errors[:, :, k], variance[:, :, k] = one.at(eta[:, :, k])
     defined &= np.all(np.isfinite(values), axis=(0, 1))
+    values = np.clip(values, 0.0, 1.0)  # those from samples may be beyond, or in the wrong order
+    order = np.argsort(values, axis=0)
+    values, errors = (np.take_along_axis(own, order, axis=0) for own in (values, errors))
+    eta = np.take_along_axis(eta, order[..., None], axis=0)
     dims, inner = labels.dims[1:], labels.shape[1:]
     data: dict[str, Any] = {"defined": (dims, defined.reshape(inner))}
+    data["std"] = dims, std.reshape(inner)
     named, whole_shape = ("bound", "name", *dims), (2, len(own), *inner)
     for k, name in enumerate(("first_order", "total")):
         part = slice(k * len(own), (k + 1) * len(own))
@@ -192,6 +203,7 @@ LONG_NAMES = {
     "total": "part of the variance that the input takes part in: bounds over the intervals",
     "first_order_at": "values of the interval inputs at the bounds of the first-order index",
     "total_at": "values of the interval inputs at the bounds of the total index",
+    "std": "σ with the interval inputs at their midpoints",
     "defined": "whether the variance is above rounding",
     "sampling_error": "error of the indices that is due to the number of samples (95 %)",
     "expected_error": "error expected of the indices",

@@ -137,6 +137,12 @@ def test_the_largest_tolerances_are_enough(plane):
     assert found["slack"].item() == pytest.approx(5.0)
 
 
+def test_a_surrogate_that_is_not_trusted_is_remarked(plane):
+    doubtful = plane.telling(not_trusted="response (a kink)")
+    found = fb.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
+    assert found.attrs["verdict"].endswith("Not reliable: response (a kink)")
+
+
 def test_one_tolerance_at_its_largest(plane):
     # b is worth nothing: it takes 2 of 2.5, and a the rest
     found = fb.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})

@@ -71,6 +71,8 @@ def result_of(
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
     told["verdict"] = _verdict(worst, found, told, [*map(str.__add__, names.tolist(), moments)])
+    if "not_trusted" in narrow.diagnostics.attrs:
+        told["verdict"] += f". Not reliable: {narrow.diagnostics.attrs['not_trusted']}"
     result = answer(narrow, data, coords, told, LONG_NAMES).drop_vars("bound")
     for name in WITHOUT_UNITS:
         if name in result:

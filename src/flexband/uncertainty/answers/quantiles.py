@@ -100,6 +100,13 @@ def quantiles(
 
     With choices, bounds are those over all options, and `quantiles_choice` names them.
 
+    Notes
+    -----
+    Of long series the bounds are searched on fewer samples: where two places are nearly as extreme,
+    the wrong one may be taken. In fresh random cases with two or three intervals one bound of 180
+    was missed by more than 1 % of the width, the worst by 1.5 %; neither error covers this. With
+    `at`, a few times are searched on all samples.
+
     Raises
     ------
     InputError

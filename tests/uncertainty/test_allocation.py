@@ -7,6 +7,8 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.uncertainty.answers.allocation.grades import ISO_286
+from flexband.uncertainty.answers.allocation.grades import SIZES as ROWS
 
 SIZES = {"crank": 53.0, "coupler": 122.0, "rocker": 66.5, "ground": 100.0}
 GAMMA = np.radians(np.linspace(95.5, 215.5, 121))
@@ -192,6 +194,15 @@ def test_grades_are_those_of_an_exhaustive_search(four_bar):
     assert found.attrs["cost"] == pytest.approx(least)
     assert found.attrs["confirmed"] == "yes"
     assert found["slack"].item() > 0
+
+
+def test_the_table_of_iso_286_follows_its_tolerance_unit():
+    """ITn are multiples of i = 0.45 ∛D + 0.001 D, D the mean of a range, rounded."""
+    ends = np.array([1.0, *ROWS])
+    D = np.sqrt(ends[1:] * ends[:-1])
+    unit = 0.45 * np.cbrt(D) + 0.001 * D
+    for factor, row in zip((7, 10, 16, 25, 40, 64, 100), ISO_286.values(), strict=True):
+        np.testing.assert_allclose(row, factor * unit, rtol=0.07, atol=0.6)
 
 
 def test_grades_of_iso_286():

@@ -19,13 +19,10 @@ from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
 from flexband.uncertainty.answers.limits import corridors
 from flexband.uncertainty.answers.probability.failure import joint
-from flexband.uncertainty.evaluations.evaluations import evaluations
+from flexband.uncertainty.evaluations.evaluations import BATCH, evaluations
 from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-BATCH = 2048
-"""Most runs in one call."""
 
 
 def allocate(

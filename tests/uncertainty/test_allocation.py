@@ -202,7 +202,8 @@ def test_the_table_of_iso_286_follows_its_tolerance_unit():
     D = np.sqrt(ends[1:] * ends[:-1])
     unit = 0.45 * np.cbrt(D) + 0.001 * D
     for factor, row in zip((7, 10, 16, 25, 40, 64, 100), ISO_286.values(), strict=True):
-        np.testing.assert_allclose(row, factor * unit, rtol=0.07, atol=0.6)
+        np.testing.assert_allclose(row[1:], factor * unit[1:], rtol=0.07, atol=0.6)
+        np.testing.assert_allclose(row[0], factor * unit[0], rtol=0.2)  # rounded up
 
 
 def test_grades_of_iso_286():

@@ -86,8 +86,9 @@ class Balance:
         self.z = z
         self.linear = equations.linear(z, spin)
         self.basis = allowed(self.linear.Phi, size, RANK)
-        self.forces = self.basis.T @ r
-        self.loose = self.basis.T @ loose
+        with np.errstate(invalid="ignore"):  # a law that fails, which is told later
+            self.forces = self.basis.T @ r
+            self.loose = self.basis.T @ loose
         self.pull = equations.inertia(z)
 
     @property

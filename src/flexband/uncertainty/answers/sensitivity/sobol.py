@@ -118,6 +118,8 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     order = np.argsort(values, axis=0)
     values, errors = (np.take_along_axis(own, order, axis=0) for own in (values, errors))
     eta = np.take_along_axis(eta, order[..., None], axis=0)
+    first, total = np.split(values, 2, axis=1)
+    np.minimum(first, total, out=first)  # as at every η; the first has the larger sampling error
     dims, inner = labels.dims[1:], labels.shape[1:]
     data: dict[str, Any] = {"defined": (dims, defined.reshape(inner))}
     data["std"] = dims, std.reshape(inner)

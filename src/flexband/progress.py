@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Protocol
+
+from flexband.errors import function
 
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""
@@ -25,3 +28,24 @@ def listening(progress: Progress | None) -> Iterator[None]:
 def listener() -> Progress | None:
     """Return what a call has to tell how many of its runs are done; None if nobody listens."""
     return _listener.get()
+
+
+class Advance(Protocol):
+    """Takes how many more runs are finished, and how many are done of a call that is not."""
+
+    def __call__(self, finished: int, under_way: int = 0, /) -> object: ...
+
+
+def counted(progress: Progress | None, total: int) -> Advance:
+    """Return what adds up finished runs and tells their number to `progress`, if there is one."""
+    done = 0
+
+    def advance(finished: int, under_way: int = 0, /) -> None:
+        nonlocal done
+        done += finished
+        if progress is not None:
+            progress(done + under_way, total)
+
+    if progress is not None:
+        function("progress", progress)
+    return advance

@@ -8,7 +8,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.limits import Side, limits_of
+from flexband.cli.answers.limits import During, Side, limits_of
 from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
@@ -29,9 +29,7 @@ def allocate(
     ],
     below: Side = None,
     above: Side = None,
-    during: Annotated[
-        tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
-    ] = None,
+    during: During = None,
     sigmas: Sigmas = 3.0,
     confirm: Annotated[
         bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")

@@ -19,6 +19,9 @@ Side = Annotated[
     list[str] | None,
     typer.Option(help="OUTPUT=NUMBER, or a number if there is one output; can be repeated."),
 ]
+During = Annotated[
+    tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
+]
 
 
 @app.command("limits")
@@ -27,9 +30,7 @@ def limits(
     folder: Saved,
     below: Side = None,
     above: Side = None,
-    during: Annotated[
-        tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
-    ] = None,
+    during: During = None,
     sigmas: Sigmas = 3.0,
     accuracy: Annotated[
         float, typer.Option(help="Relative standard error of probabilities.")

@@ -33,8 +33,7 @@ def quantiles(
 ) -> None:
     """Bound the quantiles of all outputs over the interval inputs.
 
-    No runs are made. Quantiles are
-    written to quantiles.nc and quantiles.png beside the surrogate.
+    No runs are made. quantiles.nc and quantiles.png are written.
     """
     p = probability or [0.05, 0.5, 0.95]
     surrogate, place = saved(folder)
@@ -54,8 +53,7 @@ def value_range(
 ) -> None:
     """Bound the values of all outputs over all intervals and a part of the random inputs.
 
-    No runs are made. The range is
-    written to range.nc and range.png beside the surrogate.
+    No runs are made. range.nc and range.png are written.
     """
     surrogate, place = saved(folder)
     found = fb.value_range(surrogate, probability)

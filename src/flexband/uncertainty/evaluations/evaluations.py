@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import Record
 from flexband.execution.store import Owner, as_store
-from flexband.progress import listening
+from flexband.progress import Advance, listening
 from flexband.uncertainty.evaluations.evaluated import Evaluated
 from flexband.uncertainty.evaluations.reuse import texts
 from flexband.uncertainty.inputs.choices import first_case
@@ -35,12 +35,6 @@ HALVINGS = 3
 
 HOPELESS = 8
 """Runs without a success after which all are taken to fail."""
-
-
-class Advance(Protocol):
-    """Takes how many more runs are finished, and how many are done of a call that is not."""
-
-    def __call__(self, finished: int, under_way: int = 0, /) -> object: ...
 
 
 @dataclass

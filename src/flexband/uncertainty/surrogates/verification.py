@@ -21,9 +21,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
+from flexband.progress import Advance, counted
 from flexband.uncertainty.evaluations.evaluations import (
     BATCH,
-    Advance,
     Evaluations,
     evaluations,
     setting,
@@ -114,17 +114,8 @@ def verify(
     own = surrogate.surrogates if several else {"": surrogate}
     given = next(iter(own.values())).space.given
     check_names(response, given)
-    if progress is not None:
-        function("progress", progress)
+    advance, found = counted(progress, runs * len(own)), {}
     options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
-    done, total, found = 0, runs * len(own), {}
-
-    def advance(finished: int, under_way: int = 0) -> None:
-        nonlocal done
-        done += finished
-        if progress is not None:
-            progress(done + under_way, total)
-
     with evaluations(response, given, **options) as evaluate:
         advance(0)
         for label, one in own.items():

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, function, whole, without_warnings
+from flexband.progress import counted
 from flexband.uncertainty.evaluations.evaluations import evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Response, Space, check_names
@@ -63,19 +64,10 @@ def models(
         return
     function("response", response)
     runs = whole("runs", runs, LEAST_RUNS, MOST_RUNS)
-    if progress is not None:
-        function("progress", progress)
     first = next(iter(surrogates.values()))
     given = first.space.given
     check_names(response, given)
-    done, total = 0, runs * probabilities * len(surrogates)
-
-    def advance(finished: int, under_way: int = 0) -> None:
-        nonlocal done
-        done += finished
-        if progress is not None:
-            progress(done + under_way, total)
-
+    advance = counted(progress, runs * probabilities * len(surrogates))
     with evaluations(response, given, **options) as evaluate:
 
         def model(label: str, one: Surrogate) -> Model:

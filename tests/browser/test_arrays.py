@@ -1,0 +1,33 @@
+"""Arrays in a page are those that were packed."""
+
+import json
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from flexband.report.page.arrays import packed
+
+SCRIPT = resources.files("flexband.report.page").joinpath("assets/arrays.js").read_text()
+
+
+@pytest.mark.parametrize(("quantum", "size"), [(None, 8), (1e-3, 2), (1e-8, 4), (1e-12, 8)])
+def test_arrays_are_read_as_they_were_packed(opened, tmp_path, quantum, size):
+    values = np.random.default_rng(0).normal(size=(3, 4, 5))
+    record = packed(values, quantum)
+    assert record["bytes"] == size
+    file = tmp_path / "page.html"
+    file.write_text(f"<!doctype html><script>{SCRIPT}</script>", encoding="utf-8")
+    read = opened(file).evaluate(
+        "async (tree) => { const one = (await flexband.unpackedTree({ list: [tree] })).list[0];"
+        " return { shape: one.shape, values: Array.from(one.values) }; }",
+        json.loads(json.dumps(record)),
+    )
+    found = np.array(read["values"]).reshape(read["shape"])
+    rounded = (quantum / 2) * (1 + 1e-6) if size < 8 else 0
+    np.testing.assert_allclose(found, values, rtol=0, atol=rounded)
+
+
+def test_numbers_that_no_multiple_can_be_keep_all_digits():
+    assert packed([np.nan, 1.0], 1e-3)["bytes"] == packed([1e300], 1e-3)["bytes"] == 8
+    assert packed(np.zeros((0, 3)))["shape"] == [0, 3]

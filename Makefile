@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs models references
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs models references docs
 
 install: .venv/installed
 
@@ -66,6 +66,14 @@ references: install .venv/referenced
 
 .venv/referenced: pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[reference]'
+	touch $@
+
+# The site, in output/docs/index.html: every tutorial is executed, every warning is an error.
+docs: install .venv/documented
+	PATH="$(CURDIR)/$(BIN):$$PATH" sphinx-build -E -W --keep-going -n -q docs output/docs
+
+.venv/documented: pyproject.toml
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	touch $@
 
 # OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look

@@ -19,7 +19,7 @@ EDGES = {"left": 0.1, "right": 0.92, "bottom": 0.12, "top": 0.94, "wspace": 0.24
 WIDE = ("slider_crank", "spin_up")  # drawn above the plot instead of beside it
 INTRODUCTION = """# Gallery
 
-Mechanisms, each a complete script of at most 60 lines in [examples/](../examples).
+Mechanisms, each a complete script of at most 60 lines in `examples/`.
 `make gallery` draws them and writes this page; `tests/test_examples.py` compares each with an
 independent result. Scripts that define `study` also run with `flexband run examples/….py`.
 """

@@ -1,0 +1,45 @@
+"""How Sphinx makes a site of the pages in this folder (`make docs`)."""
+
+import sys
+from pathlib import Path
+
+import flexband as fb
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project, author = "flexband", "the flexband authors"
+release = version = fb.__version__
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.linkcode",
+    "source_pages",
+]
+exclude_patterns = ["_build", "paper.json"]
+nitpicky = True
+default_role = "public"  # of docstrings: see source_pages
+
+html_theme = "furo"
+html_title = "flexband"
+html_copy_source = False
+html_show_sphinx = False
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+nb_execution_mode = "force"
+nb_execution_in_temp = True  # what a page writes is not left beside it
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_merge_streams = True
+
+autodoc_typehints = "none"  # docstrings say what is allowed
+numpydoc_show_class_members = False
+
+
+def linkcode_resolve(_domain: str, info: dict[str, str]) -> str | None:
+    """Return where the source of a public object is on the site, seen from the API's pages."""
+    from source_pages import page_of  # noqa: PLC0415
+
+    found = page_of(info["module"], info["fullname"])
+    return found and f"../{found}"

@@ -25,3 +25,7 @@ def test_the_code_runs():
     assert abs(names["chosen"]["slack"].item()) < 1e-4
     assert names["chosen_grades"]["grade"].item() == "medium"
     assert names["shaft"].tolerances.tolist() == [0.0095, 0.015, 0.023]
+    # 0.1 of clearance for both, about
+    assert names["design"].attrs["confirmed"] == "yes"
+    assert abs(names["design"]["size"].sel(sizing="width") - 9.8) < 0.02
+    assert abs(names["design"]["tolerance"] - 0.05).max() < 2e-3

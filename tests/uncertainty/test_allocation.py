@@ -13,6 +13,7 @@ from flexband.uncertainty.answers.allocation.grades import SIZES as ROWS
 SIZES = {"crank": 53.0, "coupler": 122.0, "rocker": 66.5, "ground": 100.0}
 GAMMA = np.radians(np.linspace(95.5, 215.5, 121))
 KEPT = fb.Limit(below=0.8, above=-0.8)
+LENGTHS = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items()}
 
 
 def generator(crank, coupler, rocker, ground):
@@ -39,8 +40,7 @@ def at_vertices(tolerances, nominal=SIZES):
 
 @pytest.fixture(scope="module")
 def four_bar():
-    inputs = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items()}
-    return fb.expand(generator, inputs, fb.AdaptivePCCI(1e-4))
+    return fb.expand(generator, LENGTHS, fb.AdaptivePCCI(1e-4))
 
 
 def linear(a, b):
@@ -67,9 +67,95 @@ def test_function_generator_is_as_cheap_as_exhaustive_vertices_allow(four_bar):
     assert found["slack"].item() == pytest.approx(0, abs=1e-5)
 
 
+@pytest.fixture(scope="module")
+def sized():
+    inputs = {k: fb.Sizing(0.95 * v, 1.05 * v, tolerance=0.5) for k, v in SIZES.items()}
+    return fb.expand(generator, inputs | {"ground": LENGTHS["ground"]}, fb.AdaptivePCCI(1e-3))
+
+
+def test_sizes_of_the_function_generator_that_allow_the_loosest_tolerances(sized):
+    # the least cost of a search on the response itself, by differential evolution and then
+    # sequential quadratic programming at all vertices, is 17.988
+    costs = dict.fromkeys(SIZES, 1.0)
+    found = fb.allocate(sized, KEPT, costs, response=generator)
+    nominal = SIZES | found["size"].to_series().to_dict()
+    assert 17.985 < found.attrs["cost"] < 18.1
+    assert at_vertices(found["tolerance"].to_series().to_dict(), nominal) <= 0.8 + 1e-9
+    assert found.attrs["confirmed"] == "yes"
+    assert found.attrs["runs"] + sized.diagnostics.attrs["runs"] <= 80
+    own = [nominal[name] for name in ("crank", "coupler", "rocker")]
+    assert own == pytest.approx([52.524, 121.831, 65.706], abs=0.03)
+    assert "remark" not in found.attrs
+
+
+def test_limits_that_no_size_keeps(sized):
+    # the least largest |error| of any sizes is 0.31707, by differential evolution
+    costs = dict.fromkeys(SIZES, 1.0)
+    with pytest.raises(fb.InputError, match=r"best of which are .*between.* violated by 0.01[678]"):
+        fb.allocate(sized, fb.Limit(below=0.3, above=-0.3), costs)
+    hardly = fb.allocate(sized, fb.Limit(below=0.32, above=-0.32), costs, response=generator)
+    assert hardly.attrs["confirmed"] == "yes"
+
+
+def valleys(a, b):
+    """Return b p(a), where p has a minimum on either side of 0, the lower one uphill."""
+    return ((a**4 - 0.5 * a**3 - a**2 + 0.2 * a + 1) * b)[:, None]
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.05])
+def test_the_best_of_several_sizes_is_found(tolerance):
+    # |b| ≤ t: the largest |y| is t max p, where p has its least largest value within a ± tolerance
+    inputs = {"a": fb.Sizing(-1.0, 1.0, tolerance), "b": fb.Interval(-3.0, 3.0)}
+    surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
+    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, response=valleys)
+    a = np.linspace(-1, 1, 20001)
+    p = np.max([valleys(a + own, 1.0)[:, 0] for own in (-tolerance, tolerance)], axis=0)
+    assert found["size"].item() == pytest.approx(a[p.argmin()], abs=2e-3)
+    assert found["tolerance"].item() == pytest.approx(1 / p.min(), rel=5e-5)
+    assert found.attrs["confirmed"] == "yes"
+
+
+def test_a_scatter_with_a_free_size():
+    # μ + 3σ = p(a) (1 + 3 s) ≤ 1
+    inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(1.0, 0.5)}
+    surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
+    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0})
+    p = valleys(np.linspace(-1, 1, 20001), 1.0).min()
+    assert found["tolerance"].item() == pytest.approx((1 / p - 1) / 3, rel=1e-5)
+
+
+def test_a_size_that_is_free(sized, tmp_path):
+    one = fb.Sizing(1.0, 2.0, tolerance=0.1)
+    assert one.value(np.array([[-1.0], [0.0], [1.0]])).tolist() == [0.9, 1.5, 2.1]
+    assert one.standard(np.array([0.9, 1.5, 2.1])) == pytest.approx([-1, 0, 1])
+    narrow = sized.narrowed(**LENGTHS)
+    assert "remark" not in narrow.bands().attrs
+    assert sized.bands().attrs["remark"].startswith("over all sizes of coupler, crank, rocker")
+    fb.save_surrogate(sized, tmp_path / "s.npz")
+    assert fb.load_surrogate(tmp_path / "s.npz").space.inputs == sized.space.inputs
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((2.0, 1.0), "lower 2 must be below upper 1"),
+        ((1.0, 1.0), "lower 1 must be below upper 1"),
+        ((1.0, 2.0, -0.1), "tolerance must be zero or positive"),
+        ((1.0, np.nan), "Sizing upper"),
+    ],
+)
+def test_refused_sizes(arguments, told):
+    with pytest.raises(fb.InputError, match=told):
+        fb.Sizing(*arguments)
+
+
+def test_grades_are_refused_where_a_size_is_free(sized):
+    with pytest.raises(fb.InputError, match="must not be Grades where a size is free"):
+        fb.allocate(sized, KEPT, {"crank": fb.Grades({"fine": (0.1, 1.0)})})
+
+
 def test_runs_correct_a_coarse_surrogate(four_bar):
-    inputs = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items()}
-    coarse = fb.expand(generator, inputs, fb.PCCI(1, 1))
+    coarse = fb.expand(generator, LENGTHS, fb.PCCI(1, 1))
     costs = dict.fromkeys(SIZES, 1.0)
     alone = fb.allocate(coarse, KEPT, costs)
     assert alone.attrs["confirmed"] == "no runs were made"

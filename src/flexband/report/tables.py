@@ -122,6 +122,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
             )
+    if "remark" in bands.attrs:
+        lines.append(f"The bands are {bands.attrs['remark']}")
     if "not_trusted" in bands.attrs:
         lines.append(f"Not reliable: {bands.attrs['not_trusted']}")
     return lines

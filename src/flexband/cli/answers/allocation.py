@@ -39,7 +39,8 @@ def allocate(
     """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
 
     Tolerances are half the widths of intervals, or standard deviations; those of the study are the
-    largest. allocation.nc and allocation.png are written.
+    largest. Sizes that are free (Sizing) are chosen as well. allocation.nc and allocation.png are
+    written.
     """
     from flexband.report.answers.allocation import allocation_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
@@ -54,7 +55,7 @@ def allocate(
     if found["margin"].ndim == 2:
         save(lambda: allocation_figure(found).savefig(place / "allocation.png", dpi=150))
     if as_json:
-        dims = {"name", "limit", "binding", "input"}
+        dims = {"name", "sizing", "limit", "binding", "input"}
         plain = {k: v.values.tolist() for k, v in found.variables.items() if set(v.dims) <= dims}
         print_json({str(k): v for k, v in (plain | found.attrs).items()})
         return

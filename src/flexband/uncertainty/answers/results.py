@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.bands import BOUNDS
+from flexband.uncertainty.surrogates.bands import BOUNDS, remark
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -92,4 +92,4 @@ def answer(
     carried = {f"surrogate_{k}": told[k] for k in CARRIED if k in told}
     if not any(name in surrogate.diagnostics for name in ERRORS):
         carried["surrogate_expected_error"] = "the method of the surrogate gives none"
-    return result.assign_attrs({**attrs, **carried})
+    return result.assign_attrs({**remark(surrogate.space), **attrs, **carried})

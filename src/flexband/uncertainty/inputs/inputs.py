@@ -163,6 +163,53 @@ class Interval(Input):
         return place_between(self.lower, self.upper, value)
 
 
+@dataclass(frozen=True)
+class Sizing(Input):
+    """A nominal size that is free within a range, with a tolerance around it.
+
+    `allocate` chooses the size. All values from lower − tolerance to upper + tolerance are covered
+    by runs, and bands of a surrogate are those over all of them; ``surrogate.narrowed(name=…)``
+    has those of one size.
+
+    Parameters
+    ----------
+    lower, upper : least and largest nominal size.
+    tolerance : the largest deviation from the nominal size that is considered.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, the lower bound is not below the upper, or the tolerance is
+        negative.
+    """
+
+    lower: float
+    upper: float
+    tolerance: float = 0.0
+
+    random = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lower >= self.upper:
+            raise InputError(f"Sizing lower {self.lower:g} must be below upper {self.upper:g}")
+        non_negative("Sizing tolerance", np.array(self.tolerance))
+        plausible_spread("width of the Sizing", self.upper - self.lower, self.upper)
+
+    @property
+    def covered(self) -> Interval:
+        """All values that the size can have with its tolerance."""
+        return Interval(self.lower - self.tolerance, self.upper + self.tolerance)
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return values of η, from lower − tolerance to upper + tolerance."""
+        return self.covered.value(standard)
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return η of values from lower − tolerance to upper + tolerance."""
+        return self.covered.standard(value)
+
+
 def between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
     """Return the number at x of −1 … 1 between two bounds."""
     return 0.5 * ((1 - x) * lower + (1 + x) * upper)

@@ -9,6 +9,7 @@ import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.inputs import Sizing
 from flexband.uncertainty.inputs.space import Space
 
 BOUNDS = ["lower", "upper"]
@@ -84,7 +85,14 @@ def bands(
     if intervals.inputs:
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
-    return described(xr.Dataset(data, coords, {"sigmas": sigmas}))
+    return described(xr.Dataset(data, coords, {"sigmas": sigmas} | remark(space)))
+
+
+def remark(space: Space) -> dict[str, str]:
+    """Return, as an attribute of results, that they are over all sizes, if any are free."""
+    sizes = [name for name, one in space.inputs.items() if isinstance(one, Sizing)]
+    text = f"over all sizes of {', '.join(sizes)}; surrogate.narrowed has those of one size"
+    return {"remark": text} if sizes else {}
 
 
 def described(result: xr.Dataset) -> xr.Dataset:

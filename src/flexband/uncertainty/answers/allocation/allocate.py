@@ -46,13 +46,16 @@ def allocate(
     places of the instants that bind; where they differ from the surrogate, the limits are shifted
     there by the difference, and the search goes on.
 
+    Sizes that are free (`Sizing`) are chosen together with the tolerances around them: those that
+    allow the cheapest. The best of 1024 are improved, so that another valley may be missed.
+
     Parameters
     ----------
     surrogate : what `expand` returns, without choices.
     limits : a `Limit`, or several.
     costs : name of an input -> cost of its tolerance: a function of it, such as `ReciprocalCost`,
-        or a number B, for B/tolerance; or, for all of them, `Grades`. Inputs without a cost keep
-        their tolerances.
+        or a number B, for B/tolerance; or, for all of them, `Grades`, if no size is free. Inputs
+        without a cost keep their tolerances.
     response : makes runs that confirm the tolerances; none are made without.
     sigmas : k of μ ± kσ.
     store, executor : as in `propagate`.
@@ -71,6 +74,7 @@ def allocate(
     With the dim "name" for the inputs, and "binding" for the instants that bind, or, if none
     does, where the margin is least:
 
+    - `size`, dim "sizing", of every input that is a `Sizing`;
     - `tolerance`, `largest` (that of the surrogate), `cost`, and `grade` if there are grades;
     - `contribution`, the part of the margin that a tolerance takes at an instant that binds:
       −t ∂margin/∂t;

@@ -8,8 +8,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.answers.allocation.sizes import starts
+from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.allocation.worst_case import WorstCase
 from flexband.uncertainty.answers.limits import Corridor
+from flexband.uncertainty.answers.probability.failure import joint
 from flexband.uncertainty.answers.sensitivity.contributions import groups
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -18,7 +21,18 @@ ENOUGH = 1.01
 
 
 def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, Corridor]) -> None:
-    """Raise `InputError` if limits are not kept with the least tolerances."""
+    """Raise `InputError` if limits are not kept with the least tolerances.
+
+    If sizes are free, this is decided at the best ones of a search.
+    """
+    text = "limits cannot be kept"
+    if worst.tolerances.sizes:
+        best = starts(worst)[0]
+        sizes = ", ".join(f"{k} {v:.6g}" for k, v in worst.tolerances.nominal(best).items())
+        text = (
+            f"limits cannot be kept with any sizes that were tried, the best of which are {sizes}"
+        )
+        surrogate, worst = _with_sizes(surrogate, worst, best, limits)
     margins, _ = worst.least(worst.tolerances.bounds[0])
     side, series = map(int, np.unravel_index(np.argmin(margins), margins.shape))
     violation = -margins[side, series]
@@ -29,7 +43,7 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
     own = worst.tolerances
     least = ", ".join(f"{k} {t:.3g}" for k, t in zip(own.names, own.least, strict=True))
     text = (
-        f"limits cannot be kept, even with the least tolerances ({least}): "
+        f"{text}, even with the least tolerances ({least}): "
         f"{name} is violated by {violation:.4g}{moment(surrogate.labels, number)}"
     )
     everything, costs = groups(surrogate), worst.tolerances.costs
@@ -48,6 +62,18 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
         f"{text}, because of inputs without costs; each would lower the violation, without its "
         f"tolerance, by: {', '.join(told)}"
     )
+
+
+def _with_sizes(
+    surrogate: Surrogate, worst: WorstCase, x: np.ndarray, limits: Mapping[str, Corridor]
+) -> tuple[Surrogate, WorstCase]:
+    """Return a surrogate and its margins with sizes that are not free any more."""
+    own, corridor = worst.tolerances, joint(limits)
+    inputs = own.inputs(own.looser(x))
+    narrow = surrogate.narrowed(**{name: inputs[name] for name in own.sizes})
+    tolerances = Tolerances.of(narrow.space, own.costs)
+    k = worst.sigmas or 1.0
+    return narrow, WorstCase.of(narrow, tolerances, corridor.lower, corridor.upper, k)
 
 
 def limit_at(limits: Mapping[str, Corridor], side: int, number: int, bound: float) -> str:

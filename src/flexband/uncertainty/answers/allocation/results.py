@@ -39,7 +39,7 @@ def result_of(
         "tolerance": ("name", tolerances.values(own.x)),
         "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
-        "contribution": (("name", "binding"), -own.gradients.T),
+        "contribution": (("name", "binding"), -own.gradients.T[: len(cost)]),
         "saving_at": ("binding", own.multipliers),
         "saving": ("limit", [own.multipliers[some].sum() for some in of_limit]),
         "shift": ("limit", [shift[some].max(initial=0.0) for some in of_limit]),
@@ -62,7 +62,10 @@ def result_of(
     ]
     if graded:
         data["grade"] = "name", graded
-    coords = {"name": tolerances.names, "limit": list(limits)}
+    coords: dict[str, Any] = {"name": tolerances.names, "limit": list(limits)}
+    if tolerances.sizes:
+        coords["sizing"] = list(tolerances.sizes)
+        data["size"] = "sizing", list(tolerances.nominal(own.x).values())
     told = {
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
@@ -119,7 +122,10 @@ def _verdict(
     """Return the answer in words."""
     own = found.allocated
     pairs = zip(worst.tolerances.names, worst.tolerances.values(own.x), strict=True)
-    text = f"cost {told['cost']:.5g} with tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
+    text = f"cost {told['cost']:.5g} with "
+    if sizes := worst.tolerances.nominal(own.x):
+        text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
+    text += "tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
     bound = bool(np.any(own.margins < BINDING * worst.scale))
     text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if told["confirmed"] == NOT_MADE:
@@ -131,10 +137,11 @@ def _verdict(
     return f"{text}. Confirmed by {found.runs} new runs{shifted}"
 
 
-WITHOUT_UNITS = ("tolerance", "largest", "cost", "saving", "saving_at", "binding_inputs")
+WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")
 
 LONG_NAMES = {
     "tolerance": "half the width of an interval, or standard deviation",
+    "size": "nominal size",
     "largest": "tolerance of the surrogate",
     "cost": "cost of the tolerance",
     "grade": "grade of the tolerance",

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import minimize, nnls
 
 from flexband.errors import InputError
+from flexband.uncertainty.answers.allocation.sizes import starts
 from flexband.uncertainty.answers.allocation.tolerances import STEP
 from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
 
@@ -77,51 +78,54 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
     points : where margins are required from the beginning.
     x : where the search starts; if it is not given, at tolerances in the ratio of the largest.
     """
-    strict, rng = worst.tightened(SLACK * worst.scale), np.random.default_rng(0)
-    (low, high), new = worst.tolerances.bounds, x is None
-    room, _ = strict.least(low)
-    watched = WATCHED * float((room / worst.scale).min())
-    x = _in_ratio(strict, room) if x is None else _solved(strict, points, x)
-    best, least, retries = x, np.inf, RETRIES if new else 0
+    strict, own = worst.tightened(SLACK * worst.scale), worst.tolerances
+    first, others = (x, []) if x is not None else _starts(strict)
+    watched = WATCHED * float((strict.least(own.tighter(first, np.inf))[0] / worst.scale).min())
+    x = first if x is None else _solved(strict, points, first)
+    best, least = x, np.inf
     for _ in range(ROUNDS):
         margins, places = strict.least(x)
         violated = np.any(margins < -0.5 * SLACK * worst.scale)
         before = len(points)
         if violated or not before:
-            points = points.with_new(strict.lowest(margins, places, watched))
+            most = watched + max(0.0, float((margins / worst.scale).min()))
+            points = points.with_new(strict.lowest(margins, places, most))
         if len(points) > before:
             x = _solved(strict, points, x)
             continue
         if violated:  # by hardly anything, at points that are watched
-            x = np.maximum(x - STEP, low)
+            x = own.tighter(x, STEP)
             continue
-        if (cost := worst.tolerances.cost(x).sum()) < least:
+        if (cost := own.cost(x).sum()) < least:
             best, least = x, cost
-        if not len(points) or not retries:
+        if not len(points) or not others:
             break
-        retries -= 1
-        starts = rng.uniform(np.maximum(low, -3.0), high, (STARTS, len(x)))
-        others = [_solved(strict, points, start) for start in starts]
-        x = min(others, key=lambda at: worst.tolerances.cost(at).sum())
-        if worst.tolerances.cost(x).sum() > least - LEAST_SAVING * abs(least):
+        tried, others = others[:STARTS], others[STARTS:]
+        x = min(
+            (_solved(strict, points, start) for start in tried), key=lambda at: own.cost(at).sum()
+        )
+        if own.cost(x).sum() > least - LEAST_SAVING * abs(least):
             break
     if np.isinf(least):
         raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
     return allocated(worst, best, points)
 
 
-def _in_ratio(worst: WorstCase, room: np.ndarray) -> np.ndarray:
-    """Return tolerances in the ratio of the largest that about keep all margins.
+def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return where a search starts, and where it is tried again.
 
-    Parameters
-    ----------
-    room : margins with the least tolerances.
+    The first are tolerances in the ratio of the largest that about keep all margins.
     """
-    low, high = worst.tolerances.bounds
-    margins, _ = worst.least(high)
+    own, (low, high) = worst.tolerances, worst.tolerances.bounds
+    first, *others = starts(worst) if own.sizes else [high]
+    rng = np.random.default_rng(0)
+    if not own.sizes:
+        others = list(rng.uniform(np.maximum(low, -3.0), high, (RETRIES * STARTS, len(high))))
+    loosest = own.looser(first)
+    room, margins = (worst.least(at)[0] for at in (own.tighter(first, np.inf), loosest))
     with np.errstate(invalid="ignore"):
         part = np.where(margins < 0, room / (room - margins), 1.0).min()
-    return np.clip(np.full(len(low), np.log(max(part, 1e-300))), low, high)
+    return own.tighter(loosest, -np.log(max(part, 1e-300))), others[: RETRIES * STARTS]
 
 
 def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
@@ -155,18 +159,19 @@ def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
 
 def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
     """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
-    low, _ = worst.tolerances.bounds
+    own = worst.tolerances
     tighter, looser = 0.0, 0.0
     for k in range(2):  # the second time between the best two of the first
-        shifts = np.linspace(looser, (x - low).max() if k == 0 else tighter, SHIFTS)
-        tried = np.maximum(x - shifts[:, None], low)
+        most = (x - own.tighter(x, np.inf)).max() if k == 0 else tighter
+        shifts = np.linspace(looser, most, SHIFTS)
+        tried = own.tighter(x, shifts[:, None])
         margins = (worst.values(tried, points) / worst.scale[points.series]).min(axis=1)
         enough = np.flatnonzero(margins > -SLACK)
         first = int(enough[0]) if len(enough) else SHIFTS - 1
         if first == 0:
             return tried[0]
         looser, tighter = shifts[first - 1], shifts[first]
-    return np.maximum(x - tighter, low)
+    return own.tighter(x, tighter)
 
 
 def derivatives(worst: WorstCase, x: np.ndarray, points: Points) -> np.ndarray:

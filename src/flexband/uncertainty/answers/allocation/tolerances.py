@@ -1,9 +1,10 @@
-"""The tolerances that are allocated, as one vector that a search changes."""
+"""The tolerances and sizes that are allocated, as one vector that a search changes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.inputs import Interval, Sizing
 from flexband.uncertainty.inputs.space import Space
 
 LEAST = 1e-4
@@ -29,9 +30,10 @@ STEP = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Tolerances:
-    """Half widths of intervals and standard deviations of random inputs, by name.
+    """Half widths of intervals and standard deviations of random inputs, and nominal sizes.
 
-    The search's variables are the logarithms of tolerances in parts of the largest ones.
+    The search's variables are the logarithms of tolerances in parts of the largest ones, and then η
+    of the sizes.
 
     Attributes
     ----------
@@ -39,6 +41,7 @@ class Tolerances:
     costs : name -> cost of the tolerance.
     least, largest : the least ones that are considered, and those of the surrogate, (names,).
     columns : number of each interval input's variable η, −1 of random inputs, (names,).
+    sizes : number of the variable η of each `Sizing`, by name.
     """
 
     space: Space
@@ -46,6 +49,7 @@ class Tolerances:
     least: np.ndarray
     largest: np.ndarray
     columns: np.ndarray
+    sizes: Mapping[str, int]
 
     @staticmethod
     def of(space: Space, costs: Mapping[str, Cost]) -> Tolerances:
@@ -78,9 +82,13 @@ class Tolerances:
                         f"costs: grades of {name} must have tolerances up to that of the "
                         f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
                     )
-        return Tolerances(
-            space, costs, least, largest, np.array([columns.get(k, -1) for k in costs])
-        )
+        sizes = {k: columns[k] for k, one in space.inputs.items() if isinstance(one, Sizing)}
+        if sizes and any(isinstance(cost, Grades) for cost in costs.values()):
+            raise InputError(
+                f"costs must not be Grades where a size is free; {', '.join(sizes)} are a Sizing"
+            )
+        own = np.array([columns.get(k, -1) for k in costs])
+        return Tolerances(space, costs, least, largest, own, sizes)
 
     @property
     def names(self) -> list[str]:
@@ -90,11 +98,32 @@ class Tolerances:
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest values of the search's variables."""
-        return np.log(self.least / self.largest), np.zeros(len(self.largest))
+        reach = (1.0 - self._all_radii)[list(self.sizes.values())]
+        low, high = np.log(self.least / self.largest), np.zeros(len(self.largest))
+        return np.concatenate([low, -reach]), np.concatenate([high, reach])
+
+    def tighter(self, x: np.ndarray, by: Any) -> np.ndarray:
+        """Return the variables with smaller logarithms of tolerances, not below the least."""
+        low, count = self.bounds[0], len(self.largest)
+        moved = np.maximum(x - by, low)
+        return np.where(np.arange(len(low)) < count, moved, x)
+
+    def looser(self, x: np.ndarray) -> np.ndarray:
+        """Return the variables with the largest tolerances."""
+        return np.where(np.arange(len(x)) < len(self.largest), 0.0, x)
+
+    @cached_property
+    def _all_radii(self) -> np.ndarray:
+        """The radius in every η with the largest tolerances, (m,)."""
+        radius = np.ones(self.space.interval_dimension)
+        for name, column in self.sizes.items():
+            one = self._own(name)
+            radius[column] = 2 * one.tolerance / (one.covered.upper - one.covered.lower)
+        return radius
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the tolerances, (…, names)."""
-        return self.largest * np.exp(x)
+        return self.largest * np.exp(x[..., : len(self.largest)])
 
     def cost(self, x: np.ndarray) -> np.ndarray:
         """Return the cost of each tolerance, (names,)."""
@@ -103,30 +132,52 @@ class Tolerances:
 
     def cost_gradient(self, x: np.ndarray) -> np.ndarray:
         """Return the derivative of the whole cost by the search's variables."""
-        return (self.cost(x + STEP) - self.cost(x - STEP)) / (2 * STEP)
+        by_tolerance = (self.cost(x + STEP) - self.cost(x - STEP)) / (2 * STEP)
+        return np.concatenate([by_tolerance, np.zeros(len(self.sizes))])
+
+    def center(self, x: np.ndarray) -> np.ndarray:
+        """Return the middle of the box in every η, (…, m)."""
+        center = np.zeros((*x.shape[:-1], self.space.interval_dimension))
+        center[..., list(self.sizes.values())] = x[..., len(self.largest) :]
+        return center
 
     def radius(self, x: np.ndarray) -> np.ndarray:
         """Return the radius of the box in every η, (…, m)."""
-        radius = np.ones((*x.shape[:-1], self.space.interval_dimension))
+        radius = np.broadcast_to(self._all_radii, self.center(x).shape).copy()
         of_interval = self.columns >= 0
-        radius[..., self.columns[of_interval]] = np.exp(x[..., of_interval])
+        own = np.exp(x[..., : len(self.largest)][..., of_interval])
+        radius[..., self.columns[of_interval]] *= own
         return radius
+
+    def nominal(self, x: np.ndarray) -> dict[str, float]:
+        """Return the sizes, by name."""
+        eta = self.center(x)[list(self.sizes.values())]
+        pairs = zip(self.sizes, eta, strict=True)
+        return {k: float(self._own(k).value(np.array([[z]]))[0]) for k, z in pairs}
+
+    def _own(self, name: str) -> Any:
+        return self.space.inputs[name]
 
     def scatter(self, x: np.ndarray) -> np.ndarray:
         """Return the search's variables of random inputs alone, (…, random names)."""
-        return x[..., self.columns < 0]
+        return x[..., : len(self.largest)][..., self.columns < 0]
 
     def inputs(self, x: np.ndarray, *, random_alone: bool = False) -> dict[str, Any]:
         """Return the narrower inputs, by name."""
         found: dict[str, Any] = {}
+        middles, radii = self.nominal(x), {k: self._own(k).tolerance for k in self.sizes}
         for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
-            one: Any = self.space.inputs[name]
+            one = self._own(name)
             if column < 0:
                 found[name] = replace(one, std=float(t))
-            elif not random_alone:
-                middle, most = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
-                radius = min(float(t), most)
-                found[name] = Interval(middle - radius, middle + radius)
+            else:
+                radii[name] = float(t)
+                middles.setdefault(name, (one.lower + one.upper) / 2)
+        for name, radius in radii.items() if not random_alone else ():
+            one = self._own(name)
+            most = one.covered if isinstance(one, Sizing) else one
+            low, high = middles[name] - radius, middles[name] + radius
+            found[name] = Interval(max(low, most.lower), min(high, most.upper))
         return found
 
 
@@ -140,6 +191,8 @@ def _with_tolerance(space: Space) -> dict[str, float]:
             continue
         if isinstance(one, Interval) and one.lower < one.upper:
             found[name] = (one.upper - one.lower) / 2
+        elif isinstance(one, Sizing) and one.tolerance:
+            found[name] = one.tolerance
         elif isinstance(one, Distribution) and not one.intervals:
             std: Any = vars(one).get("std")
             if is_number(std) and std > 0:

@@ -108,7 +108,7 @@ class WorstCase:
             tolerances, tuple(expansions), found, bounds.reshape(2, -1)[:, found],
             np.ones(len(found)), k,
         )  # fmt: skip
-        low, high, _ = bare.bars(np.zeros(len(tolerances.largest)))
+        low, high, _ = bare.bars(np.zeros_like(tolerances.bounds[1]))
         width = (high - low).reshape(-1, len(at)).mean(axis=1)
         size = np.maximum(abs(low), abs(high)).reshape(-1, len(at)).max(axis=1)
         return replace(bare, scale=np.repeat(np.maximum(width, 1e-9 * size + 1e-300), len(at)))
@@ -197,8 +197,18 @@ class WorstCase:
 
     def _eta(self, x: np.ndarray, points: Points) -> np.ndarray:
         """Return η of points for several tolerances, one after the other, (rows points, m)."""
-        eta = self.tolerances.radius(x)[:, None, :] * points.places
+        own = self.tolerances
+        eta = own.center(x)[:, None, :] + own.radius(x)[:, None, :] * points.places
         return eta.reshape(len(x) * len(points), eta.shape[-1])
+
+    def bars_at(self, eta: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return lower and upper end of μ ± kσ at η, (points, 2, series), with a scatter."""
+        found = []
+        for one in self._narrowed(x, random_alone=True):
+            mean, std = one.moments(eta) if self.sigmas else (one.moments(eta)[0], 0.0)
+            bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
+            found.append(bar.reshape(len(eta), 2, -1))
+        return np.concatenate(found, axis=2)
 
     def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
         """Return each expansion with the number of its first output."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 import flexband as fb
+from flexband.cli.methods import METHODS
 from flexband.study.options import method_classes, method_options, with_options
 
 
@@ -60,3 +61,7 @@ def test_a_method_may_be_no_dataclass():
     assert with_options(plain, {"seed": None}) is plain
     with pytest.raises(fb.InputError, match="options of plain are none; got --seed"):
         with_options(plain, {"seed": 1})
+
+
+def test_commands_know_all_public_methods():
+    assert method_classes(getattr(fb, name) for name in fb.__all__) == METHODS

@@ -3,6 +3,7 @@
 import inspect
 import itertools
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -572,3 +573,23 @@ def test_bands_without_width_are_warned_of():
         bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=32))
     assert float(bands["error_bar"][1] - bands["error_bar"][0]) == 0
     assert not bands["trusted"]
+
+
+def test_each_output_keeps_one_fit_and_runs_are_held_once():
+    rates = np.linspace(0.2, 2.0, 12)[:, None]
+    time = np.linspace(0.0, 1.0, 1500)
+
+    def response(a, b, x):
+        return np.exp(rates * (a + 0.5 * b + 0.2 * x)[:, None, None] * time)
+
+    inputs = {"a": fb.Interval(-1, 1), "b": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
+    method = fb.AdaptivePCCI(1e-9, 96, phase_resolved=False)
+    fb.expand(response, inputs, method)  # compiles
+    tracemalloc.start()
+    found = fb.expand(response, inputs, method)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    outputs = np.concatenate([one.outputs for one in found.expansions])
+    np.testing.assert_array_equal(np.sort(outputs), np.arange(len(rates)))
+    runs = 8 * found.diagnostics.attrs["runs"] * rates.size * time.size
+    assert peak < 5 * runs

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.uncertainty.inputs.effects import all_have_effects
+from flexband.uncertainty.inputs.space import Space
 
 METHODS = [
     fb.PCCI(2, 2), fb.ImprovedPCCI(1, 1), fb.PhaseResolvedPCCI(1, 2), fb.AdaptivePCCI(0.01),
@@ -160,3 +162,11 @@ def test_the_remark_points_to_the_line_of_the_caller():
     with pytest.warns(fb.FlexbandWarning, match="input 'b' changes no output") as caught:
         fb.expand(lambda a, b: a[:, None], {k: INPUTS[k] for k in "ab"}, fb.PCCI(1, 1))
     assert caught[0].filename == __file__
+
+
+def test_first_runs_show_that_all_inputs_have_effects():
+    space = Space({"a": fb.Interval(0.0, 1.0), "c": fb.Normal(0.0, 1.0)})
+    xi, eta = np.array([[0.0], [0.0], [1.0]]), np.array([[0.0], [1.0], [0.0]])
+    assert all_have_effects(space, (xi, eta), xi + eta)
+    assert not all_have_effects(space, (xi, eta), 1e-17 * xi + eta + 1.0)
+    assert not all_have_effects(space, (xi[:2], eta[:2]), xi[:2] + eta[:2])

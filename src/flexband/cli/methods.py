@@ -11,7 +11,10 @@ import typer
 import flexband as fb
 from flexband.study.options import method_classes, method_options
 
-METHODS = method_classes(getattr(fb, name) for name in fb.__all__)
+METHODS = method_classes([  # the public ones, without all that else is public
+    fb.AdaptivePCCI, fb.ImprovedPCCI, fb.LHSScanning, fb.MonteCarlo, fb.PCCI,
+    fb.PerturbationChebyshev, fb.PhaseResolvedPCCI, fb.RegressionPCCI, fb.SobolScanning,
+])  # fmt: skip
 
 
 def with_method_options(command: Any) -> Callable:

@@ -51,7 +51,7 @@ class Adaptation:
     Attributes
     ----------
     design : where the runs are that are fitted.
-    fitted, held : these runs, and those held out.
+    made : all runs, those of the design first, then those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
     finer, of_finer : first runs of the design on finer discretizations, by the name of what is
@@ -69,17 +69,15 @@ class Adaptation:
         new = generic_points(0, self.generic - len(known[0]), m, families)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
         values, count = evaluate(xi, eta), len(self.design)
-        self.labels, self.phase_resolved = values[:0], phase_resolved
+        self.labels, self.phase_resolved = values[:0].copy(), phase_resolved
         self.dt = step(values) if phase_resolved else 1.0
         runs = Runs(xi, eta, series(values))
         if len(known[0]):
-            runs += Runs(known[0], known[1], known[2].reshape(-1, *runs.values.shape[1:]))
-        runs = succeeded(runs, count)
-        self.generic = len(runs.values) - count
-        self.fitted = Runs(*(v[:count] for v in runs))
-        self.held = Runs(*(v[count:] for v in runs))
+            held = known[2].reshape(-1, *runs.values.shape[1:])
+            runs = Runs.joined(runs, Runs(known[0], known[1], held))
+        self.made = succeeded(runs, count)
+        self.generic = len(self.made.values) - count
         self.places = np.zeros((0, m))
-        self.fits: list[Fit] = []
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
         self._judge()
@@ -106,9 +104,19 @@ class Adaptation:
             confirmed = True
 
     @property
+    def fitted(self) -> Runs:
+        """The runs of the design."""
+        return self.made.which(slice(len(self.design)))
+
+    @property
+    def held(self) -> Runs:
+        """The runs held out."""
+        return self.made.which(slice(len(self.design), None))
+
+    @property
     def left(self) -> int:
         """Runs that the budget still allows."""
-        return self.most - len(self.fitted.values) - len(self.held.values)
+        return self.most - len(self.made.values)
 
     @property
     def refined(self) -> int:
@@ -118,26 +126,25 @@ class Adaptation:
     @property
     def runs(self) -> int:
         """Number of runs."""
-        return len(self.fitted.values) + len(self.held.values) + self.refined
+        return len(self.made.values) + self.refined
 
-    def _judge(self) -> None:
+    def _judge(self, in_use: Sequence[Fit] = ()) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
-        self.of_finer = None
-        runs, count = self.fitted + self.held, len(self.design)
-        self.fitted, self.held = (
-            Runs(*(v[own] for v in runs)) for own in (slice(count), slice(count, None))
-        )
-        F = runs.values
+        self.of_finer, self.stages = None, []  # and the memory of the earlier runs is free
+        F = self.made.values
         self.stages = self._split(F)
-        fits = [Fit.of(self.design, stage) for stage in self.stages] + self.fits
-        self.choice = Choice.of(fits, self.fitted, self.held)
-        self.fits = self.choice.fits
+        fits = [Fit.of(self.design, stage) for stage in self.stages]
+        self.choice = Choice.of([*fits, *in_use], self.fitted, self.held)
         m = self.places.shape[1]
         self.error = ExpectedError.of(self.choice, self.generic, F, self.dt, m)
 
     def _split(self, F: np.ndarray) -> list[Stage]:
         """Return runs with 0, 1, 2, … carriers."""
         return decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
+
+    def _parts(self) -> Split:
+        """Return the parts of all runs with the numbers of carriers that are in use."""
+        return Split.of(self.stages, self.choice.carriers, self.held.xi, self.held.eta)
 
     def _extend(self) -> str:
         """Run and fit the next batch; return why there is none.
@@ -147,14 +154,14 @@ class Adaptation:
         known, left = len(self.design), self.left - BATCH
         if left < 1:
             return "the budget is used up"
-        split = Split.of(self.stages, self.choice.carriers, self.held.xi, self.held.eta)
         count = max(BATCH, BATCH * round(GROWTH * known / BATCH))
-        self.design = self.design.extended(min(count, left), split)
-        if len(self.design) == known:
+        design = self.design.extended(min(count, left), self._parts())
+        if len(design) == known:
             return "all orders are in use"
-        new = tuple(v[known:] for v in self.design.points)
-        self.fitted += self._run(*new, needed=len(new[0]))
-        self._judge()
+        xi, eta = (v[known:] for v in design.points)
+        self.made = Runs.joined(self.fitted, self._run(xi, eta, len(xi)), self.held)
+        self.design = design
+        self._judge(self.choice.fits)
         return ""
 
     def _hold_extremes(self) -> bool:
@@ -171,8 +178,8 @@ class Adaptation:
         self.places = np.concatenate([self.places, places])
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
         xi, _ = generic_points(len(self.held.values), len(eta), m, families)
-        self.held += self._run(xi, eta)
-        self._judge()
+        self.made = Runs.joined(self.made, self._run(xi, eta))
+        self._judge(self.choice.fits)
         return True
 
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> Runs:
@@ -198,8 +205,8 @@ class Adaptation:
                     raise
                 warn(f"the discretization error is not estimated: {error}")
                 self.finer = {}
-        coarse, few = len(self.fitted.values) + len(self.held.values), len(few[0])
-        runs = [self.fitted.values, self.held.values, *self.finer.values()]
+        coarse, few = len(self.made.values), len(few[0])
+        runs = [self.made.values, *self.finer.values()]
         stages = self._split(np.concatenate(runs)) if self.finer else []
         self.of_finer = {}
         for k, name in enumerate(self.finer):

@@ -33,17 +33,16 @@ def discretization_error(
     fine : the first runs of the design on the finer discretization.
     """
     carriers = np.minimum(choice.carriers, len(stages) - 1)
-    used, which = np.unique(carriers, return_inverse=True)
-    fits, finer = [], []
-    for k in used:
+    here, there = [], []
+    for k in np.unique(carriers):
         fit = Fit.of(design, stages[k])
         before, after = stages[k].runs(slice(fine.stop - fine.start)), stages[k].runs(fine)
         moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
-        fits.append(fit)
-        finer.append(fit._replace(parts=fit.parts + moved))
+        finer = fit._replace(parts=fit.parts + moved)
+        own = np.flatnonzero(carriers == k)
+        here.append(fit.of_outputs(own).expansion)
+        there.append(finer.of_outputs(own).expansion)
     times = stages[0].base.shape[-1]
     thin = slice(None, None, -(-times // MOST_TIMES))
-    here, there = (
-        stacked(extremes_of(Choice.expansions_of(own, which), thin)) for own in (fits, finer)
-    )
-    return RICHARDSON * at_all_times(apart(here, there), thin, times)
+    bounds = (stacked(extremes_of(own, thin)) for own in (here, there))
+    return RICHARDSON * at_all_times(apart(*bounds), thin, times)

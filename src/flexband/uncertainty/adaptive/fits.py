@@ -65,25 +65,40 @@ class Design(Protocol):
 
 
 class Fit(NamedTuple):
-    """The expansion of the parts of a response with some number of carriers.
+    """The expansion of the parts of some outputs, with some number of carriers.
 
     Attributes
     ----------
+    outputs : their numbers, increasing.
     frequencies : of the carriers, in cycles per unit of time.
     """
 
+    outputs: np.ndarray
     parts: HybridExpansion
     columns: PartColumns
     frequencies: list[float]
 
     @staticmethod
     def of(design: Design, stage: Stage) -> Fit:
-        """Fit the runs of a design, which are the first of the stage."""
-        parts = design.fit(stage.runs(slice(len(design))))
-        return Fit(parts, PartColumns.of_stage(stage), [c.frequency for c in stage.carriers])
+        """Fit all outputs to the runs of a design, which are the first of the stage."""
+        parts, columns = design.fit(stage.runs(slice(len(design)))), PartColumns.of_stage(stage)
+        frequencies = [c.frequency for c in stage.carriers]
+        return Fit(np.arange(columns.outputs), parts, columns, frequencies)
+
+    def of_outputs(self, outputs: np.ndarray) -> Fit:
+        """Return the fit of some of its outputs, by number."""
+        which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
+        parts = self.parts.of_rows(self.columns.width, which, slice(None))
+        columns = PartColumns.of(len(outputs), self.columns.carriers)
+        return Fit(outputs, parts, columns, self.frequencies)
+
+    @property
+    def expansion(self) -> Expansion:
+        """The expansion of its outputs."""
+        return expansion_of(self.outputs, self.parts, self.columns)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the response at ξ and η, shape (points, outputs, times)."""
+        """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
     def overshoot(self, runs: Runs, thin: slice) -> np.ndarray:
@@ -94,11 +109,12 @@ class Fit(NamedTuple):
 
         Parameters
         ----------
-        runs, thin : the runs at some of the times, and which these are.
+        runs, thin : all runs at some of the times, and which these are.
         """
         orders, all_rows = np.array(self.parts.random_orders, dtype=int), self.columns.width
         parts = self.parts.of_rows(all_rows, np.arange(all_rows), thin)
-        low, high = runs.values.min(axis=0), runs.values.max(axis=0)
+        own = runs.values[:, self.outputs]
+        low, high = own.min(axis=0), own.max(axis=0)
         x = np.tile(np.concatenate([-FAR, FAR]), SWEEPS)
         weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
         eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
@@ -131,58 +147,60 @@ class Runs(NamedTuple):
         """Return the runs at some of the times."""
         return self._replace(values=self.values[..., times])
 
-    def __add__(self, other: Runs) -> Runs:  # pyright: ignore[reportIncompatibleMethodOverride]
-        return Runs(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+    def which(self, own: slice) -> Runs:
+        """Return some of the runs, which are not copied."""
+        return Runs(*(v[own] for v in self))
+
+    @staticmethod
+    def joined(*parts: Runs) -> Runs:
+        """Return all runs of several parts."""
+        return Runs(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 class Choice(NamedTuple):
-    """Fits, and the one that each output uses.
+    """The best fit of every output.
 
     Attributes
     ----------
-    which : number of the fit of each output, shape (outputs,).
+    fits : each of the outputs for which it is the best.
     missed : what is missed of held-out runs, shape (runs, outputs, times).
     overshoot : of the fits, shape (outputs, times).
     """
 
     fits: list[Fit]
-    which: np.ndarray
     missed: np.ndarray
     overshoot: np.ndarray
 
     @staticmethod
     def of(fits: Sequence[Fit], fitted: Runs, held: Runs) -> Choice:
         """Choose the fits that are best in held-out runs; every further carrier has to pay."""
-        missed = [held.values - fit.evaluate(held.xi, held.eta) for fit in fits]
-        times = held.values.shape[-1]
-        thin = slice(None, None, -(-times // MOST_TIMES))
-        seen = held.at(thin) + fitted.at(thin)
-        over = [at_all_times(fit.overshoot(seen, thin), thin, times) for fit in fits]
-        errors = [
-            np.hypot(rms(miss), rms(far[None])) / GAIN ** len(fit.frequencies)
-            for fit, miss, far in zip(fits, missed, over, strict=True)
-        ]
-        best, outputs = np.argmin(errors, axis=0), np.arange(held.values.shape[1])
-        used, which = np.unique(best, return_inverse=True)
-        missed = np.moveaxis(np.stack(missed)[best, :, outputs], 0, 1)
-        return Choice([fits[k] for k in used], which, missed, np.stack(over)[best, outputs])
+        shape = held.values.shape
+        thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
+        seen = Runs.joined(held.at(thin), fitted.at(thin))
+        missed, overshoot = np.empty(shape), np.empty(shape[1:])
+        least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
+        for k, fit in enumerate(fits):
+            miss = held.values[:, fit.outputs] - fit.evaluate(held.xi, held.eta)
+            far = at_all_times(fit.overshoot(seen, thin), thin, shape[-1])
+            error = np.hypot(rms(miss), rms(far[None])) / GAIN ** len(fit.frequencies)
+            better = (error < least[fit.outputs]) | (k == 0)
+            own = fit.outputs[better]
+            least[own], best[own] = error[better], k
+            missed[:, own], overshoot[own] = miss[:, better], far[better]
+        chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
+        return Choice(chosen, missed, overshoot)
 
     def expansions(self) -> list[Expansion]:
         """Return the expansions of all outputs, one for each fit."""
-        return self.expansions_of(self.fits, self.which)
-
-    @staticmethod
-    def expansions_of(fits: Sequence[Fit], which: np.ndarray) -> list[Expansion]:
-        """Return the expansions of all outputs by the number of the fit that each uses."""
-        return [
-            expansion_of(fit.parts, fit.columns).of(np.flatnonzero(which == k))
-            for k, fit in enumerate(fits)
-        ]
+        return [fit.expansion for fit in self.fits]
 
     @property
     def carriers(self) -> np.ndarray:
         """The number of carriers of each output, shape (outputs,)."""
-        return np.array([len(fit.frequencies) for fit in self.fits])[self.which]
+        carriers = np.empty(self.missed.shape[1], dtype=int)
+        for fit in self.fits:
+            carriers[fit.outputs] = len(fit.frequencies)
+        return carriers
 
     @property
     def frequencies(self) -> list[float]:

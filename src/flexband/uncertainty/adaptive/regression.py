@@ -21,7 +21,7 @@ from flexband.uncertainty.expansions.regression import (
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import rms
+from flexband.uncertainty.surrogates.diagnostics import rms, variation
 
 LEAST_RUNS = 2 * BATCH
 
@@ -61,7 +61,7 @@ class SampledDesign:
         columns = PartColumns.of_stage(stage)
         F, series = stage.signal, columns.pack(stage)
         values = normalized_values(self.index, *self.points, self.families)
-        varied = rms(F - F.mean(axis=0))
+        varied = variation(F)
         counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
         weight = np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
         terms = np.zeros((len(self.index), series.shape[1]))

@@ -24,6 +24,9 @@ from flexband.uncertainty.inputs.space import Response, Space
 ROUNDING = 4 * np.finfo(float).eps
 """Relative difference of equal values: products of matrices round differently row by row."""
 
+FEW = 64
+"""First runs that may show that all inputs have effects."""
+
 WATCHERS = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
 """Functions that read arguments without naming them."""
 
@@ -80,6 +83,18 @@ def without_effect(
         elif proof is False:
             likely.append(name)
     return sure, likely
+
+
+def all_have_effects(
+    space: Space, points: tuple[np.ndarray, np.ndarray], values: np.ndarray
+) -> bool:
+    """Return whether the first few runs show that every input changes some value.
+
+    Parameters are those of `without_effect`.
+    """
+    few = slice(FEW)
+    runs, own = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
+    return all(runs.differ(which) for which in own.values() if which.any())
 
 
 def probes(space: Space, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
@@ -142,6 +157,11 @@ class _Runs:
 
     def has_pairs(self, own: np.ndarray) -> bool:
         return len(self.pairs(own)[0]) > 0
+
+    def differ(self, own: np.ndarray) -> bool:
+        """Return whether two runs that differ in these variables only have other values."""
+        pairs = self.pairs(own)
+        return len(pairs[0]) > 0 and not self._equal(*pairs)
 
     def proof(self, own: np.ndarray) -> bool | None:
         """Return whether it is proven that these variables change nothing; None if they do.

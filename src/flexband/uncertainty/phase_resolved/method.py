@@ -137,14 +137,14 @@ class _Candidate(NamedTuple):
         runs, checked = stage.runs(slice(count)), stage.runs(slice(count, None))
         columns = PartColumns.of_stage(stage)
         models = PartModels(columns, columns.pack(runs), families, orders, nodes)
-        predicted = models.full.evaluate(*check)
+        predicted, outputs = models.full.evaluate(*check), np.arange(columns.outputs)
         missed = rms(columns.join(predicted) - checked.signal)
         left_out = rms(columns.join(models.left_out()) - runs.signal)
         corrected = models.next_order(columns.pack(checked), *check)
         return _Candidate(
-            full=expansion_of(models.full, columns),
-            corrected=expansion_of(corrected, columns),
-            lower=expansion_of(models.lower(), columns),
+            full=expansion_of(outputs, models.full, columns),
+            corrected=expansion_of(outputs, corrected, columns),
+            lower=expansion_of(outputs, models.lower(), columns),
             checked=checked,
             error=np.hypot(left_out, missed) / (rms(stage.signal) + 1e-300),
             steady=steady_miss(predicted, checked),

@@ -23,7 +23,8 @@ def combined(expansions: Sequence[Expansion], weights: np.ndarray) -> Expansion:
     weights : of the outputs by number, shape (combinations, outputs).
     """
     own = [one for one in expansions if np.any(weights[:, one.outputs])]
-    return expansion_of(*reduce(_sum, (_of_one(one, weights[:, one.outputs]) for one in own)))
+    parts = reduce(_sum, (_of_one(one, weights[:, one.outputs]) for one in own))
+    return expansion_of(np.arange(len(weights)), *parts)
 
 
 Parts = tuple[HybridExpansion, PartColumns]

@@ -102,9 +102,8 @@ class PhaseExpansion:
         return PhaseExpansion(outputs, HybridExpansion.of_arrays(inputs, **parts), columns)
 
 
-def expansion_of(parts: HybridExpansion, columns: PartColumns) -> Expansion:
-    """Return the expansion of a response by its parts: the plain one if there are no carriers."""
-    outputs = np.arange(columns.outputs)
+def expansion_of(outputs: np.ndarray, parts: HybridExpansion, columns: PartColumns) -> Expansion:
+    """Return the expansion of outputs by their parts: the plain one if there are no carriers."""
     if columns.carriers:
         return PhaseExpansion(outputs, parts, columns)
     return DirectExpansion(outputs, parts)

@@ -23,7 +23,7 @@ from flexband.uncertainty.evaluations.evaluations import evaluations, setting
 from flexband.uncertainty.evaluations.reuse import generic_runs, keep_domains, located
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
-from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
+from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names
@@ -99,6 +99,7 @@ class Runs:
         self.stored: np.ndarray | None = None
         self.reused = 0
         self.calls: list[tuple[Response, list[Call]]] = []
+        self.effective: set[int] = set()  # of which all inputs have effects, by id
         self.repeated = 0
 
     def check_left_out(self) -> None:
@@ -143,7 +144,7 @@ class Runs:
             )
         if self.stored is None and recorded:
             self.stored = found.stored
-        self.labels = found.values[:0]
+        self.labels = found.values[:0].copy()  # a view would keep all values
         return found.values
 
     def keep(self, response: Response, call: Call) -> None:
@@ -154,10 +155,14 @@ class Runs:
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]
         own = [calls for kept, calls in self.calls if kept is response]
-        if own:
-            own[0].append(call)
-        else:
-            self.calls.append((response, [call]))
+        if not own:
+            own = [[]]
+            self.calls.append((response, own[0]))
+            if all_have_effects(self.space, call[:2], call[2]):
+                self.effective.add(id(response))
+        if id(response) in self.effective:  # values, which may be large, are needed no more
+            call = *call[:2], np.zeros(0)
+        own[0].append(call)
 
     def _repeat(
         self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
@@ -226,7 +231,7 @@ class Runs:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response, self.space.inputs)
         response, calls = max(self.calls, key=lambda own: sum(len(call[0]) for call in own[1]))
-        idle, likely = self._without_effect(calls)
+        idle, likely = ({}, []) if id(response) in self.effective else self._without_effect(calls)
         likely = [name for name in likely if name not in unread]
         further = probes(self.space, likely)
         if likely and self.done + len(further[0]) <= self.total:

@@ -63,6 +63,11 @@ def rms(v: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("rot,rot->o", v, v) / (v.shape[0] * v.shape[2]))
 
 
+def variation(F: np.ndarray) -> np.ndarray:
+    """Return the root mean square of the deviations of runs from their mean, (outputs,)."""
+    return np.array([rms((own - own.mean(axis=0))[:, None])[0] for own in np.moveaxis(F, 1, 0)])
+
+
 def share(m: int) -> float:
     """Return the error of bands over m intervals as a part of what is missed of generic runs."""
     return SHARE * math.sqrt(max(1.0, m / ALONE))
@@ -71,12 +76,12 @@ def share(m: int) -> float:
 def varying(F: np.ndarray) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
     size = rms(F)
-    return rms(F - F.mean(axis=0)) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
+    return variation(F) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
 
 
 def missed_part(missed: np.ndarray, F: np.ndarray) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant."""
-    varied = np.where(varying(F), rms(F - F.mean(axis=0)), np.inf)
+    varied = np.where(varying(F), variation(F), np.inf)
     return rms(missed) / varied
 
 

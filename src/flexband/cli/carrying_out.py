@@ -6,6 +6,7 @@ import math
 import shlex
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -26,6 +27,7 @@ from flexband.cli.messages import (
     print_text,
 )
 from flexband.cli.plan import Plan
+from flexband.cli.report import report_on
 from flexband.errors import RunsNeeded, free_memory
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
@@ -199,7 +201,7 @@ def results(
 ) -> dict[str, Any]:
     """Make the runs, print the table, write data and report; return what is told of them."""
     from flexband.report import tables  # noqa: PLC0415
-    from flexband.report.results import write_bands_report, write_netcdf  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     output, label, where = course.folder.path, study.method.label, plan.where()
     data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
@@ -234,10 +236,18 @@ def results(
     else:
         inputs = surrogate.space.given if isinstance(surrogate, fb.Surrogate) else surrogate.given
     fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
-    page = write_bands_report(output, title, label, bands, checked, fields)
     older = [own for own in (model, checks) if own.exists() and own not in files]
     if model not in files or course.folder.signed([model]) != earlier:
         older += mark_older(output)
+    about = {
+        "title": plan.title,
+        "label": label,
+        "file": plan.file,
+        "computed": computed(course.about),
+        "doubts": doubts(bands, checked, asked=bool(new)),
+        "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
+    }
+    page = report_on(study, output, bands, surrogate, checked, inputs, about)
     kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
     written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
     written += [f"Older:  {own}, of an earlier run" for own in older]
@@ -245,11 +255,16 @@ def results(
         "title": title,
         "table": table,
         "runs": int(bands.attrs["runs"]),
-        "doubts": doubts(bands, checked, asked=bool(new)),
-        "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
+        "doubts": about["doubts"],
+        "remarks": about["remarks"],
         "written": written,
         "checksums": course.folder.signed([page, *files]),
     }
+
+
+def computed(about: Mapping[str, Any]) -> dict[str, str]:
+    """Return by what a study was computed, and when, by name."""
+    return {"command": about["command"], "file": about["file"], "date": about["started"][:16]}
 
 
 def recorded_runs(folder: StudyFolder) -> int:

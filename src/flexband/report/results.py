@@ -1,9 +1,10 @@
-"""Results of a study written into a folder: data, figures and a report."""
+"""Results written into a folder: data, and the report on a comparison of methods."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from functools import partial
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import xarray as xr
 
 from flexband.files import replaced
 from flexband.report import figures, tables
-from flexband.report.html import Drawing, file_name, write_report
+from flexband.report.page.figures import Drawing, write_figures
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -22,35 +23,8 @@ from flexband.uncertainty.methods import PCCI, ImprovedPCCI
 
 BANDS = "Interval mean and interval error bar"
 
-
-def write_bands_report(
-    folder: Path,
-    title: str,
-    label: str,
-    bands: xr.Dataset,
-    checked: xr.Dataset | None = None,
-    fields: Mapping[str, Field] | None = None,
-) -> Path:
-    """Write a figure for every output and one of the fields, and report.html; return its path.
-
-    Parameters
-    ----------
-    title, label : of the report, and of the method in legends.
-    checked : result of `verify`.
-    fields : inputs that are fields, with their domains.
-    """
-    drawn = [
-        Drawing(
-            f"bands_{name or 'response'}",
-            f"{BANDS} of {name}",
-            partial(figures.bands_figure, {label: bands}, name),
-        )
-        for name in figures.drawable_outputs(bands["mean"])
-    ]
-    drawn += _of_fields(fields or {})
-    text = [*tables.remarks(bands, checked), *tables.field_remarks(fields or {})]
-    text.append(figures.definitions(bands))
-    return write_report(folder, title, tables.summary_table(bands, checked), drawn, text)
+LONGEST_NAME = 100
+"""Bytes of a file name, without its suffix."""
 
 
 def write_comparison_report(
@@ -72,30 +46,39 @@ def write_comparison_report(
     if random := {k: one for k, one in fields.items() if isinstance(one, RandomField)}:
         caption = "Variance error of the random fields after discretization"
         draw = partial(figures.variance_error_figure, random)
-        drawn.append(Drawing("variance_error", caption, draw))
+        drawn.append(Drawing(caption, draw))
     drawn += _of_fields(fields)
     if outputs := figures.drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
-        drawn.append(Drawing("deterministic", "Response without uncertainty", draw))
+        drawn.append(Drawing("Response without uncertainty", draw))
     for name in outputs:
-        called = name or "response"
         for k, q in dict.fromkeys(orders):
             compared = (results[0].method, PCCI(k, q), ImprovedPCCI(k, q), AdaptivePCCI())
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{BANDS} of {name}, k = {k}, q = {q}"
             draw = partial(figures.bands_figure, chosen, name)
-            drawn.append(Drawing(f"bands_{called}_{k}_{q}", caption, draw))
+            drawn.append(Drawing(caption, draw))
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)
-        drawn.append(Drawing(f"errors_{called}", caption, draw))
+        drawn.append(Drawing(caption, draw))
     text = [*tables.comparison_remarks(fields), figures.definitions(results[0].bands)]
-    return write_report(folder, title, tables.error_table(results), drawn, text)
+    about = f"{len(results)} methods, compared with {results[0].method.label}"
+    file = folder / "report.html"
+    return write_figures(file, title, about, tables.error_table(results), drawn, text)
 
 
 def _of_fields(fields: Mapping[str, Field]) -> list[Drawing]:
     """Return the drawing of realizations, if there are fields."""
     draw = partial(figures.fields_figure, fields)
-    return [Drawing("fields", "Realizations of the fields", draw)] if fields else []
+    return [Drawing("Realizations of the fields", draw)] if fields else []
+
+
+def file_name(name: str, taken: Collection[str] = ()) -> str:
+    """Return a name as that of a file, other than those taken, which are in lower case."""
+    words = "".join(c if c.isalnum() else " " for c in name).split()
+    start = "_".join(words).encode()[:LONGEST_NAME].decode(errors="ignore") or "response"
+    numbered = (f"{start}_{k}" for k in count(2))
+    return next(own for own in chain([start], numbered) if own.casefold() not in taken)
 
 
 def data_file(folder: Path, result: Comparison) -> Path:

@@ -13,7 +13,6 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
-from flexband.uncertainty.answers.probability.texts import told
 
 Side = Annotated[
     list[str] | None,
@@ -48,6 +47,7 @@ def limits(
     leaving a limit at any time. limits.nc, probability.nc and limits.png are written.
     """
     from flexband.report.answers.limits import limits_figure  # noqa: PLC0415
+    from flexband.report.page.answers import limits_table  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -69,7 +69,7 @@ def limits(
     if as_json:
         print_json({"limits": as_rows(checked), "probability": as_rows(probability)})
         return
-    print_table("Limits", table(checked, probability))
+    print_table("Limits", limits_table(checked, probability))
     told_of = [checked.attrs["verdict"]]
     told_of += [] if probability is None else [probability.attrs["verdict"]]
     print_text("\n".join(told_of))
@@ -94,25 +94,6 @@ def limits_of(
     if not sides:
         raise InputError("limits requires --below or --above, as in --below F_X=345")
     return [fb.Limit(name, during=during, **own) for name, own in sides.items()]
-
-
-def table(checked: xr.Dataset, probability: xr.Dataset | None) -> tuple[list[str], list[list[str]]]:
-    """Return one row per limit: verdict, least margin, and the probability of leaving it."""
-    header = ["limit", "verdict", "least margin", "expected error"]
-    every = checked if probability is None else probability
-    if probability is not None:
-        header += ["probability, lower", "upper"]
-    rows = []
-    for k, name in enumerate(every["limit"].values.tolist()):
-        row = [name, "", "", ""]
-        if k < checked.sizes["limit"]:
-            one = checked.isel(limit=k)
-            numbers = [f"{float(one[v]):.4g}" for v in ("least_margin", "least_margin_error")]
-            row = [name, str(one["verdict"].values), *numbers]
-        if probability is not None:
-            row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
-        rows.append(row)
-    return header, rows
 
 
 def as_rows(result: xr.Dataset | None) -> Any:

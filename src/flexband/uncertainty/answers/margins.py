@@ -53,11 +53,11 @@ def check_limits(
     Returns
     -------
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
-    limited; `expected_error` that of the error bar. `least_margin`, `least_margin_error` and
-    `least_margin_at` are the least margin, its expected error and the value of the last dim where
-    it is; `side` tells whether it is the limit "below" or "above" which is nearest there;
-    `worst_inputs`, dims (input, limit), are the values of the interval inputs there, and
-    `worst_choice` the options. `grid_error` is by how much the margin may be less between the
+    limited; `expected_error` that of the error bar; `above` and `below` are the limits.
+    `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
+    error and the value of the last dim where it is; `side` tells whether it is the limit "below" or
+    "above" which is nearest there; `worst_inputs`, dims (input, limit), are the values of the
+    interval inputs there, and `worst_choice` the options. `grid_error` is by how much the margin may be less between the
     times, by parabolas. `verdict` is "kept" if the margin is more than its errors everywhere, "not
     kept" if it is below zero by more than the expected error somewhere, else "undecided".
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
@@ -114,6 +114,8 @@ def _checked(
     data: dict[str, Any] = {
         "margin": (dims, np.where(limited, margin, np.nan)),
         "expected_error": (dims, np.where(limited, error, np.nan)),
+        "above": (dims, np.where(np.isfinite(lower), lower, np.nan)),
+        "below": (dims, np.where(np.isfinite(upper), upper, np.nan)),
         "least_margin": margin[at],
         "least_margin_error": error[at],
         "grid_error": margin[at] - between,
@@ -168,6 +170,8 @@ def _number(value: np.ndarray) -> str:
 LONG_NAMES = {
     "margin": "distance of μ ± {k}σ from the limit, for all values of the interval inputs",
     "expected_error": "error expected of the margin",
+    "above": "limit above which the output must stay",
+    "below": "limit below which the output must stay",
     "least_margin": "least margin",
     "least_margin_error": "error expected of the least margin",
     "least_margin_at": "where the least margin is",

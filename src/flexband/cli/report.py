@@ -1,0 +1,94 @@
+"""The report of a study: written by `flexband run`, and again by `flexband report`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+import flexband as fb
+from flexband.cli.application import app
+from flexband.cli.files import Folder, save
+from flexband.cli.messages import print_remark, print_text, reported_errors
+from flexband.errors import InputError
+from flexband.study.study import Study
+
+DATA = ("bands.nc", "verification.nc", "contributions.nc")
+MODEL = "surrogate.npz"
+
+
+def report_on(
+    study: Study,
+    folder: Path,
+    bands: xr.Dataset,
+    surrogate: Any,
+    checked: xr.Dataset | None,
+    inputs: Mapping[str, Any],
+    about: Mapping[str, Any],
+) -> Path:
+    """Write the report of a study that was carried out; return its path.
+
+    What it shows of the study's code is written beside it, so that it can be written again.
+
+    Parameters
+    ----------
+    inputs : fields with their domains.
+    about : `title`, `label`, `file`, `computed`, `remarks` and `doubts`.
+    """
+    from flexband.report.page.given import given_by, write_given  # noqa: PLC0415
+    from flexband.report.page.study import write_report  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    contributions = contributions_of(surrogate, study.sigmas)
+    if contributions is not None:
+        save(lambda: write_netcdf(contributions, folder / DATA[2]))
+    found = bands, checked, contributions
+    names = [name for name, one in zip(DATA, found, strict=True) if one is not None]
+    names += [MODEL] * (surrogate is not None)
+    given = {**about, **given_by(study.response, inputs, Path(about["file"])), "files": names}
+    save(lambda: write_given(folder, given))
+    return write_report(folder, given, bands, checked, contributions, surrogate)
+
+
+def contributions_of(surrogate: Any, sigmas: float) -> xr.Dataset | None:
+    """Return how much each input widens the error bars; print a remark if that fails."""
+    if surrogate is None:
+        return None
+    try:
+        return fb.contributions(surrogate, sigmas=sigmas)
+    except Exception as error:  # the bands are there
+        print_remark(f"which input matters is not known: {error}")
+        return None
+
+
+@app.command("report")
+@reported_errors()
+def report(folder: Folder) -> None:
+    """Write the report of the study in FOLDER again, with the answers that were computed since.
+
+    Nothing is run. report.html is one file with all that it needs, which can be sent.
+    """
+    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.page.study import write_report  # noqa: PLC0415
+
+    given = read_given(folder)
+    if not given:
+        raise InputError(f"folder must have results of `flexband run`; got '{folder}'")
+    if missing := [name for name in given["files"] if not (folder / name).is_file()]:
+        raise InputError(f"'{folder}' has lost {', '.join(missing)}; `flexband run` makes it again")
+    bands, *more = (folder / name for name in DATA)
+    checked, contributions = (read(one) if one.name in given["files"] else None for one in more)
+    surrogate = fb.load_surrogate(folder / MODEL) if MODEL in given["files"] else None
+    page = write_report(folder, given, read(bands), checked, contributions, surrogate)
+    print_text(f"Report: {page}")
+
+
+def read(file: Path) -> xr.Dataset:
+    """Return a dataset that `write_netcdf` has written."""
+    try:
+        with xr.open_dataset(file, engine="scipy", decode_times=False) as found:
+            return found.load()
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{file} is no result of flexband: {error}") from None

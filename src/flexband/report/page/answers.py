@@ -1,0 +1,115 @@
+"""Answers that commands have written into the folder of a study, as parts of its report."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import xarray as xr
+
+from flexband.report.tables import Table
+from flexband.uncertainty.answers.probability.texts import told
+
+TITLES = {
+    "allocation": "Allocated tolerances",
+    "sobol": "Parts of the variance: Sobol' indices",
+    "quantiles": "Quantiles",
+    "p_box": "Distribution function",
+    "range": "Range of values",
+    "path": "Path",
+    "derived": "Quantities made of outputs",
+    "narrowed": "Narrower inputs",
+}
+"""Answers by the names of their files."""
+
+STALE = "stale"
+"""Attribute of answers of earlier results."""
+
+
+class Answer(NamedTuple):
+    """A part of a report."""
+
+    title: str
+    table: Table | None
+    remarks: list[str]
+    pictures: list[tuple[str, str]]
+
+
+def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Dataset | None]:
+    """Return the answers in a folder, with the limits and the probabilities of leaving them.
+
+    Answers of earlier results are left out, and named.
+    """
+    found, older = [], []
+    limits, probability = (_read(folder, name, older) for name in ("limits", "probability"))
+    for name, title in TITLES.items():
+        answer = _read(folder, name, older)
+        if answer is None:
+            continue
+        texts = (answer.attrs.get(k) for k in ("verdict", "inputs", "surrogate_not_trusted"))
+        remarks = [str(text) for text in texts if text]
+        table = allocation_table(answer) if name == "allocation" else None
+        found.append(Answer(title, table, remarks, _pictures(folder, name, title)))
+    if limits is not None and (pictures := _pictures(folder, "limits", "Margins over time")):
+        found.insert(0, Answer("Limits over time", None, [], pictures))
+    if older:
+        text = f"Answers of earlier results are left out: {', '.join(older)}. Ask again."
+        found.append(Answer("Left out", None, [text], []))
+    return found, limits, probability
+
+
+def _read(folder: Path, name: str, older: list[str]) -> xr.Dataset | None:
+    """Return an answer; add its name to `older` if it is one of earlier results."""
+    file = folder / f"{name}.nc"
+    try:
+        with xr.open_dataset(file, engine="scipy", decode_times=False) as found:
+            answer = found.load()
+    except (OSError, ValueError, TypeError):  # missing, or no such file
+        return None
+    if STALE in answer.attrs:
+        older.append(name)
+        return None
+    return answer
+
+
+def _pictures(folder: Path, name: str, caption: str) -> list[tuple[str, str]]:
+    """Return the picture that the answer's command has drawn, as the address of an image."""
+    file = folder / f"{name}.png"
+    if not file.is_file():
+        return []
+    return [(caption, f"data:image/png;base64,{b64encode(file.read_bytes()).decode()}")]
+
+
+def allocation_table(found: xr.Dataset) -> Table:
+    """Return one row per tolerance: itself, its cost, and what it takes of the nearest limit."""
+    header = ["input", "tolerance", "largest", "cost", "of the margin at the nearest limit"]
+    nearest = found["contribution"].isel(binding=0)
+    share = nearest / nearest.sum()
+    rows = [
+        [
+            str(one["name"].values),
+            *(f"{float(one[k]):.4g}" for k in ("tolerance", "largest", "cost")),
+        ]
+        for one in (found.isel(name=k) for k in range(found.sizes["name"]))
+    ]
+    return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
+
+
+def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
+    """Return one row per limit: verdict, least margin, and the probability of leaving it."""
+    header = ["limit", "verdict", "least margin", "expected error"]
+    every: Any = checked if probability is None else probability
+    if probability is not None:
+        header += ["probability, lower", "upper"]
+    rows = []
+    for k, name in enumerate(every["limit"].values.tolist()):
+        row = [name, "", "", ""]
+        if k < checked.sizes["limit"]:
+            one = checked.isel(limit=k)
+            numbers = [f"{float(one[v]):.4g}" for v in ("least_margin", "least_margin_error")]
+            row = [name, str(one["verdict"].values), *numbers]
+        if probability is not None:
+            row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
+        rows.append(row)
+    return header, rows

@@ -1,0 +1,248 @@
+// One chart per output: bands, their expected error, limits, and which input matters when.
+"use strict";
+window.flexband = window.flexband || {};
+flexband.starters = flexband.starters || [];
+
+flexband.starters.push(function (data) {
+  const charts = data.charts, panel = document.querySelector("#charts .panel");
+  if (!charts || !panel) return;
+  panel.append(flexband.timeSlider(charts.x));
+  const made = charts.outputs.map((output, k) => new flexband.Chart(charts, output, k, panel));
+  const seen = new IntersectionObserver(
+    (entries) => entries.forEach((e) => e.isIntersecting && made[e.target.dataset.number].draw()),
+    { rootMargin: "400px" },
+  );
+  made.forEach((chart) => seen.observe(chart.plot));
+  const again = () => made.forEach((chart) => chart.drawn && chart.draw(true));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+  addEventListener("beforeprint", () => made.forEach((chart) => chart.draw()));
+  document.addEventListener("flexband:time", (e) => made.forEach((c) => c.point(e.detail.time)));
+  document.addEventListener("flexband:what-if", (e) => made.forEach((c) => c.compare(e.detail)));
+});
+
+/** Return a slider that moves the cursor of all charts. */
+flexband.timeSlider = function ({ name, unit, values }) {
+  const x = values.values, row = flexband.element("label", "", { class: "tools screen-only" });
+  const slider = flexband.element("input", "", { type: "range", min: 0, max: x.length - 1, value: 0 });
+  const text = flexband.element("output", "");
+  const show = (k) => {
+    text.textContent = `${name} = ${flexband.number(x[k])} ${unit}`;
+    slider.setAttribute("aria-valuetext", text.textContent);
+  };
+  slider.style.flex = "1";
+  slider.addEventListener("input", () => {
+    const detail = { time: x[slider.value], from: "slider" };
+    document.dispatchEvent(new CustomEvent("flexband:time", { detail }));
+  });
+  document.addEventListener("flexband:time", ({ detail }) => {
+    const k = flexband.nearest(x, detail.time);
+    slider.value = k;
+    show(k);
+  });
+  show(0);
+  row.append(flexband.element("span", "Cursor"), slider, text);
+  return row;
+};
+
+flexband.Chart = class {
+  constructor(charts, output, number, panel) {
+    Object.assign(this, { charts, output, number, drawn: false, other: null });
+    this.x = charts.x.values.values;
+    this.all = flexband.curvesOf(output, this.x.length);
+    const span = this.x[this.x.length - 1] - this.x[0], slowest = Math.min(...charts.carriers);
+    this.rings = output.rings && charts.carriers.length > 0;
+    this.view = output.narrow ? "deviation" : "values";
+    if (this.rings && span * slowest > 40) this.view = "envelope"; // else they are a smear
+    const figure = panel.appendChild(flexband.element("figure", "", { class: "chart" }));
+    this.title = output.unit ? `${output.name} [${output.unit}]` : output.name;
+    figure.append(flexband.element("h3", this.title));
+    figure.append(this.tools());
+    const label = `Chart of ${this.title}: interval mean and interval error bar ${charts.bar}`;
+    this.plot = flexband.element("div", "", { class: "plot", role: "img", "aria-label": label });
+    this.plot.dataset.number = number;
+    this.plot.style.height = output.contributions ? "34rem" : "24rem";
+    this.reading = flexband.element("figcaption", "", { class: "reading", "aria-live": "polite" });
+    figure.append(this.plot, this.reading);
+    this.read(this.widest());
+  }
+
+  tools() {
+    const bar = flexband.element("div", "", { class: "tools screen-only" });
+    const views = { values: "Values" };
+    if (this.all.nominal) views.deviation = "Deviation from nominal";
+    if (this.rings) views.envelope = `Envelope over ${flexband.number(this.period())} s`;
+    for (const [view, text] of Object.entries(views)) {
+      const chosen = String(view === this.view);
+      const button = flexband.element("button", text, { type: "button", "aria-pressed": chosen });
+      button.addEventListener("click", () => {
+        this.view = view;
+        for (const one of bar.children) one.setAttribute("aria-pressed", String(one === button));
+        this.draw(true);
+      });
+      bar.append(button);
+    }
+    return bar;
+  }
+
+  /** Return curves as the view shows them. */
+  shown(curves) {
+    if (this.view === "deviation") return flexband.less(curves, this.all.nominal);
+    if (this.view !== "envelope") return curves;
+    return flexband.envelope(this.x, curves, this.period());
+  }
+
+  /** Return the period of the slowest vibration. */
+  period() {
+    return 1 / Math.min(...this.charts.carriers);
+  }
+
+  traces() {
+    const own = this.shown(this.all), color = flexband.color, x = this.x, found = [];
+    const line = (y, name, style, more = {}) =>
+      found.push({
+        x, y, name: flexband.plain(name), mode: "lines", line: style, hoverinfo: "skip", ...more,
+      });
+    const area = ([low, high], name, fill, edge) => {
+      const border = { color: edge, width: 0.8 };
+      line(low, name, border, { legendgroup: name, showlegend: false });
+      line(high, name, border, { legendgroup: name, fill: "tonexty", fillcolor: fill });
+    };
+    if (own.error) {
+      const moved = (curve, sign) => curve.map((v, k) => v + sign * own.error[k]);
+      const wider = [moved(own.bar[0], -1), moved(own.bar[1], 1)];
+      area(wider, "± expected error", color("line"), "transparent");
+    }
+    area(own.bar, `interval error bar ${this.charts.bar}`, color("shade"), color("accent"));
+    area(own.mean, "interval mean", color("accent"), color("accent"));
+    found[found.length - 1].hoverinfo = "none"; // the numbers are below the chart
+    if (own.nominal) line(own.nominal, "nominal", { color: color("ink"), width: 1, dash: "dot" });
+    for (const limit of this.output.limits || []) {
+      const base = this.view === "deviation" ? this.all.nominal : null;
+      const y = base ? limit.values.values.map((v, k) => v - base[k]) : limit.values.values;
+      line(y, limit.name, { color: color("bad"), width: 1.6, dash: "dash" });
+    }
+    if (this.other) {
+      const changed = this.shown({ ...this.other, error: null, nominal: this.all.nominal });
+      const style = { color: color("second"), width: 1.4 };
+      const group = { legendgroup: "what-if" };
+      line(changed.bar[0], this.other.label, style, { ...group, showlegend: false });
+      line(changed.bar[1], this.other.label, style, group);
+    }
+    return [...found, ...this.matters()];
+  }
+
+  /** Return traces of what each input contributes to the width of the error bar. */
+  matters() {
+    const own = this.output.contributions, n = this.x.length;
+    if (!own) return [];
+    const colors = ["#1f6fb2", "#d9730d", "#2f9e63", "#8e63c7", "#c2417c", "#8a6d3b", "#4aa8b5", "#7b8794"];
+    const smooth = (y) => (this.rings ? flexband.smoothed(this.x, y, this.period()) : y);
+    const found = own.names.slice(0, 8).map((name, k) => ({
+      x: this.x, y: smooth(flexband.row(own.values, k, n)), name: flexband.plain(name), yaxis: "y2", mode: "lines",
+      stackgroup: "inputs", line: { width: 0 }, fillcolor: colors[k], hoverinfo: "skip",
+      legend: "legend2",
+    }));
+    found.push({
+      x: this.x, y: smooth(own.width.values), name: "width of the error bar", yaxis: "y2", mode: "lines",
+      line: { color: flexband.color("ink"), width: 1 }, hoverinfo: "skip", legend: "legend2",
+    });
+    return found;
+  }
+
+  layout() {
+    const color = flexband.color, split = Boolean(this.output.contributions);
+    const axis = { gridcolor: color("line"), zerolinecolor: color("line"), linecolor: color("line") };
+    const { name, unit } = this.charts.x;
+    const words = { values: this.title, deviation: `deviation from nominal`, envelope: this.title };
+    const text = (t) => ({ text: flexband.plain(t), font: { size: 12 } });
+    return {
+      paper_bgcolor: "transparent", plot_bgcolor: "transparent", dragmode: "zoom",
+      font: { color: color("ink"), family: "system-ui, sans-serif", size: 12 },
+      margin: { l: 64, r: 12, t: 8, b: 44 }, hovermode: "x", uirevision: this.view,
+      legend: { orientation: "h", y: 1.0, yanchor: "bottom", x: 0 },
+      legend2: { orientation: "h", y: 0.3, yanchor: "bottom", x: 0 },
+      xaxis: { ...axis, title: text(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
+      yaxis: { ...axis, title: text(words[this.view]), domain: split ? [0.45, 1] : [0, 1] },
+      ...(split && { yaxis2: { ...axis, title: text("part of the width"), domain: [0, 0.3] } }),
+      shapes: this.cursor === undefined ? [] : [this.line()],
+    };
+  }
+
+  line() {
+    const style = { color: flexband.color("muted"), width: 1, dash: "dot" };
+    return { type: "line", x0: this.cursor, x1: this.cursor, yref: "paper", y0: 0, y1: 1, line: style };
+  }
+
+  /** Draw the chart, if it is not drawn yet or has changed. */
+  draw(changed = false) {
+    if (this.drawn && !changed) return;
+    const first = !this.drawn;
+    this.drawn = true;
+    const options = {
+      responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" },
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+    };
+    Plotly.react(this.plot, this.traces(), this.layout(), options);
+    if (first) this.plot.on("plotly_hover", (event) => this.tell(event.points[0].x));
+  }
+
+  /** Tell all parts of the page of another time. */
+  tell(x) {
+    const time = this.x[flexband.nearest(this.x, x)];
+    const detail = { time, from: "charts" };
+    document.dispatchEvent(new CustomEvent("flexband:time", { detail }));
+  }
+
+  /** Move the cursor, at most every 60 ms. */
+  point(time) {
+    this.cursor = time;
+    this.read(flexband.nearest(this.x, time));
+    if (!this.drawn || this.waiting) return;
+    this.waiting = true;
+    setTimeout(() => {
+      this.waiting = false;
+      Plotly.relayout(this.plot, { shapes: [this.line()] });
+    }, 60);
+  }
+
+  /** Return the place where the error bar is the widest. */
+  widest() {
+    const [low, high] = this.all.bar;
+    return high.reduce((best, v, k) => (v - low[k] > high[best] - low[best] ? k : best), 0);
+  }
+
+  /** Write the numbers at a place below the chart. */
+  read(k) {
+    const { all, output, charts } = this, { name, unit } = charts.x, g = flexband.number;
+    const range = (pair) => `${g(pair[0][k])} … ${g(pair[1][k])}`;
+    let text = `${name} = ${g(this.x[k])} ${unit}: interval mean ${range(all.mean)}, ` +
+      `error bar ${range(all.bar)} ${output.unit}`;
+    if (all.nominal) text += `, nominal ${g(all.nominal[k])}`;
+    if (all.error) text += `; expected error ± ${g(all.error[k])}`;
+    const parts = Object.entries(output.errors || {}).map(([w, e]) => `${w} ${g(e.values[k])}`);
+    if (parts.length) text += ` (${parts.join(", ")})`;
+    if (output.worst && charts.inputs.length) {
+      const n = this.x.length;
+      const at = (b) => charts.inputs.map(
+        (input, i) => `${input} = ${g(output.worst.values[(2 * i + b) * n + k])}`).join(", ");
+      text += `. Lowest with ${at(0)}; highest with ${at(1)}`;
+    }
+    this.reading.textContent = text + ".";
+  }
+
+  /** Show the bands of other inputs, or none. */
+  compare(detail) {
+    const n = this.x.length, part = (rows) =>
+      rows.map((own) => own.subarray(this.number * n, (this.number + 1) * n));
+    this.other = detail && {
+      label: detail.label, mean: part(detail.mean), bar: part(detail.error_bar),
+    };
+    if (this.drawn) this.draw(true);
+  }
+};
+
+/** Return a text in which Plotly finds no markup. */
+flexband.plain = (text) => text.replace(/[<&]/g, (c) => (c === "<" ? "&lt;" : "&amp;"));
+
+/** Return a number with five digits. */
+flexband.number = (v) => (Number.isFinite(v) ? String(Number(v.toPrecision(5))) : "–");

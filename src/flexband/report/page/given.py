@@ -1,0 +1,95 @@
+"""What a report shows of the study's own code: its question, inputs, mechanism and motion.
+
+All of it is text and numbers in ``page.json``, so that a report can be written again without that
+code.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from flexband.errors import without_warnings
+from flexband.files import replaced
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.response import DynamicResponse
+from flexband.report.drawing.draw import draw
+from flexband.report.figures import fields_figure
+from flexband.report.page.inputs import inputs_table
+from flexband.report.page.template import picture
+from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.space import Space
+
+FILE = "page.json"
+
+
+def given_by(response: Any, inputs: Mapping[str, Any], file: Path | None) -> dict[str, Any]:
+    """Return what a report shows of a study's code.
+
+    Parameters
+    ----------
+    inputs : those of the response, fields with their domains.
+    file : the study's, whose docstring is its question.
+
+    Returns
+    -------
+    `question`; `inputs`, a table; `fields`, a picture of realizations; `drawing`, the address of an
+    image, and `description`, of a mechanism at the nominal values; `motion`, what motion.js shows;
+    `hidden`, sentences on what cannot be shown.
+    """
+    fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
+    found: dict[str, Any] = {
+        "question": _docstring(file),
+        "inputs": inputs_table(inputs),
+        "fields": picture(fields_figure(fields)) if fields else None,
+        "hidden": [],
+    }
+    if not isinstance(response, DynamicResponse):
+        return found
+    with without_warnings():
+        try:
+            mechanism = nominal_mechanism(response, inputs)
+            found["drawing"] = picture(draw(mechanism))
+            found["description"] = _in_words(mechanism)
+        except Exception as error:  # whatever a builder raises
+            found["hidden"].append(f"The mechanism cannot be drawn: {error}")
+    return found
+
+
+def nominal_mechanism(response: DynamicResponse, inputs: Mapping[str, Any]) -> Mechanism:
+    """Return the mechanism of one sample at the nominal values."""
+    space = Space(first_case(inputs))
+    return response.builder(**space.arguments_at(*space.nominal()))
+
+
+def _in_words(mechanism: Mechanism) -> str:
+    parts = {"bodies": mechanism.bodies, "joints": mechanism.joints, "loads": mechanism.loads}
+    return "; ".join(f"{kind} {', '.join(own)}" for kind, own in parts.items() if own)
+
+
+def _docstring(file: Path | None) -> str:
+    """Return the docstring of a Python file; nothing if it has none, or cannot be read."""
+    try:
+        text = file.read_text(encoding="utf-8") if file else ""
+        return " ".join((ast.get_docstring(ast.parse(text)) or "").split())
+    except (OSError, ValueError, SyntaxError):
+        return ""
+
+
+def write_given(folder: Path, given: dict[str, Any]) -> None:
+    """Write page.json into the folder of a study."""
+    with replaced(folder / FILE) as partial:
+        partial.write_text(json.dumps(given, allow_nan=False), encoding="utf-8")
+
+
+def read_given(folder: Path) -> dict[str, Any]:
+    """Return what page.json has, or nothing."""
+    try:
+        found = json.loads((folder / FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,97 @@
+"""The table of inputs: what is known of each, in words, and how much it matters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtri
+
+from flexband.report.tables import Table, outputs_of, percent, select
+from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.constants import Constant, is_number
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.space import Space
+
+NODES = 32
+"""Of the Gauss rule for the mean and the standard deviation of a distribution."""
+
+
+def inputs_table(given: Mapping[str, Any]) -> Table:
+    """Return one row per input: its name, its kind, and what is known of it."""
+    header = ["input", "kind", "what is known of it"]
+    return header, [[name, *known_of(name, one)] for name, one in given.items()]
+
+
+def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
+    """Return the table of inputs with a column that tells how much each matters.
+
+    It is the part of the error bar's width that the input is worth, mean over time, of the output
+    that it matters most for.
+
+    Parameters
+    ----------
+    contributions : result of `contributions`; without it, the table is as it was.
+    """
+    if contributions is None:
+        return table
+    header, rows = table
+    own = contributions["mean_share"]
+    names = [str(name) for name in own["name"].values]
+    told = [_matters(own.isel(name=names.index(r[0]))) if r[0] in names else "" for r in rows]
+    return [*header, "matters"], [[*row, one] for row, one in zip(rows, told, strict=True)]
+
+
+def _matters(share: xr.DataArray) -> str:
+    """Return the largest share over the outputs, and of which output it is."""
+    shares = {name: float(select(share, name).max()) for name in outputs_of(share)}
+    name = max(shares, key=lambda k: shares[k])
+    told = percent(shares[name]) if shares[name] > 5e-4 else "0 %"
+    return f"{told} of {name}" if name and shares[name] > 5e-4 else told
+
+
+def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911
+    """Return the kind of an input and what is known of it, in words."""
+    if isinstance(one, Constant) or is_number(one):
+        return "constant", f"{getattr(one, 'constant', one):g}"
+    if isinstance(one, Interval):
+        middle, half = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
+        return "interval", f"{one.lower:g} … {one.upper:g} ({middle:g} ± {half:.4g})"
+    if isinstance(one, Choice):
+        return "choice", " or ".join(map(str, one.options))
+    if isinstance(one, Correlated):
+        members = "; ".join(f"{k}: {known_of(k, own)[1]}" for k, own in one.members.items())
+        return "correlated", members
+    if isinstance(one, RandomField) and is_number(one.mean) and is_number(one.std):
+        told = f"mean {one.mean:g}, standard deviation {one.std:g}"  # pyright: ignore
+        return one.kind, f"{told}, correlation length {one.correlation_length:g} ({one.summary})"
+    if isinstance(one, Field):
+        return one.kind, one.summary
+    return _of_distribution(name, one)
+
+
+def _of_distribution(name: str, one: Any) -> tuple[str, str]:
+    """Return the kind of a distribution, and its mean, standard deviation and usual range."""
+    kind = type(one).__name__
+    space = Space(first_case({name or "input": one}))
+    if space.random_dimension != 1:
+        return kind, repr(one)
+
+    def at(xi: np.ndarray) -> np.ndarray:
+        eta = np.zeros((len(xi), space.interval_dimension))
+        return np.asarray(space.values(xi, eta)[name or "input"])
+
+    ends = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
+    nodes, weights = space.families[0].gauss(NODES)
+    values = at(nodes[:, None])
+    mean = float(weights @ values)
+    std = float(np.sqrt(weights @ (values - mean) ** 2))
+    told = f"mean {mean:.4g}, standard deviation {std:.3g}, 90 % in {ends[0]:.4g} … {ends[1]:.4g}"
+    intervals = [f"{k} in [{v.lower:g}, {v.upper:g}]" for k, v in one.intervals.items()]
+    return kind, "; ".join([told, *intervals])

@@ -1,0 +1,154 @@
+"""The report on a study: one page that answers, with all that it needs inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.report import tables
+from flexband.report.figures import bounds
+from flexband.report.page.answers import answers_in, limits_table
+from flexband.report.page.charts import chart_data
+from flexband.report.page.inputs import with_shares
+from flexband.report.page.template import write_page
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+FILE = "report.html"
+
+SCRIPTS = ("arrays.js", "start.js", "bands.js", "charts.js")
+
+TERMS = {
+    "nominal": "the response with every interval at its midpoint and every random input in the "
+    "middle of its distribution",
+    "expected error": "how far the end of an error bar is expected to be off; it is found by runs "
+    "that were not fitted, and by runs with half the step and twice the elements",
+    "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
+    "expected",
+    "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
+    "part of its width, mean over time",
+    "interval": "all that is known of the input is that it is between two numbers",
+    "random field": "a property that is random and varies with the position",
+}
+
+
+def write_report(
+    folder: Path,
+    given: Mapping[str, Any],
+    bands: xr.Dataset,
+    checked: xr.Dataset | None = None,
+    contributions: xr.Dataset | None = None,
+    surrogate: Surrogate | SurrogateOfChoices | None = None,
+) -> Path:
+    """Write report.html into a folder, with the answers that are there; return its path.
+
+    Parameters
+    ----------
+    given : what `given_by` returns, with `title`; `label` of the method; `computed`, command, date
+        and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
+        for.
+    checked, contributions : results of `verify` and `contributions`.
+    """
+    answers, limits, probability = answers_in(folder)
+    charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
+    attrs = {str(k): v for k, v in bands.attrs.items()}
+    told = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]
+    page = folder / FILE
+    write_page(
+        page,
+        "study.html.j2",
+        SCRIPTS,
+        title=given["title"],
+        about=" · ".join(filter(None, told)),
+        doubts=given["doubts"],
+        verdict=verdict(given["doubts"], bands, checked, contributions, limits),
+        drawing=given.get("drawing"),
+        description=given.get("description", ""),
+        question=given.get("question"),
+        inputs=with_shares(given["inputs"], contributions),
+        bands=tables.summary_table(bands, checked),
+        limits=limits_table(limits, probability) if limits is not None else None,
+        limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
+        charts=charts["x"]["name"] if charts else None,
+        answers=answers,
+        fields=given.get("fields"),
+        remarks=[*given["remarks"], *given["hidden"]],
+        definitions=definitions(bands),
+        computed=[
+            *given["computed"].items(),
+            ("method", str(attrs.get("method", given["label"]))),
+            ("runs", runs_in_words(attrs)),
+            *((name, str(attrs[name])) for name in ("discretization", "versions") if name in attrs),
+        ],
+        data={"charts": charts},
+    )
+    return page
+
+
+def nominal_of(surrogate: Surrogate | SurrogateOfChoices | None) -> xr.DataArray | None:
+    """Return the response of a surrogate with all inputs nominal, without its samples."""
+    if not isinstance(surrogate, Surrogate):
+        return None
+    values = surrogate.standard(*surrogate.space.nominal())
+    return (
+        xr.DataArray(values, dims=surrogate.labels.dims)
+        .isel(sample=0)
+        .assign_coords(
+            {k: c.variable for k, c in surrogate.labels.coords.items() if "sample" not in c.dims}
+        )
+    )
+
+
+def verdict(
+    doubts: Sequence[str],
+    bands: xr.Dataset,
+    checked: xr.Dataset | None,
+    contributions: xr.Dataset | None,
+    limits: xr.Dataset | None,
+) -> list[str]:
+    """Return what the first lines of the report say."""
+    own, lines = bands.attrs, [f"Doubtful: {one}." for one in doubts]
+    if "expected_error" in own:
+        error = tables.percent(float(own["expected_error"]))
+        lines.append(
+            f"The ends of the error bars are expected to be off by {error} of the bars' width, "
+            "averaged over time."
+        )
+    else:
+        lines.append("The error of these bands is not estimated by this method.")
+    if checked is not None:
+        lines.append(f"{checked.attrs['verdict']}.")
+    if limits is not None:
+        lines.append(f"Limits: {limits.attrs['verdict']}.")
+    if contributions is not None:
+        shares = contributions["mean_share"]
+        largest = float(np.max(shares.isel(name=0).values))
+        name = str(contributions["name"].values[0])
+        lines.append(
+            f"What matters most is {name}: without its uncertainty, an error bar would be "
+            f"{tables.percent(largest)} narrower."
+        )
+    return lines
+
+
+def definitions(bands: xr.Dataset) -> list[tuple[str, str]]:
+    """Return every term of the report with its meaning."""
+    own = (text.split(": ", 1) for text in bounds(bands).values())
+    return [*((term.lower(), meaning) for term, meaning in own), *TERMS.items()]
+
+
+def runs_in_words(attrs: Mapping[str, Any]) -> str:
+    """Return how many runs were made, and what for."""
+    kinds = {
+        "runs_fitted": "fitted",
+        "runs_checked": "held out",
+        "runs_refined": "with half the step or twice the elements",
+        "runs_repeated": "repeated",
+        "runs_failed": "failed",
+    }
+    parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]
+    return f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")

@@ -1,0 +1,78 @@
+"""Pages from templates: one file each, with all that it needs inside."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from base64 import b64encode
+from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+import flexband
+from flexband.files import replaced
+
+ASSETS = resources.files("flexband.report.page").joinpath("assets")
+
+
+def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values: Any) -> None:
+    """Write a web page, which appears only once it is complete.
+
+    Parameters
+    ----------
+    template : name of a file in assets; every text in `values` is escaped.
+    scripts : names of scripts that read `data`, a tree that JSON can hold.
+    """
+    data = values.pop("data", None)
+    if data is not None:
+        text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+        values["data"] = Markup(text.replace("<", "\\u003c"))
+        values["scripts"] = [_plotly(), *map(_script, scripts)]
+    style = Markup(ASSETS.joinpath("style.css").read_text(encoding="utf-8"))
+    page = _templates().get_template(template)
+    told = page.render(style=style, version=flexband.__version__, **values)
+    with replaced(file) as partial:
+        partial.write_text(told, encoding="utf-8", errors="replace")
+
+
+@cache
+def _templates() -> jinja2.Environment:
+    loader = jinja2.FunctionLoader(lambda name: ASSETS.joinpath(name).read_text(encoding="utf-8"))
+    undefined = jinja2.StrictUndefined
+    return jinja2.Environment(loader=loader, autoescape=True, undefined=undefined, trim_blocks=True)
+
+
+def _script(name: str) -> Markup:
+    text = ASSETS.joinpath(name).read_text(encoding="utf-8")
+    assert "</script" not in text
+    return Markup(text)
+
+
+@cache
+def _plotly() -> Markup:
+    """Return the library of the charts, as its package has it."""
+    file = resources.files("plotly").joinpath("package_data/plotly.min.js")
+    return Markup(file.read_text(encoding="utf-8").replace("</script", "<\\/script"))
+
+
+def picture(figure: Any, kind: str = "svg", **options: Any) -> str:
+    """Return a figure of Matplotlib as the address of an image in a page.
+
+    Parameters
+    ----------
+    kind : "svg", or "png" for what has too many points.
+    options : of `savefig`.
+    """
+    image = BytesIO()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # characters that fonts do not have are boxes
+        metadata = {"Date": None} if kind == "svg" else None
+        figure.savefig(image, format=kind, metadata=metadata, **options)
+    form = {"svg": "image/svg+xml", "png": "image/png"}[kind]
+    return f"data:{form};base64,{b64encode(image.getvalue()).decode()}"

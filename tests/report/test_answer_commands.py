@@ -84,18 +84,18 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     command = ("run", tmp_path / "study.py", "--output", tmp_path, "--no-store")
     run(*command)
-    run("contributions", tmp_path)
-    with xr.open_dataset(tmp_path / "contributions.nc") as first:
+    run("quantiles", tmp_path)
+    with xr.open_dataset(tmp_path / "quantiles.nc") as first:
         first.load()
-    assert "contributions" not in run(*command).output  # the same results
+    assert "quantiles" not in run(*command).output  # the same results
     changed = STUDY.replace("Normal(0.0, 1.0)", "Normal(0.0, 2.0)")
     (tmp_path / "study.py").write_text(changed, encoding="utf-8")
     printed = " ".join(run(*command).output.replace("\n", "").split())
     for kind in ("nc", "png"):
-        assert re.search(rf"Older: [^ ]*contributions.{kind}, of an earlier run", printed)
-    with xr.open_dataset(tmp_path / "contributions.nc") as marked:
+        assert re.search(rf"Older: [^ ]*quantiles.{kind}, of an earlier run", printed)
+    with xr.open_dataset(tmp_path / "quantiles.nc") as marked:
         assert "ask again" in marked.attrs.pop("stale")
         xr.testing.assert_identical(marked.load(), first)
-    run("contributions", tmp_path)
-    with xr.open_dataset(tmp_path / "contributions.nc") as new:
+    run("quantiles", tmp_path)
+    with xr.open_dataset(tmp_path / "quantiles.nc") as new:
         assert "stale" not in new.attrs

@@ -1,6 +1,7 @@
 """The command line, run as a user would."""
 
 import errno
+import json
 import os
 import re
 import subprocess
@@ -61,8 +62,11 @@ def test_run_writes_data_and_figures(study_file, tmp_path):
         np.testing.assert_allclose(upper, 3 * np.exp(-0.1 * bands["time"]), atol=1e-4)
         assert bands["mean"].sel(output="v")["unit"] == "N"
         assert bands.attrs["runs"] == 21
-    for name in ("report.html", "bands_u.png", "bands_v.png"):
-        assert (out / name).stat().st_size > 500
+    assert (out / "report.html").stat().st_size > 1e6  # with all that it needs
+    before = (out / "report.html").read_bytes()
+    (out / "report.html").unlink()
+    assert "Report:" in call("report", out).output
+    assert (out / "report.html").read_bytes() == before
 
 
 def test_run_by_another_method(study_file, tmp_path):
@@ -186,9 +190,12 @@ def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, mon
     assert "field: random field, 1 term, largest variance error" in result.output
     assert "Times do not include compilation." in result.output
     assert {p.name for p in out.iterdir()} >= {
-        "report.html", "variance_error.png", "deterministic.png", "errors_u.png",
-        "bands_v_1_4.png", "improved_pcci_1_4.nc", "lhs_scanning.nc",
+        "report.html", "improved_pcci_1_4.nc", "lhs_scanning.nc",
     }  # fmt: skip
+    page = (out / "report.html").read_text(encoding="utf-8")
+    captions = "Variance error of the random", "Response without uncertainty", "error bar of v, k"
+    for caption in (*captions, "Relative errors of u against runs"):
+        assert caption in page
     assert len(files) == len(set(files)) == len(list(out.glob("*.nc"))) == 13
 
 
@@ -237,10 +244,13 @@ def test_missing_file_and_bad_orders(tmp_path, study_file):
         assert "orders must be pairs k,q such as" in bad.output
 
 
+WRITTEN = {"bands.nc", "surrogate.npz", "contributions.nc", "page.json", "report.html"}
+WRITTEN |= {"results.json"}
+
 NAMES = ["A B", "a/b", "$x_", "[bold]:smile:力", "ü" * 300, ".."]
 
 
-def test_any_names_of_outputs_have_their_own_pictures(tmp_path):
+def test_any_names_of_outputs_are_in_the_report(tmp_path):
     file, out = tmp_path / "names.py", tmp_path / "out"
     named = f'"output": {NAMES}, "unit": ("output", {["m"] * len(NAMES)})'
     text = STUDY.replace('"output": ["u", "v"], "unit": ("output", ["m", "N"])', named)
@@ -251,28 +261,26 @@ def test_any_names_of_outputs_have_their_own_pictures(tmp_path):
     file.write_text(text, encoding="utf-8")
     result = call("run", file, "--output", out)
     assert result.exit_code == 0, result.output
-    pictures = [p.name for p in out.glob("*.png")]
-    assert "fields.png" in pictures  # realizations of the input
-    assert len(pictures) == len({name.casefold() for name in pictures}) == len(NAMES) + 1
     assert {p.name for p in tmp_path.iterdir()} == {"names.py", "out"}
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("<img") == len(NAMES) + 1
+    assert page.count("<img") == 1  # realizations of the input
+    data = json.loads(re.search('id="data">(.*?)</script>', page)[1])  # pyright: ignore
+    assert [one["name"] for one in data["charts"]["outputs"]] == NAMES
     assert "remark" not in result.output
 
 
 def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeypatch):
-    def broken(results, output):
-        raise ValueError(f"no picture of {output}")
+    def broken(fields):
+        raise ValueError(f"no picture of {', '.join(fields)}")
 
-    monkeypatch.setattr("flexband.report.figures.bands_figure", broken)
+    monkeypatch.setattr("flexband.report.page.given.fields_figure", broken)
     out = tmp_path / "out"
     result = call("run", study_file, "--output", out, "--no-store")
     assert result.exit_code == 0, result.output
     text = " ".join(result.output.split())
-    assert "remark: The figure 'Interval mean and interval error bar of u' could not be" in text
-    written = {"bands.nc", "surrogate.npz", "verification.nc", "report.html", "fields.png"}
-    assert {p.name for p in out.iterdir()} == written | {"results.json"}
-    assert "no picture of v" in (out / "report.html").read_text(encoding="utf-8")
+    assert "remark: The fields cannot be shown: no picture of field" in text
+    assert {p.name for p in out.iterdir()} == WRITTEN | {"verification.nc"}
+    assert "no picture of field" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_results_are_saved_before_anything_else_can_fail(study_file, tmp_path, monkeypatch):
@@ -307,7 +315,7 @@ def test_a_comparison_is_printed_although_its_report_cannot_be_written(
     def full(*arguments):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("flexband.report.results.write_report", full)
+    monkeypatch.setattr("flexband.report.results.write_figures", full)
     result = call("compare", study_file, "--output", tmp_path / "out", "--samples", 4,
                   "--points", 2, "--orders", "1,1")  # fmt: skip
     assert result.exit_code == 1
@@ -396,18 +404,16 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
     mine = {"mine.png", "notes.txt"}
     for name in mine:
         (out / name).write_text("mine", encoding="utf-8")
-    first = {"bands.nc", "surrogate.npz", "report.html", "verification.nc", "fields.png"}
-    first |= {"results.json"}
-    assert {p.name for p in out.iterdir()} == mine | first | {"bands_u.png", "bands_v.png"}
+    first = WRITTEN | {"verification.nc"}
+    assert {p.name for p in out.iterdir()} == mine | first
     renamed = STUDY.replace('"u", "v"', '"u", "w"')
     study_file.write_text(renamed, encoding="utf-8")
     result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--samples", 3,
                   "--no-store")  # fmt: skip
     assert result.exit_code == 0, result.output
-    later = first | {"bands_u.png", "bands_w.png"}  # nothing that was computed is removed
-    assert {p.name for p in out.iterdir()} == mine | later
+    assert {p.name for p in out.iterdir()} == mine | first  # nothing that was computed is removed
     text = " ".join(result.output.replace("\n", "").split())
-    for name in ("surrogate.npz", "verification.nc"):
+    for name in ("surrogate.npz", "verification.nc", "contributions.nc"):
         assert re.search(rf"Older: [^ ]*{name}, of an earlier run", text)
 
 

@@ -16,7 +16,7 @@ STUDY = """
 import pathlib, time
 import numpy as np
 import flexband as fb
-from flexband.report import figures
+from flexband.report.page import charts
 
 def sleeps(*arguments):
     pathlib.Path("here").touch()
@@ -42,7 +42,7 @@ study = fb.Study(response, {{"a": fb.Interval(1.0, 2.0)}}, fb.PCCI(1, 1))
 STATES = {
     "a response that catches all": ("catches_all()", ""),
     "a long call": ("long_call()", ""),
-    "figures": ("", "figures.bands_figure = sleeps"),
+    "the report": ("", "charts.chart_data = sleeps"),
 }
 
 
@@ -74,7 +74,7 @@ def test_ctrl_c_ends_the_command(state, tmp_path):
         assert process.returncode == 130
     assert "flexband: stopped" in output
     assert "Traceback" not in output
-    if state == "figures":
+    if state == "the report":
         fb.load_surrogate(tmp_path / "out" / "surrogate.npz")
         xr.open_dataset(tmp_path / "out" / "bands.nc", engine="scipy").close()
 

@@ -27,7 +27,7 @@ from flexband.cli.messages import (
     print_text,
 )
 from flexband.cli.plan import Plan
-from flexband.cli.report import report_on
+from flexband.cli.report import SHARES, report_on
 from flexband.errors import RunsNeeded, free_memory
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
@@ -184,7 +184,9 @@ def finished(folder: StudyFolder, own: str) -> dict[str, Any] | None:
         return None
     result = about.get("result")
     same = about.get("identity") == own and about.get("state") == "finished"
-    return result if same and result and folder.has(result["checksums"]) else None
+    page = folder.path / "report.html"  # which answers may have been added to
+    there = page.is_file() and bool(result) and folder.has(result["checksums"])
+    return result if same and there else None
 
 
 def forget_failed(study: Study, store: Store) -> None:
@@ -236,7 +238,9 @@ def results(
     else:
         inputs = surrogate.space.given if isinstance(surrogate, fb.Surrogate) else surrogate.given
     fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
+    shares = output / SHARES
     older = [own for own in (model, checks) if own.exists() and own not in files]
+    older += [shares] * (surrogate is None and shares.exists())
     if model not in files or course.folder.signed([model]) != earlier:
         older += mark_older(output)
     about = {
@@ -258,7 +262,7 @@ def results(
         "doubts": about["doubts"],
         "remarks": about["remarks"],
         "written": written,
-        "checksums": course.folder.signed([page, *files]),
+        "checksums": course.folder.signed(files),
     }
 
 

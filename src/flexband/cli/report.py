@@ -15,7 +15,8 @@ from flexband.cli.messages import print_remark, print_text, reported_errors
 from flexband.errors import InputError
 from flexband.study.study import Study
 
-DATA = ("bands.nc", "verification.nc", "contributions.nc")
+SHARES = "contributions.nc"
+DATA = ("bands.nc", "verification.nc", SHARES)
 MODEL = "surrogate.npz"
 
 
@@ -43,7 +44,7 @@ def report_on(
 
     contributions = contributions_of(surrogate, study.sigmas)
     if contributions is not None:
-        save(lambda: write_netcdf(contributions, folder / DATA[2]))
+        save(lambda: write_netcdf(contributions, folder / SHARES))
     found = bands, checked, contributions
     names = [name for name, one in zip(DATA, found, strict=True) if one is not None]
     names += [MODEL] * (surrogate is not None)

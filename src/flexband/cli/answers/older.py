@@ -9,10 +9,10 @@ import xarray as xr
 from flexband.cli.files import save
 
 ANSWERS = (
-    "allocation", "contributions", "derived", "limits", "narrowed", "p_box", "path", "probability",
+    "allocation", "derived", "limits", "narrowed", "p_box", "path", "probability",
     "quantiles", "range", "sobol",
 )  # fmt: skip
-"""Names of the files that commands write."""
+"""Names of the files that commands write. `flexband run` itself writes contributions."""
 
 
 def mark_older(folder: Path) -> list[Path]:
@@ -26,6 +26,7 @@ def mark_older(folder: Path) -> list[Path]:
         if file.is_file():
             save(lambda file=file: write_netcdf(_marked(file), file))
     names = [f"{name}.{kind}" for name in ANSWERS for kind in ("nc", "png")]
+    names.append("contributions.png")
     return [folder / name for name in names if (folder / name).is_file()]
 
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import ast
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from flexband.errors import without_warnings
+from flexband.errors import warn, without_warnings
 from flexband.files import replaced
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
@@ -45,19 +45,29 @@ def given_by(response: Any, inputs: Mapping[str, Any], file: Path | None) -> dic
     found: dict[str, Any] = {
         "question": _docstring(file),
         "inputs": inputs_table(inputs),
-        "fields": picture(fields_figure(fields)) if fields else None,
         "hidden": [],
     }
+    if fields:
+        _add(found, "fields", "The fields", lambda: picture(fields_figure(fields)))
     if not isinstance(response, DynamicResponse):
         return found
+
+    def mechanism() -> Mechanism:
+        return nominal_mechanism(response, inputs)
+
     with without_warnings():
-        try:
-            mechanism = nominal_mechanism(response, inputs)
-            found["drawing"] = picture(draw(mechanism))
-            found["description"] = _in_words(mechanism)
-        except Exception as error:  # whatever a builder raises
-            found["hidden"].append(f"The mechanism cannot be drawn: {error}")
+        _add(found, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
+        _add(found, "description", "The mechanism", lambda: _in_words(mechanism()))
     return found
+
+
+def _add(found: dict[str, Any], name: str, what: str, make: Callable[[], Any]) -> None:
+    """Add a part of the report, or a remark that it cannot be shown."""
+    try:
+        found[name] = make()
+    except Exception as error:  # whatever a builder or Matplotlib raises
+        found["hidden"].append(f"{what} cannot be shown: {error}")
+        warn(found["hidden"][-1])
 
 
 def nominal_mechanism(response: DynamicResponse, inputs: Mapping[str, Any]) -> Mechanism:

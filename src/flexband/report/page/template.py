@@ -8,6 +8,7 @@ from base64 import b64encode
 from collections.abc import Sequence
 from functools import cache
 from importlib import resources
+from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,6 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-import flexband
 from flexband.files import replaced
 
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
@@ -36,7 +36,7 @@ def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values:
         values["scripts"] = [_plotly(), *map(_script, scripts)]
     style = Markup(ASSETS.joinpath("style.css").read_text(encoding="utf-8"))
     page = _templates().get_template(template)
-    told = page.render(style=style, version=flexband.__version__, **values)
+    told = page.render(style=style, version=version("flexband"), **values)
     with replaced(file) as partial:
         partial.write_text(told, encoding="utf-8", errors="replace")
 

@@ -58,10 +58,11 @@ def check_limits(
     error and the value of the last dim where it is; `side` tells whether it is the limit "below" or
     "above" which is nearest there; `worst_inputs`, dims (input, limit), are the values of the
     interval inputs there, and `worst_choice` the options. `grid_error` is by how much the margin
-    may be less between the times, by parabolas. `verdict` is "kept" if the margin is more than its errors everywhere, "not
-    kept" if it is below zero by more than the expected error somewhere, else "undecided".
-    ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
-    "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
+    may be less between the times, by parabolas. `verdict` is "kept" if the margin is more than its
+    errors everywhere, "not kept" if it is below zero by more than the expected error somewhere,
+    else "undecided". ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the
+    expected error is: "error_bar_expected_error", "truncation" (an indicator), or "not estimated"
+    (then it is zero).
 
     Raises
     ------

@@ -45,7 +45,7 @@ def _draw_rigid(scene: Scene, canvas: Canvas, name: str, gid: str) -> None:
             nearest = np.argsort(np.linalg.norm(corners - center, axis=1))[:2]
             first, second = corners[nearest]
             canvas.line([first, center, second], color=GREY, linewidth=0.9, zorder=2.5)
-    elif not _is_drawn_by_a_joint(scene, name):
+    elif not drawn_by_a_joint(scene, name):
         canvas.area(scene.outline(name), facecolor=PALE, linestyle="--", linewidth=0.9,
                     zorder=3.0, gid=gid)  # fmt: skip
     symbols.center_of_mass(canvas, center, f"center of {gid}")
@@ -72,7 +72,7 @@ def _draw_line(scene: Scene, canvas: Canvas, body: CentreLine, name: str, gid: s
     canvas.dimension(axis, scene.start.number(body.length), beside=half.max())
 
 
-def _is_drawn_by_a_joint(scene: Scene, name: str) -> bool:
+def drawn_by_a_joint(scene: Scene, name: str) -> bool:
     """Return whether a joint draws the body, as the block of a guide or as a gear."""
     joints = scene.mechanism.joints.values()
     drawn = [j.first for j in joints if isinstance(j, Prismatic | Gear | Rack)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.errors import InputError
 from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.joints.gears import Gear, Rack
@@ -58,17 +59,13 @@ def draw_joint(scene: Scene, canvas: Canvas, name: str) -> None:
 
 def _draw_ground(scene: Scene, canvas: Canvas, joint: Joint) -> None:
     """Draw the ground at points that are fixed to it: a wall behind a weld, or else a bearing."""
-    body = next(filter(None, map(body_of, joint.points)))
     for place in (scene.at(point) for point in joint.points if not body_of(point)):
-        held = scene.at(body) - place
-        if not np.any(held):
-            held = np.array([0.0, 1.0])
+        up = upward(scene, joint, place)
         if isinstance(joint, Weld):
-            half = scene.half_height(body).max() / canvas.unit
-            symbols.hatch(canvas, place, held, max(16.0, half + 6.0))
+            half = scene.half_height(held_body(joint)).max() / canvas.unit
+            symbols.hatch(canvas, place, up, max(16.0, half + 6.0))
         else:
-            hanging = held[1] < -0.3 * np.linalg.norm(held)
-            symbols.pedestal(canvas, place, np.array([0.0, -1.0 if hanging else 1.0]))
+            symbols.pedestal(canvas, place, up)
 
 
 def _draw_drive(
@@ -80,13 +77,13 @@ def _draw_drive(
     """Draw an arrow in the direction in which a drive starts; return the place of its name [m]."""
     if isinstance(drive, PrescribedRotation):
         x, y = scene.start.vector(scene.mechanism.frame(drive.first).normal)
-        sense, pivot = _sense(scene, drive.angle), _pivot(scene, drive.first)
+        sense, centre = first_sense(scene, drive.angle), scene.at(pivot(scene, drive.first))
         start = np.arctan2(y, x) + 0.35 * sense
-        return symbols.turning(canvas, pivot, start, 1.7 * sense, 24.0, gid=gid, **ARROW_STYLE)
+        return symbols.turning(canvas, centre, start, 1.7 * sense, 24.0, gid=gid, **ARROW_STYLE)
     place, direction, lift = scene.at(drive.first), scene.velocity(drive.first), 0.0
     if isinstance(drive, PrescribedTravel):
         axis = scene.start.vector(along(scene.mechanism.frame(drive.second), drive.axis))
-        direction, lift = _sense(scene, drive.travel) * axis, 20.0
+        direction, lift = first_sense(scene, drive.travel) * axis, 20.0
         canvas.line([place, scene.at(drive.second)], **symbols.AXIS)
     canvas.mark(place, "o", 11.0, color=DRIVES, markerfacecolor="none", zorder=8.0)
     if not np.any(direction):
@@ -96,21 +93,46 @@ def _draw_drive(
     return shaft.mean(axis=0)
 
 
-def _sense(scene: Scene, motion: TimeFunction) -> float:
-    """Return the sign of the first motion of a drive, which may start from rest."""
+def first_sense(scene: Scene, motion: TimeFunction) -> float:
+    """Return the sign of the first motion of a drive, which may start from rest.
+
+    It is 1 for a drive that does not move, as far as its function can be evaluated.
+    """
     start = scene.start.number(motion(0.0))
     for time in DRIVE_TIMES:
-        moved = scene.start.number(motion(time)) - start
+        try:
+            moved = scene.start.number(motion(time)) - start
+        except InputError:  # after the end of the road
+            break
         if abs(moved) > 1e-9 * (1.0 + abs(start)):
             return float(np.sign(moved))
     return 1.0
 
 
-def _pivot(scene: Scene, point: PointName) -> np.ndarray:
-    """Return where the body of a point is pinned to the ground, or else the point [m]."""
+def pivot(scene: Scene, point: PointName) -> PointName:
+    """Return the point where the body of a point is pinned to the ground, or else the point."""
     for joint in scene.mechanism.joints.values():
         if isinstance(joint, Revolute):
             bodies = [body_of(end) for end in joint.points]
             if set(bodies) == {body_of(point), ""}:
-                return scene.at(joint.first if bodies[0] else joint.second)
-    return scene.at(point)
+                return joint.first if bodies[0] else joint.second
+    return point
+
+
+def held_body(joint: Joint) -> str:
+    """Return the body that is held where a joint holds a body to the ground."""
+    return next(filter(None, map(body_of, joint.points)))
+
+
+def upward(scene: Scene, joint: Joint, place: np.ndarray) -> np.ndarray:
+    """Return the direction from the ground to what is held at a place of it.
+
+    It is that from a wall to the body if the joint is a weld, and up or down from a bearing.
+    """
+    held = scene.at(held_body(joint)) - place
+    if not np.any(held):
+        held = np.array([0.0, 1.0])
+    if isinstance(joint, Weld):
+        return held
+    hanging = held[1] < -0.3 * np.linalg.norm(held)
+    return np.array([0.0, -1.0 if hanging else 1.0])

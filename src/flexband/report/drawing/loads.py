@@ -40,7 +40,7 @@ def draw_load(scene: Scene, canvas: Canvas, name: str) -> None:
         case Force():
             named = _draw_force(scene, canvas, load, gid)
         case Moment():
-            sense = _sense(scene, load.moment)
+            sense = sense_of(scene, load.moment)
             start, sweep = np.pi * (-0.5 - 0.25 * sense), 1.5 * np.pi * sense
             named = symbols.turning(canvas, places[0], start, sweep, 15.0, gid=gid, **ARROW_STYLE)
         case DistributedLoad():
@@ -75,23 +75,23 @@ def _draw_spring(
     for point, place, other in zip(load.points, ends, ends[::-1], strict=True):
         if not body_of(point) and np.any(place != other):
             symbols.hatch(canvas, place, other - place, 12.0)
-    return symbols.spring(canvas, start, end, gid=gid, **_elements(scene, load))
+    return symbols.spring(canvas, start, end, gid=gid, **elements_of(scene, load))
 
 
 def _draw_torsion(scene: Scene, canvas: Canvas, load: TorsionSpring, gid: str) -> None:
     """Draw a torsion spring about its first point, and an arrow if it has a torque."""
-    place, elements = scene.at(load.first), _elements(scene, load)
+    place, elements = scene.at(load.first), elements_of(scene, load)
     motor = not any(elements.values())
     if not motor:
         symbols.torsion(canvas, place, gid=gid, **elements)
     if motor or callable(load.torque) or scene.start.number(load.torque):
-        sense = _sense(scene, load.torque)
+        sense = sense_of(scene, load.torque)
         start, sweep = np.pi * (0.5 - 0.75 * sense), 1.5 * np.pi * sense
         style = ARROW_STYLE | ({"gid": gid} if motor else {})
         symbols.turning(canvas, place, start, sweep, 24.0, **style)
 
 
-def _elements(scene: Scene, load: Spring | ViscousFriction | TorsionSpring) -> dict[str, bool]:
+def elements_of(scene: Scene, load: Spring | ViscousFriction | TorsionSpring) -> dict[str, bool]:
     """Return whether a load is elastic and whether it is damped."""
     laws = () if isinstance(load, ViscousFriction) else (load.stiffness, load.cubic)
     elastic = any(scene.start.number(law) for law in laws)
@@ -132,7 +132,7 @@ def _draw_distributed(scene: Scene, canvas: Canvas, load: DistributedLoad, gid: 
     return tails[GAPS // 2]
 
 
-def _sense(scene: Scene, moment: InTime) -> float:
+def sense_of(scene: Scene, moment: InTime) -> float:
     """Return 1 for a moment that turns counterclockwise at time zero, or else −1."""
     return 1.0 if _value(scene, moment) >= 0 else -1.0
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from flexband.mechanics.bodies.beam import Beam
@@ -45,12 +47,10 @@ class Scene:
 
         The radius of a ring, and of a pinion on the right of its rack, is negative.
         """
-        radii = []
-        if isinstance(part, Gear):
-            radii = zip((part.first, part.second), part.radii, strict=True)
-        elif isinstance(part, Rack):
-            radii = [(part.first, part.radius)]
-        return [(self.at(point), self.start.number(radius)) for point, radius in radii]
+        if not isinstance(part, Gear | Rack):
+            return []
+        pairs = zip(part.points, pitch_radii(part), strict=False)
+        return [(self.at(point), self.start.number(radius)) for point, radius in pairs]
 
     def rack_line(self, rack: Rack) -> tuple[np.ndarray, np.ndarray]:
         """Return the ends [m] of the pitch line of a rack.
@@ -117,6 +117,11 @@ class Scene:
         frames = [self.mechanism.frame(f"{name}.{k / count!r}") for k in range(count + 1)]
         points = np.array([self.start.vector(f.position) for f in frames])
         return points, np.array([self.start.vector(f.y) for f in frames])
+
+
+def pitch_radii(part: Gear | Rack) -> Sequence[ArrayLike]:
+    """Return the radii [m] of the gears at the points of a joint: of a rack only the pinion's."""
+    return part.radii if isinstance(part, Gear) else [part.radius]
 
 
 def _gaps(body: CentreLine) -> int:

@@ -1,0 +1,61 @@
+"""The motion of a study's mechanism, and the file that keeps it for reports written later."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from flexband.files import replaced
+from flexband.mechanics.at_rest import StaticResponse
+from flexband.mechanics.response import DynamicResponse
+from flexband.report.page.motion.motion import SAMPLES, motion_data
+from flexband.study.study import Study
+from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verification import as_expanded
+
+
+def study_motion(
+    study: Study,
+    surrogate: Surrogate | SurrogateOfChoices | None = None,
+    *,
+    samples: int = SAMPLES,
+) -> tuple[dict[str, Any] | None, list[str]]:
+    """Return `motion_data` of a study, with every choice at its first option.
+
+    Parameters
+    ----------
+    surrogate : of the study, for the step and the elements that it was computed with, if these were
+        left out, and the domains of fields. Without one, fields without a domain take runs.
+    samples : as in `motion_data`.
+    """
+    response, inputs, told = study.response, study.inputs, []
+    if not isinstance(response, DynamicResponse | StaticResponse):
+        return motion_data(response, Space({}))
+    chosen = {name: one.options[0] for name, one in inputs.items() if isinstance(one, Choice)}
+    if chosen:
+        options = ", ".join(f"{name} = {option}" for name, option in chosen.items())
+        told = [f"The animation is that of {options}."]
+    if isinstance(surrogate, SurrogateOfChoices):
+        surrogate = next(iter(surrogate.surrogates.values()))
+    if surrogate is None:
+        space = Space(first_case(study.located().inputs))
+    else:
+        space, (response, _) = surrogate.space, as_expanded(surrogate, response)
+    found, more = motion_data(response, space, samples=samples)
+    return found, [*told, *more]
+
+
+def write_motion(tree: Mapping[str, Any], file: Path) -> None:
+    """Write a tree of `motion_data` as JSON; the file appears only once it is complete."""
+    with replaced(file) as partial:
+        partial.write_text(json.dumps(tree, separators=(",", ":")), encoding="utf-8")
+
+
+def read_motion(file: Path) -> dict[str, Any]:
+    """Return the tree of a file that `write_motion` has written."""
+    return json.loads(file.read_text(encoding="utf-8"))

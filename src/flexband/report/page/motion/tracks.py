@@ -1,0 +1,103 @@
+"""Vectors of a mechanism that are recorded over time, for its animation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.mechanics.forms import Vector
+from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.sensors.forces import Reaction
+from flexband.mechanics.sensors.motion import Model, Sensor
+
+KINDS = ("position", "direction", "force")
+
+
+@dataclass(frozen=True)
+class Track(Sensor):
+    """A vector in global axes: outputs "_X" and "_Y"."""
+
+    vector: Callable[[Model], Vector]
+    units = (("_X", ""), ("_Y", ""))
+
+    def rows(self, model: Model) -> Vector:
+        return self.vector(model)
+
+
+class Tracks:
+    """Positions [m], directions and forces [N] to record, numbered in the order of their making.
+
+    Parameters
+    ----------
+    mechanism : the one whose points are tracked.
+    """
+
+    def __init__(self, mechanism: Mechanism):
+        self.mechanism = mechanism
+        self._tracks: dict[str, dict[Hashable, Track]] = {kind: {} for kind in KINDS}
+
+    def point(self, point: PointName) -> int:
+        """Return the number of the position of a point."""
+        self.mechanism.frame(point)  # refuses points that do not exist
+        key = point if isinstance(point, str) else None
+        return self.position(lambda model: model.frame(point).position, key)
+
+    def position(self, vector: Callable[[Model], Vector], key: Hashable = None) -> int:
+        """Return the number of a position; one of the same key is recorded once."""
+        return self._number("position", vector, key)
+
+    def direction(self, vector: Callable[[Model], Vector], key: Hashable = None) -> int:
+        """Return the number of a direction, whose length does not matter."""
+        return self._number("direction", vector, key)
+
+    def turn(self, point: PointName) -> int:
+        """Return the number of the normal of the section at a point, which turns with a body."""
+        key = point if isinstance(point, str) else None
+        return self.direction(lambda model: model.frame(point).normal, key)
+
+    def force(self, vector: Callable[[Model], Vector]) -> int:
+        """Return the number of a force."""
+        return self._number("force", vector, None)
+
+    def reaction(self, joint: str) -> int | None:
+        """Return the number of the force that a joint exerts on its first body, if there is one."""
+        found, multipliers = self.mechanism.joint(joint)
+        if found.force(self.mechanism.frame, multipliers) is None:
+            return None
+        return self.force(lambda model: _pair(Reaction(joint).rows(model)))
+
+    def _number(self, kind: str, vector: Callable[[Model], Vector], key: Hashable) -> int:
+        tracks = self._tracks[kind]
+        key = len(tracks) if key is None else key
+        tracks.setdefault(key, Track(vector))
+        return list(tracks).index(key)
+
+    @property
+    def sensors(self) -> dict[str, Sensor]:
+        """All tracks as sensors of a mechanism."""
+        return {
+            f"{kind} {k}": track
+            for kind, tracks in self._tracks.items()
+            for k, track in enumerate(tracks.values())
+        }
+
+    def split(self, outputs: ArrayLike) -> dict[str, np.ndarray]:
+        """Return the outputs of `sensors`, (samples, outputs, times), by kind.
+
+        Each array has the shape (samples, tracks, 2, times).
+        """
+        values = np.asarray(outputs, dtype=float)
+        samples, rows, times = values.shape
+        counts = [len(tracks) for tracks in self._tracks.values()]
+        vectors = values.reshape(samples, rows // 2, 2, times)
+        parts = np.split(vectors, np.cumsum(counts)[:-1], axis=1)
+        return dict(zip(KINDS, parts, strict=True))
+
+
+def _pair(rows) -> Vector:
+    x, y = rows
+    return x, y

@@ -114,11 +114,22 @@ def smooth_moments(terms: Terms) -> tuple[HybridExpansion, np.ndarray]:
 
     The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
     """
+    polynomials, eta, inverse = moment_polynomials(terms)
+    return polynomials, inverse @ terms.table(eta)
+
+
+def moment_polynomials(terms: Terms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
+    """Return the polynomials in η of smooth moments, and how values give their coefficients.
+
+    Returns
+    -------
+    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
+    the matrix from values to coefficients.
+    """
     index = moment_orders(terms)
     eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
     polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
-    values = polynomials.chebyshev(eta)[:, polynomials.i]
-    return polynomials, np.linalg.inv(values) @ terms.table(eta)
+    return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])
 
 
 def _search(terms: Terms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:

@@ -71,7 +71,9 @@ def by_saddles(
             first[:], second[:] = 0.0, 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
-                _turning(rows, parts, turning[k], phase)
+                phase[:] = rows[:, parts.phase + c * parts.block]
+                if s != 0:
+                    phase += s * rows[:, parts.phase + d * parts.block]
                 if saturated(phase, orders):
                     continue
                 found, scale = _contour(phase, orders, powers, saddle, frame)
@@ -101,15 +103,6 @@ def by_saddles(
                             x, y = parts.real + at, parts.imag + at
                             second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
-
-
-@cached_on_disk
-def _turning(rows, parts, which, phase):
-    """Fill the coefficients of φ_c, φ_c + φ_d or φ_c − φ_d."""
-    c, d, s = which
-    for j in range(len(phase)):
-        other = rows[j, parts.phase + d * parts.block] if s else 0.0
-        phase[j] = rows[j, parts.phase + c * parts.block] + s * other
 
 
 @cached_on_disk

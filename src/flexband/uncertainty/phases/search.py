@@ -11,7 +11,7 @@ import numpy as np
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
-from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, put
+from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers
 
 MAX_STEPS = 40
 MIN_RELATIVE_GAIN = 1e-9
@@ -56,23 +56,22 @@ def search(
             for p in range(len(points)):
                 mean[p], variance = _moments(scanned[p, o * block :], turns[p], columns)
                 std[p] = np.sqrt(max(variance, 0.0))
-            for i in range(terms):
-                put(smooth[t, i, o * block :], chosen[i, :block])
-                put(smooth[t, i, columns.phase :], chosen[i, block:])
+            chosen[:, :block] = smooth[t, :, o * block : (o + 1) * block]
+            chosen[:, block:] = smooth[t, :, columns.phase :]
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
                     aim[p] = sign * (mean[p] + c * std[p])
                 lowest(aim, neighbours, 1.0, best, which)
                 values[a, o, t] = best[0]
-                put(points[which[0]], places[a, o, t])
+                places[a, o, t] = points[which[0]]
                 for k in range(starts if m else 0):
                     if best[k] < np.inf:
-                        put(points[which[k]], eta)
+                        eta[:] = points[which[k]]
                         found = _descend(chosen, index, columns, turning, c, sign, eta)
                         if found < values[a, o, t]:
                             values[a, o, t] = found
-                            put(eta, places[a, o, t])
+                            places[a, o, t] = eta
                 values[a, o, t] *= sign
 
 
@@ -102,10 +101,7 @@ def _moments(v, turns, columns):
 @cached_on_disk
 def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
-    m, highest = len(eta), 0
-    for i in range(len(index)):
-        for a in range(m):
-            highest = max(highest, index[i, a])
+    m, highest = len(eta), index.max() if index.size else 0
     work = (
         np.empty((3, highest + 1, m, 1)),
         np.empty((1 + m, len(index))),
@@ -114,11 +110,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
     gradient, new_gradient, trial = np.empty(m), np.empty(m), np.empty(m)
     moved, along = np.empty(m), np.empty(m)
     best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
-    size, hessian = 0.0, np.zeros((m, m))
-    for a in range(m):
-        size += gradient[a] ** 2
-    for a in range(m):
-        hessian[a, a] = np.sqrt(size) / FIRST_STEP + 1e-300
+    hessian = np.eye(m) * (np.sqrt((gradient**2).sum()) / FIRST_STEP + 1e-300)
     reach, fresh = 1.0, True
     for _ in range(MAX_STEPS):
         if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
@@ -138,8 +130,7 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
             _update(hessian, moved, along, curve)
         if value < best:
             best, reach = value, 1.0
-            put(trial, eta)
-            put(new_gradient, gradient)
+            eta[:], gradient[:] = trial, new_gradient
         else:
             reach = 0.3 if reach == 1.0 else 0.3 * reach
     return best

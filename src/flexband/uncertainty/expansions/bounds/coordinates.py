@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import cached_on_disk
-from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product, put
+from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product
 
 MAX_SWEEPS = 30
 MIN_GAIN = 1e-13
@@ -23,7 +23,7 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
     active, eta : shapes (lanes,) and (m, lanes).
     """
     tried, polynomials, counts = lines
-    (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.depends.shape[1]
+    (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.group.max() + 1
     powers, sums = np.empty((3, orders, m, lanes)), np.zeros((groups, lanes))
     along, part = np.empty((orders, groups, lanes)), np.empty(lanes)
     height, value, best = np.empty(lanes), np.empty(lanes), np.empty(lanes)
@@ -52,8 +52,7 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
             for n in range(0 if terms.depends[a, j] else lanes):
                 rest[n] += sums[j, n] * sums[j, n]
         for g in range(counts[a] if highest else 0):
-            put(sums[0], mean)
-            put(rest, square)
+            mean[:], square[:] = sums[0], rest
             for j in range(groups):
                 if terms.depends[a, j]:
                     _on_line(polynomials[a, g], highest, along[:, j], part)
@@ -80,7 +79,7 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
                         sums[j, n] = along[0, j, n]
                         for k in range(1, highest + 1):
                             sums[j, n] += along[k, j, n] * powers[0, k, a, n]
-    put(moved, active)
+    active[:] = moved
 
 
 @cached_on_disk
@@ -98,12 +97,10 @@ def _on_line(polynomials, highest, along, total):
 def _along(terms, own, a, powers, part, sums, along):
     """Fill the factors of each T_k(η_a) in the sums of each Ψ_j; return the highest k."""
     first, last = terms.first_owner[a], terms.first_owner[a + 1]
-    highest = 0
-    for o in range(first, last):
-        highest = max(highest, terms.owner_order[o])
+    highest = terms.owner_order[first:last].max() if last > first else 0
     for j in range(len(sums)):
         if terms.depends[a, j]:
-            put(sums[j], along[0, j])
+            along[0, j] = sums[j]
             along[1 : highest + 1, j] = 0.0
     for o in range(first, last):
         i, k = terms.owner[o], terms.owner_order[o]

@@ -31,9 +31,7 @@ def polish(terms, own, c, sign, active, eta, reach, least):
     active, reach, least : shape (lanes,).
     """
     m, lanes = eta.shape
-    groups, orders = terms.depends.shape[1], 1
-    for order in terms.order:
-        orders = max(orders, order + 1)
+    groups, orders = terms.group.max() + 1, terms.order.max() + 1 if len(terms.order) else 1
     work = (
         np.empty((3, orders, m, lanes)),
         np.empty((groups, lanes)),

@@ -13,7 +13,6 @@ import numpy as np
 from flexband.caching import cached_on_disk
 from flexband.uncertainty.expansions.bounds.coordinates import descend
 from flexband.uncertainty.expansions.bounds.polish import polish
-from flexband.uncertainty.expansions.bounds.terms import put
 
 LANES = 32
 
@@ -80,8 +79,7 @@ def search(terms, scan, lines, coefficients, targets, values, places):
         _descents(
             terms, coefficients, goal, lines, points, which[k], bound[k], values[k], places[k]
         )
-        for n in range(series):
-            values[k, n] *= sign
+        values[k] *= sign
 
 
 @cached_on_disk
@@ -105,7 +103,7 @@ def _moments(terms, basis, own, mean, std, part):
             for p in range(len(part)):
                 std[p] += part[p] * part[p]
         else:
-            put(part, mean)
+            mean[:] = part
     for p in range(len(std)):
         std[p] = np.sqrt(std[p])
 
@@ -118,13 +116,10 @@ def lowest(height, neighbours, part, best, which):
     are (points,) of `height` and (starts,) of `best` and `which`; ∞ and 0 fill what is left.
     """
     best[:], which[:] = np.inf, 0
-    first, highest = 0, height[0]
-    for p in range(len(height)):
-        first = p if height[p] < height[first] else first
-        highest = max(highest, height[p])
-    least = height[first]
+    least, highest = height.min(), height.max()
     if highest - least <= FLAT * max(abs(least), abs(highest)):
-        which[0], best[0] = first, least
+        which[0] = np.argmin(height)
+        best[0] = least
         return
     top = least + part * (highest - least)
     for p in range(len(height)):
@@ -155,7 +150,7 @@ def _bound(height, neighbours, resolved, best, which):
 
 
 @cached_on_disk
-def _descents(terms, coefficients, goal, lines, points, which, bound, least, place):  # noqa: PLR0912, PLR0915
+def _descents(terms, coefficients, goal, lines, points, which, bound, least, place):  # noqa: PLR0912
     """Fill the least value that is found from points of the scan, and its place, (series, m).
 
     A start counts if its bound is below the least value so far. The search of a series ends when
@@ -178,28 +173,26 @@ def _descents(terms, coefficients, goal, lines, points, which, bound, least, pla
                 patient = resolved or hits[n] < (ALONE if alone[n] else PATIENCE)
                 k = taken[n] = _next(bound[n], taken[n] + 1, least[n] if patient else -np.inf)
                 todo[n] = NOTHING if k == len(bound[n]) else first
-                put(points[which[n, min(k, len(bound[n]) - 1)]], eta[n])
+                eta[n] = points[which[n, min(k, len(bound[n]) - 1)]]
                 turns[n], reach[n] = 0, 1.0
-        kind, count = _kind(todo), 0
+        kind = LINES if (todo == LINES).sum() > (todo == NEWTON).sum() else NEWTON
+        count = 0
         for n in range(series):
             if todo[n] == kind and count < LANES:
-                put(coefficients[n], own[:, count])
-                put(eta[n], at[:, count])
-                part[count], chosen[count], count = reach[n], n, count + 1
+                own[:, count], at[:, count], part[count] = coefficients[n], eta[n], reach[n]
+                chosen[count], count = n, count + 1
         if count == 0:
             break
-        for lane in range(LANES):
-            active[lane] = lane < count
+        active[:] = np.arange(LANES) < count
         if kind == LINES:
             descend(terms, own, c, sign, lines, active, at)
         else:
             polish(terms, own, c, sign, active, at, part, height)
         for lane in range(count):
             n = chosen[lane]
-            put(at[:, lane], eta[n])
-            turns[n] += 1
+            eta[n], turns[n] = at[:, lane], turns[n] + 1
             if kind == LINES and turns[n] == 1:
-                put(eta[n], via[n])
+                via[n] = eta[n]
             known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
             if kind == NEWTON:
                 found[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
@@ -214,18 +207,7 @@ def _descents(terms, coefficients, goal, lines, points, which, bound, least, pla
             alone[n] = alone[n] if known else hits[n] == 0
             hits[n] = 1 if lower or not hits[n] else hits[n] + known
             if lower:
-                least[n] = found[n]
-                put(eta[n], place[n])
-                put(via[n], entry[n])
-
-
-@cached_on_disk
-def _kind(todo):
-    """Return what most series wait for, `LINES` or `NEWTON`."""
-    more = 0
-    for one in todo:
-        more += (one == LINES) - (one == NEWTON)
-    return LINES if more > 0 else NEWTON
+                least[n], place[n], entry[n] = found[n], eta[n], via[n]
 
 
 @cached_on_disk

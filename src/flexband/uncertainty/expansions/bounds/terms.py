@@ -67,13 +67,6 @@ class Terms(NamedTuple):
 
 
 @cached_on_disk
-def put(source, target):
-    """Copy a vector. An assignment takes seconds to compile, for an error that cannot happen."""
-    for k in range(len(target)):
-        target[k] = source[k]
-
-
-@cached_on_disk
 def chebyshev_powers(eta, powers):
     """Fill T_k, T_k′ and T_k″ of every variable, (3, orders, m, lanes), at η, (m, lanes)."""
     orders, m, lanes = powers.shape[1:]

@@ -1,0 +1,122 @@
+// Interval mean and interval error bar on a part of the inputs: a scan, and descents from its
+// lowest points, as flexband/uncertainty/phases/search.py does.
+"use strict";
+if (self.document) flexband.workerSources.push(document.currentScript.textContent);
+
+/** Bounds of all outputs of a surrogate; `data` is what what_if.py makes. */
+flexband.WhatIf = class {
+  constructor(data) {
+    this.data = data;
+    this.outputs = data.outputs.length;
+    this.coefficients = data.models.map(flexband.coefficientsOf);
+    this.scales = null;
+  }
+
+  /**
+   * Take a part of the inputs.
+   * @param parts.centers, parts.radii of all η of the surrogate, whose box is [−1, 1]^m.
+   * @param parts.scales s of every ξ.
+   */
+  take(parts) {
+    const { models } = this.data, m = parts.centers.length;
+    if (this.scales !== parts.scales.join()) {
+      this.scales = parts.scales.join();
+      this.moments = models.map((model, k) => {
+        const kind = model.kind === "direct" ? flexband.DirectMoments : flexband.PhaseMoments;
+        return new kind(model, m, parts.scales, this.coefficients[k]);
+      });
+    }
+    this.parts = parts;
+    this.free = [...parts.radii.keys()].filter((a) => parts.radii[a] > 0);
+    this.scans = models.map((model, k) => this._scan(model, this.moments[k].polynomials));
+  }
+
+  /** Return the points of a scan within the box, their polynomials and their neighbours. */
+  _scan(model, polynomials) {
+    const { free, parts } = this, [P, m] = model.scan.shape, beside = model.beside.shape[1];
+    const first = new Map(), number = new Int32Array(P), points = [];
+    for (let p = 0; p < P; p++) { // points that differ in fixed variables only are one
+      const x = free.map((a) => model.scan.values[p * m + a]), key = x.join();
+      if (!first.has(key)) {
+        first.set(key, points.length);
+        points.push(x);
+      }
+      number[p] = first.get(key);
+    }
+    const basis = new Float64Array(points.length * polynomials.count);
+    points.forEach((x, p) => polynomials.fill(this._eta(x), basis, p * polynomials.count));
+    const neighbours = points.map(() => new Set());
+    for (let p = 0; p < P; p++) {
+      for (let k = 0; k < beside; k++) {
+        neighbours[number[p]].add(number[model.beside.values[p * beside + k]]);
+      }
+    }
+    return { points, basis, neighbours: neighbours.map((own) => Int32Array.from(own)) };
+  }
+
+  /** Return η at x ∈ [−1, 1] of the variables that are not fixed. */
+  _eta(x) {
+    const { centers, radii } = this.parts, eta = Float64Array.from(centers);
+    this.free.forEach((a, k) => { eta[a] += radii[a] * x[k]; });
+    return eta;
+  }
+
+  /** Return {mean, error_bar} of [lower, upper] at times, (outputs × times) each. */
+  bounds(times) {
+    const k = this.data.sigmas, count = times.length;
+    const fresh = () => [0, 1].map(() => new Float64Array(this.outputs * count));
+    const found = { mean: fresh(), error_bar: fresh() };
+    times.forEach((t, column) => {
+      this.moments.forEach((moments, number) => {
+        moments.load(t);
+        const { outputs, scale } = this.data.models[number];
+        outputs.forEach((output, o) => {
+          const at = output * count + column;
+          const own = this._extremes(moments, this.scans[number], o, k);
+          found.mean[0][at] = own[0] * scale[o];
+          found.mean[1][at] = own[1] * scale[o];
+          found.error_bar[0][at] = own[2] * scale[o];
+          found.error_bar[1][at] = own[3] * scale[o];
+        });
+      });
+    });
+    return found;
+  }
+
+  /** Return the lowest and the highest μ, the lowest μ − kσ and the highest μ + kσ. */
+  _extremes(moments, scan, o, k) {
+    const { free, parts } = this, P = scan.points.length;
+    const mean = new Float64Array(P), std = new Float64Array(P), height = new Float64Array(P);
+    moments.scan(o, scan.basis, mean, std);
+    const rows = new Float64Array((1 + parts.centers.length) * moments.polynomials.count);
+    const slope = new Float64Array(parts.centers.length);
+    return [[0, 1], [0, -1], [-k, 1], [k, -1]].map(([c, sign]) => {
+      const value = (x, gradient) => {
+        moments.polynomials.fill(this._eta(x), rows, 0, true);
+        const own = moments.value(o, rows, c, slope);
+        free.forEach((a, v) => { gradient[v] = sign * parts.radii[a] * slope[a]; });
+        return sign * own;
+      };
+      for (let p = 0; p < P; p++) height[p] = sign * (mean[p] + c * std[p]);
+      let least = Infinity;
+      for (const p of this._starts(height, scan.neighbours)) {
+        least = Math.min(least, height[p], flexband.descend(value, Float64Array.from(scan.points[p])));
+      }
+      return sign * least;
+    });
+  }
+
+  /** Return the lowest points that are not above their neighbours. */
+  _starts(height, neighbours) {
+    const most = this.free.length > 3 ? 12 : 3, found = [];
+    for (let p = 0; p < height.length; p++) {
+      if (found.length === most && height[p] >= height[found[most - 1]]) continue;
+      if (neighbours[p].every((q) => height[p] <= height[q])) {
+        found.push(p);
+        found.sort((a, b) => height[a] - height[b]);
+        found.length = Math.min(found.length, most);
+      }
+    }
+    return found;
+  }
+};

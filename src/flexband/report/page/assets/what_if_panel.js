@@ -1,0 +1,192 @@
+// The what-if panel: sliders for tolerances and scatter, and the bands that they would give.
+"use strict";
+flexband.starters = flexband.starters || [];
+
+flexband.starters.push(function (everything) {
+  const data = everything.what_if, section = document.getElementById("what-if");
+  if (!data || !section) return;
+  const panel = section.querySelector(".panel") || section;
+  const inputs = new flexband.WhatIfInputs(data), STEPS = flexband.WhatIfInputs.STEPS;
+  const shown = (x) => String(Number(x.toPrecision(4)));
+  const update = []; // functions that show the state of the sliders
+
+  /** Return an element with properties, attributes and children; texts are never HTML. */
+  function element(tag, { text, ...attributes } = {}, ...children) {
+    const own = document.createElement(tag);
+    if (text !== undefined) own.textContent = text;
+    for (const [name, value] of Object.entries(attributes)) own.setAttribute(name, value);
+    own.append(...children);
+    return own;
+  }
+
+  function slider(label, min, max, onInput) {
+    const own = element("input", { type: "range", min, max, step: "any", "aria-label": label });
+    own.step = "1";
+    own.addEventListener("input", () => {
+      onInput(Number(own.value));
+      changed();
+    });
+    return own;
+  }
+
+  /** Return the controls of an interval: two ends on the track of what the runs cover. */
+  function interval({ name, lower, upper }, k) {
+    const value = element("output");
+    const thumbs = ["lower", "upper"].map((end, e) => slider(
+      `${end} end of ${name}`, 0, STEPS, (to) => inputs.move(k, e, to, symmetric.checked)));
+    const range = element("span", { class: "what-if-range" });
+    update.push(() => {
+      const [low, high] = inputs.ends(k), half = shown((high - low) / 2);
+      value.textContent = `${low} … ${high}, that is ± ${half}`;
+      thumbs.forEach((own, e) => {
+        own.value = inputs.intervals[k][e];
+        own.setAttribute("aria-valuetext", String([low, high][e]));
+      });
+      const [from, to] = inputs.intervals[k].map((at) => at / STEPS);
+      range.style.left = `${100 * from}%`;
+      range.style.width = `${100 * (to - from)}%`;
+    });
+    const marks = element("div", { class: "what-if-marks" },
+      element("span", { text: `▏${lower}` }), element("span", { text: `${upper}▕` }));
+    const track = element("div", { class: "what-if-track screen-only" }, range, ...thumbs);
+    marks.classList.add("screen-only");
+    return element("div", { class: "what-if-input", role: "group", "aria-label": name },
+      element("div", { class: "what-if-name" }, element("strong", { text: name }), value),
+      track, marks);
+  }
+
+  /** Return the control of the scatter of a random input. */
+  function scatter({ name, of, size, least }, k) {
+    const value = element("output");
+    const thumb = slider(`scatter of ${name}, per cent of the study's`, 100 * least, 100, (to) => {
+      inputs.scales[k] = to / 100;
+    });
+    update.push(() => {
+      const part = Math.round(100 * inputs.scales[k]);
+      thumb.value = part;
+      value.textContent = `${of} ${shown(size * inputs.scales[k])}, ${part} % of the study's`;
+      thumb.setAttribute("aria-valuetext", value.textContent);
+    });
+    const marks = element("div", { class: "what-if-marks screen-only" },
+      element("span", { text: least ? `${100 * least} %` : "no scatter" }),
+      element("span", { text: "100 %▕" }));
+    return element("div", { class: "what-if-input", role: "group", "aria-label": name },
+      element("div", { class: "what-if-name" }, element("strong", { text: name }), value),
+      element("div", { class: "what-if-track screen-only" }, thumb), marks);
+  }
+
+  const symmetric = element("input", { type: "checkbox" });
+  symmetric.checked = true;
+  const reset = element("button", { type: "button", text: "Reset" });
+  const copy = element("button", { type: "button", text: "Copy" });
+  const python = element("code");
+  const status = element("p", { class: "what-if-status", role: "status" });
+  const rows = data.outputs.map(({ name }) => {
+    const cells = ["", "", "", ""].map(() => element("td"));
+    return { cells, row: element("tr", {}, element("th", { scope: "row", text: name }), ...cells) };
+  });
+  const heads = ["output", "widest error bar of the study", "with these inputs", "change",
+    "expected error of the study"];
+  const table = element("table", { class: "what-if-table" },
+    element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col", text })))),
+    element("tbody", {}, ...rows.map(({ row }) => row)));
+
+  panel.append(
+    element("p", { text: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
+      "without new runs. The tracks end where its runs end (marks); wider ranges need new runs." }),
+    element("div", { class: "what-if-inputs" },
+      ...data.intervals.map(interval), ...data.scatters.map(scatter)),
+    element("p", { class: "what-if-buttons screen-only" },
+      ...(data.intervals.length ? [element("label", {}, symmetric, " keep the middle of intervals")] : []),
+      reset),
+    element("div", { class: "what-if-scroll" }, table),
+    status,
+    element("p", { class: "what-if-python" }, "The same in Python: ", python, " ", copy),
+    element("p", { class: "what-if-note", text: "The expected error is that of the whole study. " +
+      "It is a larger part of narrower bands; narrowed() in Python judges it by the held-out runs " +
+      "inside the narrower inputs." }),
+    ...data.remarks.map((text) => element("p", { class: "what-if-note", text })));
+
+  /** Show how wide the error bars are; of some of the times only, this is about. */
+  function widths({ times, error_bar: [lower, upper], done }) {
+    rows.forEach(({ cells }, o) => {
+      let width = 0;
+      for (let k = o * times.length; k < (o + 1) * times.length; k++) {
+        width = Math.max(width, upper[k] - lower[k]);
+      }
+      const { unit } = data.outputs[o], study = data.width[o], about = done ? "" : "≈ ";
+      const change = study > 0 ? Math.round(100 * (width / study - 1)) : 0;
+      const error = data.expected_error && data.expected_error[o];
+      const part = error !== null && width > 0 ? `, ${shown(100 * error / width)} % of the width now` : "";
+      const units = unit ? ` ${unit}` : "";
+      [`${shown(study)}${units}`, `${about}${shown(width)}${units}`,
+        `${change < 0 ? "−" : change > 0 ? "+" : ""}${Math.abs(change)} %`,
+        error === null ? "not known" : `${shown(error)}${units}${part}`,
+      ].forEach((text, c) => { cells[c].textContent = text; });
+    });
+    if (done) {
+      status.textContent = inputs.changed
+        ? rows.map(({ cells }, o) => `${data.outputs[o].name}: ${cells[0].textContent} → ` +
+          `${cells[1].textContent}, ${cells[2].textContent}`).join("; ")
+        : "The inputs are those of the study.";
+    }
+  }
+
+  function tell(detail) {
+    document.dispatchEvent(new CustomEvent("flexband:what-if", { detail }));
+  }
+
+  // While bounds are computed, only the newest position of the sliders waits.
+  let ask = null, busy = false, waiting = false;
+
+  function request() {
+    ask = ask || flexband.boundsBeside(data, (found) => {
+      if (inputs.changed) {
+        widths(found);
+        tell({ label: inputs.label(), ...found });
+      }
+      busy = false;
+      if (waiting) request();
+    });
+    waiting = busy;
+    if (!busy) {
+      busy = true;
+      ask(inputs.parts());
+    }
+  }
+
+  function changed() {
+    update.forEach((show) => show());
+    python.textContent = inputs.python();
+    if (inputs.changed) {
+      request();
+    } else {
+      showStudy();
+      tell(null);
+    }
+  }
+
+  function showStudy() {
+    const bound = (sign) => Float64Array.from(data.width, (width) => sign * width / 2);
+    widths({ times: [0], error_bar: [bound(-1), bound(1)], done: true });
+  }
+
+  reset.addEventListener("click", () => {
+    inputs.reset();
+    changed();
+  });
+  copy.addEventListener("click", async () => {
+    const text = python.textContent;
+    try {
+      await navigator.clipboard.writeText(text);
+      copy.textContent = "Copied";
+    } catch {
+      getSelection().selectAllChildren(python);
+      copy.textContent = "Selected";
+    }
+    setTimeout(() => { copy.textContent = "Copy"; }, 1500);
+  });
+  update.forEach((show) => show());
+  python.textContent = inputs.python();
+  showStudy();
+});

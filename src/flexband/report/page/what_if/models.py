@@ -1,0 +1,118 @@
+"""What a page needs of an expansion to compute bounds of μ + c σ on any part of its inputs.
+
+ξ of an input of less scatter is s ξ′, with 0 ≤ s ≤ 1 and ξ′ distributed as ξ was. A direct
+expansion is given by its coefficients, since orthogonal polynomials of s ξ′ are sums of those of
+ξ′. A phase expansion is given by its parts and a rule of points ξ′ for its smooth moments; if that
+would have too many points, by the smooth moments themselves, and the scatter cannot change.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexband.report.page.arrays import packed
+from flexband.uncertainty.expansions.bounds.scan import scan
+from flexband.uncertainty.expansions.direct import DirectExpansion
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.expansion import PhaseExpansion, moment_polynomials
+from flexband.uncertainty.phases.rules import resolving_rule, scan_points
+from flexband.uncertainty.phases.terms import Terms
+
+QUANTUM = 1e-8
+"""Coefficients are rounded to multiples of it, in parts of the width of an output's bands."""
+
+Rule = tuple[np.ndarray, np.ndarray]
+
+
+def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
+    """Return an expansion as a tree of numbers, lists and packed arrays.
+
+    Parameters
+    ----------
+    scale : sizes of the outputs by which their coefficients are divided, shape (outputs,).
+    """
+    found = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
+    if isinstance(expansion, PhaseExpansion):
+        return found | _of_phases(expansion, scale)
+    assert isinstance(expansion, DirectExpansion)
+    values = expansion.values
+    rows = values.coefficients.reshape(len(values.index), len(scale), -1) / scale[:, None]
+    return found | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
+
+
+def scatter_can_change(expansion: Expansion) -> bool:
+    """Return whether the model of an expansion has what moments for less scatter need."""
+    if isinstance(expansion, PhaseExpansion):
+        return _rule(Terms.of(expansion.parts, expansion.columns)) is not None
+    return True
+
+
+def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
+    parts, columns = expansion.parts, expansion.columns
+    terms = Terms.of(parts, columns)
+    m, moments, rule = terms.interval_dimension, terms.moments, _rule(terms)
+    polynomials, eta, inverse = moment_polynomials(terms)
+    reach = terms.reach()[:m] * (not terms.saturated())
+    found = _scan(*scan_points(2 * terms.orders[:m], reach)) | {
+        "kind": "phases",
+        "carriers": columns.carriers,
+        "turning": terms.turning.tolist(),
+        "orders": polynomials.index.tolist(),
+    }
+    if rule is None:
+        smooth = np.moveaxis(inverse @ terms.table(eta), 0, 2)
+        size = np.ones((len(scale), moments.block)) * scale[:, None]
+        size[:, [moments.variance, *range(moments.turn_real, moments.block)]] *= scale[:, None]
+        smooth[:, : moments.phase] /= size.reshape(-1, 1)
+        smooth[0, moments.phase :] = _turned_back(smooth[0, moments.phase :])
+        return found | _rounded(smooth)
+    points, weights = rule
+    rows = np.moveaxis(terms.coefficients, 0, 2).copy()
+    rows[:, : columns.phase] /= scale[:, None]
+    for first in range(columns.phase, columns.width, columns.block):
+        rows[0, first] = _turned_back(rows[0, first])
+        rows[:, first + 1 : first + columns.block] /= np.tile(scale, 2)[:, None]
+    own = enumerate(zip(parts.families, terms.orders[m:], strict=True))
+    values = {str(v): packed(one.values(int(k), points[:, v])) for v, (one, k) in own}
+    rules = {"nodes": eta, "inverse": inverse, "points": points, "weights": weights}
+    packed_rules = {name: packed(array) for name, array in rules.items()}
+    return found | _terms(parts, rows) | packed_rules | {"polynomials": values}
+
+
+def _rule(terms: Terms) -> Rule | None:
+    """Return the points ξ and the weights by which smooth moments are computed in the page."""
+    families, own = terms.expansion.families, terms.orders[terms.interval_dimension :]
+    return resolving_rule(families, own, terms.turns(), np.concatenate(terms.slope()))
+
+
+def _turned_back(phase: np.ndarray) -> np.ndarray:
+    """Return phases [rad] less their whole turns, which change nothing."""
+    return phase - 2 * np.pi * np.rint(phase / (2 * np.pi))
+
+
+def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
+    """Return Φ, Ψ, the terms Φ_i Ψ_j and their coefficients, shape (terms, rows, times)."""
+    families, orders = expansion.families, expansion.random_orders
+    return {
+        "interval_index": expansion.interval_index.tolist(),
+        "random_index": expansion.random_index.tolist(),
+        "i": expansion.i.tolist(),
+        "j": expansion.j.tolist(),
+        "families": [family.name for family in families],
+        "norms": [one.norms(k).tolist() for one, k in zip(families, orders, strict=True)],
+        **_rounded(rows),
+    }
+
+
+def _rounded(coefficients: np.ndarray) -> dict[str, Any]:
+    """Return coefficients, the constants, which are by far the largest, apart."""
+    parts = {"constant": coefficients[0], "others": coefficients[1:]}
+    return {name: packed(own, QUANTUM) for name, own in parts.items()}
+
+
+def _scan(points: np.ndarray, beside: np.ndarray) -> dict[str, Any]:
+    """Return the points η of a scan, and the numbers of the points next to each."""
+    return {"scan": packed(points), "beside": packed(beside, 1.0)}

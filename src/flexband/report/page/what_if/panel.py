@@ -1,0 +1,88 @@
+"""The data of the what-if panel: bands for tighter tolerances and less scatter, without runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.report.page.what_if.inputs import intervals_of, scatters_of
+from flexband.report.page.what_if.models import model
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.diagnostics import names_of_outputs
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SCRIPTS = (
+    "what_if_polynomials.js",
+    "what_if_direct.js",
+    "what_if_phases.js",
+    "what_if_descent.js",
+    "what_if_bounds.js",
+    "what_if_worker.js",
+    "what_if_inputs.js",
+    "what_if_panel.js",
+)
+"""The scripts of the panel, in the order in which a page has them."""
+
+LEAST_WIDTH = 1e-9
+"""Bands that are narrower, in parts of their values, are constant but for rounding."""
+
+
+def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, list[str]]:
+    """Return the data of the panel, or None where there can be none.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns; None if the method has none.
+    bands : those of the surrogate.
+
+    Returns
+    -------
+    A tree that JSON can hold, with packed arrays, and sentences that tell why there is none.
+    """
+    if isinstance(surrogate, SurrogateOfChoices):
+        return None, ["Other inputs need new runs here, since some inputs are options."]
+    if not isinstance(surrogate, Surrogate):
+        return None, ["Other inputs need new runs here, since the method makes no surrogate."]
+    if surrogate.labels.dims[-1] in ("sample", "output"):
+        return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+    intervals, told = intervals_of(surrogate.space)
+    scatters, why = scatters_of(surrogate)
+    if not intervals and not scatters:
+        return None, told + why
+    found = {
+        "intervals": intervals,
+        "scatters": scatters,
+        "remarks": told + why,
+        "interval_dimension": surrogate.space.interval_dimension,
+        "random_dimension": surrogate.space.random_dimension,
+        **_outputs(surrogate, bands),
+    }
+    return found, []
+
+
+def _outputs(surrogate: Surrogate, bands: xr.Dataset) -> dict[str, Any]:
+    """Return the outputs, their bands, and their expansions."""
+    labels = surrogate.labels
+    times = labels.shape[-1]
+    lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)
+    width, size = (upper - lower).max(axis=1), np.maximum(abs(lower), abs(upper)).max(axis=1)
+    scale = np.maximum(width, LEAST_WIDTH * size)
+    scale = np.where(scale > 0, scale, 1.0)
+    names, units, error = names_of_outputs(labels), [""] * len(width), None
+    if "unit" in labels.coords:
+        first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})
+        units = [str(one) for one in np.ravel(bands["unit"].broadcast_like(first))]
+    if "error_bar_expected_error" in bands:
+        expected = bands["error_bar_expected_error"].values
+        error = np.reshape(expected, (len(width), -1)).max(axis=1).tolist()
+    models = [model(one, scale[one.outputs]) for one in surrogate.expansions]
+    return {
+        "sigmas": float(bands.attrs["sigmas"]),
+        "outputs": [{"name": n, "unit": u} for n, u in zip(names, units, strict=True)],
+        "width": width.tolist(),
+        "expected_error": error,
+        "times": times,
+        "models": models,
+    }

@@ -1,0 +1,155 @@
+"""Bands that a page computes for narrower inputs, against those of the surrogate."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from flexband.report.page.template import ASSETS
+from flexband.report.page.what_if.panel import SCRIPTS, what_if
+
+T = np.linspace(0.0, 1.0, 41)
+WAVE_TIMES = np.linspace(0.0, 1.0, 200)
+
+INPUTS = {
+    "a": fb.Normal(1.0, 0.1),
+    "b": fb.Uniform(0.5, 1.5),
+    "c": fb.LogNormal(2.0, 0.2),
+    "d": fb.Triangular(0.0, 1.0, 2.0),
+    "e": fb.Interval(1.0, 2.0),
+    "f": fb.Interval(-1.0, 1.0),
+    "g": fb.RandomField(2.0, 0.2, 0.5, domain=(0.0, 1.0), terms=2),
+}
+
+
+def smooth(a, b, c, d, e, f, g):
+    line = (a**2 * e)[:, None] * T + (b * e * np.log(c))[:, None] * np.sin(3 * T)
+    return line + (f**2 + f * d)[:, None] * T**2 + 0.1 * g(T) * f[:, None]
+
+
+def wave(w, g, k):
+    envelope = np.exp(-g[:, None] * WAVE_TIMES)
+    return k[:, None] * np.sin((w * k)[:, None] * WAVE_TIMES) * envelope
+
+
+@pytest.fixture(scope="module")
+def page_of():
+    """Return the text of a page with the panel of a surrogate."""
+
+    def write(surrogate, file):
+        data, _ = what_if(surrogate, surrogate.bands())
+        names = ("arrays.js", "start.js", *SCRIPTS)
+        scripts = "".join(f"<script>{ASSETS.joinpath(n).read_text()}</script>" for n in names)
+        told = json.dumps({"what_if": data}).replace("<", "\\u003c")
+        file.write_text(
+            '<!doctype html><meta charset="utf-8"><section id="what-if"><div class="panel"></div>'
+            f'</section><script type="application/json" id="data">{told}</script>{scripts}'
+            "<script>window.told = []; document.addEventListener('flexband:what-if',"
+            " (event) => told.push(event.detail));</script>",
+            encoding="utf-8",
+        )
+        return file
+
+    return write
+
+
+BOUNDS = """(parts) => {
+  const all = new flexband.WhatIf(flexband.data.what_if);
+  all.take(parts);
+  const found = all.bounds([...Array(flexband.data.what_if.times).keys()]);
+  return [...found.mean, ...found.error_bar].map((values) => Array.from(values));
+}"""
+
+
+def difference(page, surrogate, narrowed, **parts):
+    """Return how far the page's bands are from those of Python, in parts of the study's width."""
+    bands = narrowed.bands()
+    found = np.array(page.evaluate(BOUNDS, parts))
+    expected = np.concatenate([bands[name].values.reshape(2, -1) for name in ("mean", "error_bar")])
+    study = surrogate.bands()["error_bar"]
+    return np.abs(found - expected).max() / float((study[1] - study[0]).max())
+
+
+@pytest.fixture(scope="module")
+def polynomial():
+    return fb.expand(smooth, INPUTS, fb.PCCI(2, 2))
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.4])
+@pytest.mark.parametrize("ends", [(1.0, 2.0), (1.2, 1.7), (1.25, 1.25)])
+def test_bands_of_narrower_inputs(opened, tmp_path, page_of, polynomial, ends, scale):
+    page = opened(page_of(polynomial, tmp_path / "page.html"))
+    page.wait_for_function("flexband.data")
+    mean, std = INPUTS["c"].logarithm
+    changes = {"e": fb.Interval(*ends)}
+    if scale < 1:
+        changes |= {
+            "a": fb.Normal(1.0, 0.1 * scale),
+            "b": fb.Uniform(1 - 0.5 * scale, 1 + 0.5 * scale),
+            "c": fb.LogNormal.of_logarithm(mean, std * scale),
+            "g": dataclasses.replace(INPUTS["g"], std=0.2 * scale),
+        }
+    low, high = (2 * end - 3.0 for end in ends)
+    parts = {
+        "centers": [(low + high) / 2, 0.0],
+        "radii": [(high - low) / 2, 1.0],
+        "scales": [scale, scale, scale, 1.0, scale, scale],
+    }
+    narrowed = polynomial.narrowed(**changes)
+    assert difference(page, polynomial, narrowed, **parts) < 2e-7
+
+
+def test_bands_without_scatter_and_with_fixed_intervals(opened, tmp_path, page_of, polynomial):
+    page = opened(page_of(polynomial, tmp_path / "page.html"))
+    page.wait_for_function("flexband.data")
+    narrowed = polynomial.narrowed(a=1.0, b=1.0, e=1.5, f=0.5)
+    parts = {"centers": [0.0, 0.5], "radii": [0.0, 0.0], "scales": [0.0, 0.0, 1.0, 1.0, 1.0, 1.0]}
+    assert difference(page, polynomial, narrowed, **parts) < 2e-7
+
+
+def test_bands_of_a_vibration(opened, tmp_path, page_of):
+    inputs = {"w": fb.Interval(60.0, 66.0), "g": fb.Normal(1.0, 0.1), "k": fb.Normal(1.0, 0.02)}
+    surrogate = fb.expand(wave, inputs, fb.AdaptivePCCI(0.01))
+    assert surrogate.diagnostics["carriers"].max() > 0
+    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page.wait_for_function("flexband.data")
+    for (low, high), scale in (((60.0, 66.0), 1.0), ((61.0, 63.0), 1.0), ((60.0, 66.0), 0.5)):
+        narrowed = surrogate.narrowed(w=fb.Interval(low, high), k=fb.Normal(1.0, 0.02 * scale))
+        parts = {
+            "centers": [((low + high) / 2 - 63.0) / 3.0],
+            "radii": [(high - low) / 6.0],
+            "scales": [1.0, scale],
+        }
+        # rules of expectations with other points, which end at 4.5 σ: about 1e-6
+        assert difference(page, surrogate, narrowed, **parts) < 4e-6
+
+
+def test_a_slider_is_moved_by_keyboard(opened, tmp_path, page_of, polynomial):
+    page = opened(page_of(polynomial, tmp_path / "page.html"))
+    lower = page.get_by_label("lower end of e")
+    lower.focus()
+    for _ in range(4):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("told.length && told[told.length - 1].times.length === 41")
+    assert len(page.workers) == 1
+    python = "surrogate.narrowed(e=fb.Interval(1.02, 1.98)).bands()"
+    assert page.locator(".what-if-python code").inner_text() == python
+    bands = eval(python, {"fb": fb, "surrogate": polynomial})
+    told = page.evaluate(
+        "(({ label, mean, error_bar }) => [label, ...mean.map((v) => [...v]),"
+        " ...error_bar.map((v) => [...v])])(told[told.length - 1])"
+    )
+    assert told[0] == "e 1.02 … 1.98"
+    expected = np.concatenate([bands[name].values for name in ("mean", "error_bar")])
+    np.testing.assert_allclose(np.array(told[1:]), expected, atol=1e-6)
+    width = float((bands["error_bar"][1] - bands["error_bar"][0]).max())
+    cells = page.locator(".what-if-table tbody td").all_inner_texts()
+    assert float(cells[1]) == pytest.approx(width, rel=1e-3)
+    page.get_by_label("scatter of a").focus()
+    page.keyboard.press("Home")
+    assert "e=fb.Interval(1.02, 1.98), a=1" in page.locator(".what-if-python code").inner_text()
+    page.get_by_role("button", name="Reset").click()
+    assert page.evaluate("told[told.length - 1]") is None
+    assert page.locator(".what-if-python code").inner_text() == "surrogate.bands()"

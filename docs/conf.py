@@ -23,12 +23,11 @@ default_role = "public"  # of docstrings: see source_pages
 html_theme = "furo"
 html_title = "flexband"
 html_copy_source = False
-html_show_sphinx = False
+html_show_sphinx = html_show_copyright = False
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 nb_execution_mode = "force"
-nb_execution_in_temp = True  # what a page writes is not left beside it
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 nb_merge_streams = True

@@ -11,6 +11,7 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import flexband as fb
 from flexband.mechanics.bodies.body import Body
@@ -112,6 +113,29 @@ OWN = {
     ("Beam", "path"): [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)],
     ("Cable", "path"): lambda u: np.stack([u, u * u], axis=1),
 }
+COMPARED = fb.compare(fb.Study(response, STUDY, fb.PCCI(1, 1)), fb.PCCI(1, 1), [fb.PCCI(1, 2)])
+FIELD = fb.RandomField(1.0, 0.1, correlation_length=1.0, domain=(0.0, 1.0))
+OWN |= {
+    ("plot_bands", "bands"): COMPARED[0].bands.isel(dim_1=0),
+    ("plot_bounds", "found"): COMPARED[0].bands,
+    ("plot_bounds", "variable"): "mean",
+    ("plot_comparison", "results"): {"a": COMPARED[0].bands},
+    ("plot_contributions", "found"): fb.contributions(GOOD["surrogate"]),
+    ("plot_deviations", "bands"): COMPARED[0].bands,
+    ("plot_errors", "results"): COMPARED,
+    ("plot_field", "field"): FIELD,
+    ("plot_margins", "found"): fb.check_limits(GOOD["surrogate"], GOOD["limits"]),
+    ("plot_p_box", "found"): fb.p_box(GOOD["surrogate"], at={"dim_1": 0}, samples=256),
+    ("plot_path", "found"): fb.path(OWN["path", "surrogate"], "x", "y"),
+    ("plot_probability", "found"): fb.failure_probability(GOOD["surrogate"], GOOD["limits"]),
+    ("plot_response", "response"): xr.DataArray(np.ones(3), dims="time"),
+    ("plot_tolerances", "found"): fb.allocate(BOX, fb.Limit(below=2.5), {"a": 1.0}),
+    ("plot_variance_error", "fields"): {"E": FIELD},
+    ("compare", "study"): fb.Study(response, STUDY, fb.PCCI(1, 1)),
+    ("compare", "reference"): fb.PCCI(1, 2),
+    ("compare", "methods"): [fb.PCCI(1, 1)],
+    **{(f"plot_{name}", "ax"): Figure().subplots() for name in fb.plot.__all__},
+}
 FROM_PATH = {"length", "start", "angle", "curvature"}
 MOTION = {"points", "position", "angle", "velocity", "rate"}
 NUMBERS = [0, 1, -1, 2.5, 1e-300, 1e300, -1e300, 10**400, np.nan, np.inf, -np.inf, True]
@@ -164,13 +188,17 @@ def elsewhere(name, outputs, times):
     return fb.elsewhere(name, outputs=outputs, times=times)
 
 
-CALLABLES = dict(callables()) | {"Choice": choice, "elsewhere": elsewhere, "Magnitude": magnitude}
+CALLABLES = (
+    dict(callables())
+    | {"Choice": choice, "elsewhere": elsewhere, "Magnitude": magnitude}
+    | {f"plot_{name}": getattr(fb.plot, name) for name in fb.plot.__all__}
+)
 
 
 def parameters(name):
     """Return the parameters of a public object that have a name, those of `**named` included."""
     found = dict(inspect.signature(CALLABLES[name]).parameters)
-    own = inspect.signature(getattr(fb, name.partition(".")[0])).parameters
+    own = inspect.signature(getattr(fb, name.partition(".")[0], CALLABLES[name])).parameters
     if found.pop("motion", None):
         found |= {k: p for k, p in own.items() if k in MOTION}
     if found.pop("properties", None):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 # The public names. Type checkers read these imports; at run time `__getattr__` imports a name's
 # module when the name is first used, so that `import flexband` itself loads nothing heavy.
 if TYPE_CHECKING:
+    from flexband import plot
     from flexband.errors import (
         AssemblyError,
         FlexbandWarning,
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from flexband.report.drawing.draw import draw
     from flexband.report.notebook import load_ipython_extension
     from flexband.report.progress import progress_bar
+    from flexband.study.comparison import compare
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
     from flexband.uncertainty.answers.allocation.allocate import allocate
@@ -149,6 +151,8 @@ __all__ = sorted(_MODULES)  # pyright: ignore[reportUnsupportedDunderAll]
 def __getattr__(name: str) -> object:
     if name == "__version__":
         value = import_module("importlib.metadata").version("flexband")
+    elif name == "plot":
+        value = import_module("flexband.plot")
     elif name in _MODULES:
         value = getattr(import_module(_MODULES[name]), name)
     else:
@@ -158,4 +162,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, "__version__", "plot"]

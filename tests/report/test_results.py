@@ -22,7 +22,7 @@ def test_figures_define_their_terms():
     )
     assert lower.get_title().startswith("Interval error bar: the range from the lowest μ − σ to")
     (entry,) = upper.get_legend().get_texts()
-    assert entry.get_text() == "PCCI, lower and upper bound"
+    assert entry.get_text() == "PCCI"
 
 
 def test_a_comparison_states_what_times_include(tmp_path):

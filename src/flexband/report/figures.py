@@ -1,36 +1,21 @@
-"""Figures of bands, of their errors and of random fields. Each function returns a `Figure`."""
+"""Figures that commands and reports write: what `flexband.plot` draws, below each other."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator
 
-from flexband.report.tables import deviations, outputs_of, select
+import flexband.plot as plot  # noqa: PLR0402 (not the package, which imports this)
+from flexband.report.tables import deviations, outputs_of
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 
-TITLES = {"mean": "Interval mean", "error_bar": "Interval error bar"}
-STYLES = [
-    {"color": "0.1", "linewidth": 0.9},
-    {"color": "#d95f02", "linewidth": 0.9, "linestyle": "--"},
-    {"color": "#1f78b4", "linewidth": 0.9, "linestyle": "-."},
-    {"color": "#33a02c", "linewidth": 0.9, "linestyle": ":"},
-    {"color": "#7570b3", "linewidth": 0.9, "linestyle": "--"},
-    {"color": "#e7298a", "linewidth": 0.9, "linestyle": "-."},
-    {"color": "#a6761d", "linewidth": 0.9, "linestyle": ":"},
-    {"color": "#66a61e", "linewidth": 0.9, "linestyle": "-"},
-]
-
-REALIZATIONS = 8
-"""Of each field that is drawn."""
+WIDTH, HEIGHT = 8.0, 2.8
+"""Of one axes [in]."""
 
 
 def bounds(bands: xr.Dataset) -> dict[str, str]:
@@ -48,37 +33,10 @@ def definitions(bands: xr.Dataset) -> str:
     return ". ".join(bounds(bands).values()) + "."
 
 
-def _literal(text: str) -> str:
-    """Return a text in which Matplotlib finds no formula."""
-    return text.replace("$", r"\$")
-
-
 def drawable_outputs(data: xr.DataArray) -> list[str]:
     """Return the outputs if each is a function of at most one variable, or an empty list."""
     free = [d for d in data.dims if d not in ("output", "bound")]
     return outputs_of(data) if len(free) <= 1 else []
-
-
-def labelled_series(axes: Axes, data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and the values of shape (..., x) of one output; label the axes with them.
-
-    Raises
-    ------
-    ValueError
-        If the output depends on more than one variable.
-    """
-    one = select(data, output)
-    if one.ndim > 2:
-        raise ValueError(f"an output must depend on one variable at most; got dims {one.dims}")
-    last = str(one.dims[-1]) if one.dims else "bound"
-    if last == "bound":
-        axes.set(ylabel=_literal(output))
-        return np.zeros(1), one.values[..., None]
-    units = one[last].attrs.get("units"), one["unit"].values if "unit" in one.coords else ""
-    x, y = (f"{n} [{u}]" if u else n for n, u in zip((last, output), units, strict=True))
-    axes.set(xlabel=_literal(x), ylabel=_literal(y))
-    axes.margins(x=0)
-    return one[last].values, one.values
 
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
@@ -88,96 +46,102 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
     ----------
     results : label -> bands, all of the same multiple of σ.
     """
-    figure = Figure(figsize=(10, 7.5), layout="constrained")
+    figure, rows = _stacked(2)
     titles = bounds(next(iter(results.values())))
-    for axes, (variable, title) in zip(figure.subplots(2, 1), titles.items(), strict=True):
-        for (label, bands), style in zip(results.items(), cycle(STYLES), strict=False):
-            x, (lower, upper) = labelled_series(axes, bands[variable], output)
-            if len(results) == 1:
-                axes.fill_between(x, lower, upper, color="#1f78b4", alpha=0.3, linewidth=0)
-            axes.plot(x, lower, label=f"{_literal(label)}, lower and upper bound", **style)
-            axes.plot(x, upper, **style)
+    for axes, (variable, title) in zip(rows, titles.items(), strict=True):
+        plot.comparison(results, output, variable=variable, ax=axes)
         axes.set_title(title, fontsize=10)
-        axes.legend(fontsize=8, loc="best")
     return figure
 
 
 def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
     """Draw the outputs of one response below each other."""
-    figure = Figure(figsize=(8, 2.6 * len(outputs)), layout="constrained")
-    grid = figure.subplots(len(outputs), 1, squeeze=False, sharex=True)
-    for axes, output in zip(grid[:, 0], outputs, strict=True):
-        axes.plot(*labelled_series(axes, response, output), **STYLES[0])
+    figure, rows = _stacked(len(outputs))
+    for axes, output in zip(rows, outputs, strict=True):
+        plot.response(response, output, ax=axes)
         axes.label_outer()
-    grid[0, 0].set(title="Deterministic response")
+    rows[0].set(title="Deterministic response")
     return figure
 
 
 def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
     """Draw the variance error of random fields against position, Eq. (31)."""
-    figure = Figure(figsize=(6, 4), layout="constrained")
-    axes = figure.subplots()
-    for (name, field), style in zip(fields.items(), cycle(STYLES), strict=False):
-        x = np.linspace(*field.located, 501)
-        largest = field.largest_variance_error()
-        label = f"{_literal(name)}, terms: {field.dimension}, largest: {largest:.4f}"
-        axes.plot(x, field.variance_error(x), label=label, **style)
-    axes.set(title="Variance error of the random fields", xlabel="position [m] or time [s]")
-    axes.set(ylabel="variance error / variance")
-    axes.margins(x=0)
-    axes.legend(fontsize=8)
+    figure, (axes,) = _stacked(1)
+    plot.variance_error(fields, ax=axes).set(title="Variance error of the random fields")
     return figure
 
 
 def fields_figure(fields: Mapping[str, Field]) -> Figure:
     """Draw some realizations of each field, with its limits, or its mean and standard deviation."""
-    figure = Figure(figsize=(8, 2.6 * len(fields)), layout="constrained")
-    grid = figure.subplots(len(fields), 1, squeeze=False)
-    for axes, (name, field) in zip(grid[:, 0], fields.items(), strict=True):
-        x = np.linspace(*field.located, 501)
-        axes.plot(x, field.realizations(x, REALIZATIONS).T, color="#1f78b4", linewidth=0.6)
-        middle = field.nominal(x)
-        if isinstance(field, RandomField):
-            label, deviation = "μ ± σ", field.deviation(x)
-            lines = [middle - deviation, middle + deviation]
-        else:
-            label = "limits"
-            lines = field.limits(x) if isinstance(field, IntervalField) else []
-        for line in lines:
-            axes.plot(x, line, label=label, **STYLES[0])
-            label = None
-        axes.set(xlabel="position [m] or time [s]", ylabel=_literal(name))
-        axes.set_title(field.summary, fontsize=9)
-        axes.margins(x=0)
-        if lines:
-            axes.legend(fontsize=8, loc="upper right")
+    figure, rows = _stacked(len(fields))
+    for axes, (name, field) in zip(rows, fields.items(), strict=True):
+        plot.field(field, name, ax=axes).set_title(field.summary, fontsize=9)
     return figure
 
 
 def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
-    """Draw relative errors of one output against runs, one line per class of methods.
-
-    Errors that are exactly zero are left out, since the axes are logarithmic.
-    """
+    """Draw relative errors of one output against runs, one line per class of methods."""
     figure = Figure(figsize=(11, 4.2), layout="constrained")
-    compared = [r for r in results if r.errors]
-    runs: list[int] = []
-    for count in sorted({r.runs for r in compared}):
-        if not runs or count > 1.15 * runs[-1]:  # labels must not overlap
-            runs.append(count)
-    names = dict.fromkeys(r.method.name for r in compared)
-    for axes, variable in zip(figure.subplots(1, 2), TITLES, strict=True):
-        for name, style in zip(names, cycle(STYLES[1:] + STYLES[:1]), strict=False):
-            group = [r for r in compared if r.method.name == name]
-            errors = np.array([float(select(r.errors[variable], output)) for r in group])
-            errors[errors == 0.0] = np.nan
-            axes.loglog([r.runs for r in group], 100 * errors, marker="o", label=name, **style)
-        axes.set(title=f"{TITLES[variable]} of {_literal(output)}", xlabel="runs")
-        axes.set(ylabel="relative error [%]")
-        axes.set_xticks(runs, [str(r) for r in runs])
-        axes.minorticks_off()
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
-        axes.grid(alpha=0.3)
-        axes.legend(fontsize=8)
+    for axes, variable in zip(figure.subplots(1, 2), ("mean", "error_bar"), strict=True):
+        plot.errors(results, output, variable=variable, ax=axes)
     return figure
+
+
+def contributions_figure(found: xr.Dataset) -> Figure:
+    """Draw, for every output, what widens the error bar; `found` is a result of `contributions`."""
+    outputs = outputs_of(found["width"])
+    figure, rows = _stacked(len(outputs))
+    for axes, output in zip(rows, outputs, strict=True):
+        plot.contributions(found, output, ax=axes)
+    return figure
+
+
+def bounds_figure(found: xr.Dataset, name: str) -> Figure:
+    """Draw the lower and the upper bounds of a variable, the outputs below each other."""
+    outputs = outputs_of(found[name])
+    figure, rows = _stacked(len(outputs))
+    if name == "distribution":
+        plot.p_box(found, ax=rows[0])
+        return figure
+    for axes, output in zip(rows, outputs, strict=True):
+        plot.bounds(found, name, output, ax=axes)
+    rows[0].set_title(found[name].attrs.get("long_name", name), fontsize=10)
+    return figure
+
+
+def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) -> Figure:
+    """Draw the margin of each limit over time and, below it, the probability of being outside.
+
+    Parameters
+    ----------
+    checked : result of `check_limits`.
+    probability : result of `failure_probability`.
+    """
+    figure, rows = _stacked(1 if probability is None else 2)
+    plot.margins(checked, ax=rows[0])
+    if probability is not None:
+        plot.probability(probability, ax=rows[1]).sharex(rows[0])
+    return figure
+
+
+def path_figure(found: xr.Dataset) -> Figure:
+    """Draw a path with its regions, and their radius over time; `found` is a result of `path`."""
+    figure = Figure(figsize=(WIDTH, 3 * HEIGHT), layout="constrained")
+    plane, below = figure.subplots(2, 1, height_ratios=(3, 1))
+    plot.path(found, ax=plane)
+    plot.response(found["radius"].rename("radius"), ax=below).set(ylabel="radius")
+    return figure
+
+
+def allocation_figure(found: xr.Dataset) -> Figure:
+    """Draw tolerances, and the margins that they leave; `found` is a result of `allocate`."""
+    figure, rows = _stacked(2)
+    plot.tolerances(found, ax=rows[0])
+    plot.margins(found, ax=rows[1])
+    return figure
+
+
+def _stacked(count: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure with axes below each other."""
+    figure = Figure(figsize=(WIDTH, HEIGHT * max(count, 1)), layout="constrained")
+    return figure, list(figure.subplots(count, 1, squeeze=False)[:, 0])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, warn
+from flexband.errors import InputError, function, instance, warn
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.choices import cases, first_case
@@ -18,7 +18,7 @@ from flexband.uncertainty.least_squares import RegressionPCCI
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI, Method
 from flexband.uncertainty.perturbation import PerturbationChebyshev
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
-from flexband.uncertainty.runs.budget import check_runs
+from flexband.uncertainty.runs.budget import check_method, check_runs
 from flexband.uncertainty.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 
 ROUND_OFF_SHARE = 1e-10
@@ -75,15 +75,30 @@ def compare(
 
     Parameters
     ----------
+    study : the response and its inputs; its own method is not used.
+    reference : method that the others are compared with, such as `LHSScanning`.
+    methods : to compare.
     progress : called with each method before it starts; returns the function that is called as
         ``(done, total)`` after every batch of runs.
     finished : called with the result of each method before the next one starts.
 
+    Returns
+    -------
+    One `Comparison` per method, with `method`, `bands`, `runs`, `seconds` (without compilation) and
+    `errors`: for "mean" and "error_bar", ∫|Δ| dt / ∫|reference| dt over both bounds, by output.
+
     Raises
     ------
     InputError
-        If the reference would take too many runs.
+        If the study, the reference or a method is none, or the reference would take too many runs.
     """
+    instance("study", study, Study)
+    instance("methods", methods, list | tuple, "a list of methods")
+    for method in (reference, *methods):
+        check_method(method)
+    for name, own in (("progress", progress), ("finished", finished)):
+        if own is not None:
+            function(name, own)
     study = study.located()
     space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
     check_runs(reference, space, count=count)

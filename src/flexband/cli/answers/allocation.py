@@ -42,7 +42,7 @@ def allocate(
     largest. Sizes that are free (Sizing) are chosen as well. allocation.nc and allocation.png are
     written.
     """
-    from flexband.report.answers.allocation import allocation_figure  # noqa: PLC0415
+    from flexband.report.figures import allocation_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

@@ -54,7 +54,7 @@ def derived(
 
     No runs are made. derived.nc is written, and derived.png of a spectrum.
     """
-    from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
+    from flexband.report.figures import bounds_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

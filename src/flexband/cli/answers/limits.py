@@ -46,7 +46,7 @@ def limits(
     The margin is that of μ ± kσ for all values of the interval inputs; the probability is that of
     leaving a limit at any time. limits.nc, probability.nc and limits.png are written.
     """
-    from flexband.report.answers.limits import limits_figure  # noqa: PLC0415
+    from flexband.report.figures import limits_figure  # noqa: PLC0415
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 

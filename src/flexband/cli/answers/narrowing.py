@@ -29,7 +29,7 @@ def contributions(
 
     contributions.nc and contributions.png are written.
     """
-    from flexband.report.answers.contributions import contributions_figure  # noqa: PLC0415
+    from flexband.report.figures import contributions_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -73,8 +73,7 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     The indices are parts of the variance, from the lowest to the highest over the interval inputs,
     at the time at which σ is largest. sobol.nc and sobol.png have them at all times.
     """
-    from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
-    from flexband.report.figures import drawable_outputs  # noqa: PLC0415
+    from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

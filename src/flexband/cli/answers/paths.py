@@ -32,7 +32,7 @@ def path(
 
     path.nc and path.png are written.
     """
-    from flexband.report.answers.path import path_figure  # noqa: PLC0415
+    from flexband.report.figures import path_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

@@ -85,8 +85,7 @@ def tell(
     found: xr.Dataset, name: str, title: str, place: Path, *, as_json: bool, file: str = ""
 ) -> None:
     """Print the bounds of a variable; write the answer and its figure beside the surrogate."""
-    from flexband.report.answers.quantiles import bounds_figure  # noqa: PLC0415
-    from flexband.report.figures import drawable_outputs  # noqa: PLC0415
+    from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     check_folder(place)

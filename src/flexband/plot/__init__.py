@@ -1,0 +1,32 @@
+"""Figures for papers: each function draws a result on axes, and returns the axes.
+
+>>> with fb.plot.style():
+...     axes = fb.plot.bands(bands, "F_X")
+...     axes.figure.savefig("bands.pdf")
+"""
+
+from flexband.plot.answers import contributions, margins, probability, tolerances
+from flexband.plot.bands import bands, bounds, deviations, p_box, response
+from flexband.plot.comparisons import comparison, errors
+from flexband.plot.fields import field, variance_error
+from flexband.plot.places import mechanism, path
+from flexband.plot.style import style
+
+__all__ = [
+    "bands",
+    "bounds",
+    "comparison",
+    "contributions",
+    "deviations",
+    "errors",
+    "field",
+    "margins",
+    "mechanism",
+    "p_box",
+    "path",
+    "probability",
+    "response",
+    "style",
+    "tolerances",
+    "variance_error",
+]

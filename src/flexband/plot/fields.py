@@ -1,0 +1,95 @@
+"""Fields: their realizations, and what their discretization leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from flexband.errors import InputError, instance, shown
+from flexband.plot.series import literal, symbol
+from flexband.plot.style import LINES, MIDDLE, axes_of
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.interval_field import IntervalField
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+
+REALIZATIONS = 8
+POSITION = "position [m] or time [s]"
+
+
+def field(field: Field, name: str = "", *, ax: Axes | None = None) -> Axes:
+    """Draw some realizations of a field, with its limits, or its mean ± standard deviation.
+
+    Parameters
+    ----------
+    field : a field with a domain; `Study.fields` returns those of a study.
+    name : of the input, for the axis.
+    ax : axes to draw on, those of a new figure by default.
+
+    Returns
+    -------
+    The axes.
+
+    Raises
+    ------
+    InputError
+        If `field` is none, or has no domain.
+    """
+    instance("field", field, Field, "a field")
+    instance("name", name, str, "a text")
+    x = np.linspace(*field.located, 501)
+    drawn = field.realizations(x, REALIZATIONS)
+    middle, text, lines = field.nominal(x), "limits", []
+    if isinstance(field, RandomField):
+        deviation = field.deviation(x)
+        lines, text = [middle - deviation, middle + deviation], r"$\mu \pm \sigma$"
+    elif isinstance(field, IntervalField):
+        lines = list(field.limits(x))
+    ax = axes_of(ax)
+    ax.plot(x, drawn.T, color=MIDDLE, linewidth=0.6)
+    for k, line in enumerate(lines):
+        ax.plot(x, line, **LINES[0], label=None if k else text)
+    ax.set(xlabel=POSITION, ylabel=symbol(name))
+    ax.margins(x=0)
+    if lines:
+        ax.legend(loc="upper right")
+    return ax
+
+
+def variance_error(fields: Mapping[str, RandomField], *, ax: Axes | None = None) -> Axes:
+    """Draw which part of the variance of random fields their series leave out, Eq. (31).
+
+    Parameters
+    ----------
+    fields : name in the legend -> random field with a domain.
+    ax : axes to draw on, those of a new figure by default.
+
+    Returns
+    -------
+    The axes.
+
+    Raises
+    ------
+    InputError
+        If `fields` has none or others than random fields, or one without a domain.
+    """
+    if (
+        not isinstance(fields, Mapping)
+        or not fields
+        or not all(isinstance(one, RandomField) for one in fields.values())
+    ):
+        raise InputError(f"fields must map names to random fields; got {shown(fields)}")
+    drawn = {}
+    for name, one in fields.items():
+        x = np.linspace(*one.located, 501)
+        text = f"{literal(str(name))}, terms: {one.dimension}"
+        drawn[f"{text}, largest: {one.largest_variance_error():.4f}"] = x, one.variance_error(x)
+    ax = axes_of(ax)
+    for (text, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
+        ax.plot(x, values, label=text, **look)
+    ax.set(xlabel=POSITION, ylabel="variance error / variance")
+    ax.margins(x=0)
+    ax.legend()
+    return ax

@@ -1,0 +1,128 @@
+"""One output as x and values, and how axes name them."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from flexband.errors import InputError, instance, shown
+from flexband.report.tables import deviations, outputs_of, select
+
+SYMBOLS = {"time": "$t$"}
+"""Of dimensions."""
+
+
+def variable_of(name: str, found: Any, variable: str, of: str) -> xr.DataArray:
+    """Return a variable of a dataset; raise `InputError` if it is no result of `of`."""
+    if not isinstance(found, xr.Dataset) or variable not in found:
+        raise InputError(f"{name} must be a result of {of}; got {shown(found)}")
+    return found[variable]
+
+
+def bounded(name: str, found: Any, variable: str, of: str = "an analysis") -> xr.DataArray:
+    """Return a variable of a result with a lower and an upper bound, along the first dim."""
+    instance("variable", variable, str, "the name of a variable")
+    data = variable_of(name, found, variable, of)
+    if data.sizes.get("bound") != 2:
+        having = [str(k) for k, one in found.items() if one.sizes.get("bound") == 2]
+        raise InputError(f"variable must be one of {', '.join(having)}; got {variable!r}")
+    return data.transpose("bound", ...)
+
+
+def deviation(bands: Any) -> str:
+    """Return the error bar's multiple of σ as a formula."""
+    return rf"{deviations(bands)[:-1]}\sigma" if isinstance(bands, xr.Dataset) else ""
+
+
+def output_of(data: xr.DataArray, output: str | None) -> str:
+    """Return the name of one output, which may be left out if there is only one."""
+    names = outputs_of(data)
+    if output is None and len(names) == 1:
+        return names[0]
+    if not isinstance(output, str) or output not in names:
+        allowed = ", ".join(map(repr, names))
+        raise InputError(f"output must be one of {allowed}; got {shown(output)}")
+    return output
+
+
+def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and the values of shape (..., x) of one output.
+
+    Raises
+    ------
+    InputError
+        If the output depends on more than one variable.
+    """
+    one = select(data, output)
+    last = str(one.dims[-1]) if one.dims else "bound"
+    if one.ndim > 1 + ("bound" in one.dims):
+        raise InputError(f"an output must depend on one variable at most; got dims {one.dims}")
+    if last == "bound":
+        return np.zeros(1), one.values[..., None]
+    x = one[last].values
+    return (x if x.dtype.kind in "iuf" else np.arange(len(x))), one.values
+
+
+def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> None:
+    """Name the axes after one output and what it depends on.
+
+    Parameters
+    ----------
+    quantity : what is drawn, in which {} stands for the output.
+    """
+    one = select(data, output)
+    last = str(one.dims[-1]) if one.dims else "bound"
+    unit = str(one["unit"].values) if "unit" in one.coords else one.attrs.get("units", "")
+    named = quantity.format(symbol(output)) if output else quantity.removesuffix(" of {}")
+    axes.set(ylabel=with_unit(named.replace("{}", ""), unit))
+    if last == "bound":
+        axes.set(xticks=[])
+    else:
+        axes.set(xlabel=with_unit(SYMBOLS.get(last, literal(last)), one[last].attrs.get("units")))
+        axes.margins(x=0)
+
+
+def fill(
+    axes: Axes, x: np.ndarray, bounds: np.ndarray, color: Any, edge: Any, name: str = ""
+) -> None:
+    """Fill between a lower and an upper bound; a single pair is a bar.
+
+    Parameters
+    ----------
+    name : in the legend, which may contain formulas.
+    """
+    lower, upper = bounds
+    if len(x) == 1:
+        axes.bar(x, upper - lower, 0.4, lower, color=color, edgecolor=edge, label=name)
+        axes.set(xlim=(x[0] - 1, x[0] + 1))
+    else:  # with an edge, since bounds may be equal
+        axes.fill_between(x, lower, upper, fc=color, ec=edge, linewidth=0.5, label=name)
+
+
+def symbol(name: str) -> str:
+    """Return the name of an output or input as it is printed: F_X with X as an index."""
+    base, _, index = name.partition("_")
+    if not re.fullmatch(r"[^\W\d_]+_[A-Za-z0-9]{1,2}|[^\W\d_]", name):
+        return literal(name.replace("_", " "))
+    upright = base if len(base) == 1 else rf"\mathrm{{{base}}}"
+    return f"${upright}_{{{index}}}$" if index else f"${upright}$"
+
+
+def literal(text: str) -> str:
+    """Return a text in which Matplotlib finds no formula."""
+    return text.replace("$", r"\$")
+
+
+def with_unit(name: str, unit: Any) -> str:
+    """Return a label of an axis."""
+    return f"{name} [{literal(str(unit))}]".strip() if unit else name
+
+
+def legend_above(axes: Axes) -> None:
+    """Put the legend above the axes, where it hides neither data nor powers of ten at the left."""
+    place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.2}
+    axes.legend(**place, ncols=2, handlelength=1.5, columnspacing=1.2)

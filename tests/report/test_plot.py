@@ -1,0 +1,140 @@
+"""Figures for papers show the numbers of the results, in print's size and notation."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib import pyplot
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+import flexband as fb
+from flexband.plot.series import symbol
+from flexband.plot.style import DARK, LIGHT, MIDDLE
+
+TIME = np.linspace(0.0, 1.0, 11)
+
+
+def response(a, b):
+    values = np.stack([a[:, None] + 0 * TIME, a[:, None] * TIME + b[:, None]], axis=1)
+    coords = {"output": ["F_X", "tip_Y"], "time": TIME, "unit": ("output", ["N", "mm"])}
+    found = xr.DataArray(values, coords, ("sample", "output", "time"))
+    found["time"].attrs["units"] = "s"
+    return found
+
+
+INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 0.5)}
+STUDY = fb.Study(response, INPUTS, fb.PCCI(1, 1))
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    return STUDY.expand()
+
+
+@pytest.fixture
+def ax():
+    return Figure().add_subplot()
+
+
+def edges(collection):
+    """Return the lower and the upper edge of what `fill_between` has filled, at all times."""
+    vertices = collection.get_paths()[0].vertices
+    each = [vertices[np.isclose(vertices[:, 0], t), 1] for t in TIME]
+    return np.array([[own.min(), own.max()] for own in each]).T
+
+
+def test_bands_are_those_of_the_result(surrogate, ax):
+    """μ = a t and σ = 0.5 over 1 ≤ a ≤ 2."""
+    assert fb.plot.bands(surrogate.bands(), "tip_Y", ax=ax) is ax
+    bar, mean = map(edges, ax.collections)
+    np.testing.assert_allclose(mean, [TIME, 2 * TIME], atol=1e-9)
+    np.testing.assert_allclose(bar, [TIME - 0.5, 2 * TIME + 0.5], atol=1e-9)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$t$ [s]", r"$\mathrm{tip}_{Y}$ [mm]")
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == [r"interval error bar, $\mu \pm \sigma$", r"interval mean, $\mu$"]
+
+
+@pytest.mark.parametrize("nominal", [True, False])
+def test_deviations_are_those_from_the_nominal_run(surrogate, ax, nominal):
+    fb.plot.deviations(surrogate.bands(), STUDY.nominal() if nominal else None, "tip_Y", ax=ax)
+    np.testing.assert_allclose(edges(ax.collections[1]), [-TIME / 2, TIME / 2], atol=1e-9)
+    assert ax.get_ylabel() == r"deviation of $\mathrm{tip}_{Y}$ [mm]"
+
+
+def test_a_nominal_run_of_other_times_is_refused(surrogate):
+    later = STUDY.nominal().assign_coords(time=TIME + 1)
+    with pytest.raises(fb.InputError, match="nominal must have the outputs and times"):
+        fb.plot.deviations(surrogate.bands(), later, "F_X")
+
+
+def test_contributions_are_stacked(surrogate, ax):
+    found = fb.contributions(surrogate)
+    fb.plot.contributions(found, "tip_Y", ax=ax)
+    tops = np.cumsum(found["contribution"].sel(output="tip_Y").values, axis=0)
+    for layer, top in zip(ax.collections, tops, strict=True):
+        np.testing.assert_allclose(edges(layer)[1], top, atol=1e-9)
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), found["width"].sel(output="tip_Y"))
+
+
+def test_errors_of_zero_are_left_out(ax):
+    results = fb.compare(STUDY, fb.PCCI(2, 2), [fb.PCCI(2, 2), fb.LHSScanning(20, 3)])
+    fb.plot.errors(results, "tip_Y", ax=ax)
+    exact, sampled = (np.asarray(line.get_ydata()) for line in ax.lines)
+    assert np.isnan(exact).all()
+    error = 100 * results[2].errors["error_bar"].sel(output="tip_Y")
+    np.testing.assert_allclose(sampled, error)
+
+
+def test_margins_and_bounds(surrogate, ax):
+    limit = fb.Limit("F_X", below=2.5)
+    fb.plot.margins(fb.check_limits(surrogate, limit), ax=ax)
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), 0.5, atol=1e-9)
+    assert ax.get_ylabel() == "margin [N]"
+    other = Figure().add_subplot()
+    found = fb.quantiles(surrogate, [0.1, 0.9])
+    fb.plot.bounds(found, "quantiles", "F_X", ax=other)
+    for line, value in zip(other.lines, (1.0, 2.0, 1.0, 2.0), strict=True):
+        np.testing.assert_allclose(line.get_ydata(), value, atol=1e-9)
+
+
+def test_one_number_is_a_bar(ax):
+    bands = fb.propagate(lambda a: a, {"a": fb.Interval(1.0, 2.0)}, fb.PCCI(1, 1))
+    fb.plot.bands(bands, ax=ax)
+    (bar,) = ax.containers[0]
+    np.testing.assert_allclose([bar.get_y(), bar.get_height()], [1.0, 1.0])
+
+
+def test_the_output_must_be_named(surrogate):
+    with pytest.raises(fb.InputError, match="output must be one of 'F_X', 'tip_Y'; got None"):
+        fb.plot.bands(surrogate.bands())
+    with pytest.raises(fb.InputError, match="bands must be a result of propagate; got 3"):
+        fb.plot.bands(3, "F_X")  # pyright: ignore
+
+
+@pytest.mark.parametrize("suffix", ["pdf", "svg"])
+@pytest.mark.parametrize("columns", [1, 2])
+def test_figures_are_vectors_of_the_width_of_a_column(surrogate, tmp_path, columns, suffix):
+    with fb.plot.style(columns):
+        drawn = fb.plot.bands(surrogate.bands(), "F_X")
+        file = tmp_path / f"bands.{suffix}"
+        drawn.figure.savefig(file)
+        pyplot.close(drawn.figure)
+    content = file.read_bytes()
+    width = 72 * {1: 3.4, 2: 7.0}[columns]
+    size = f"/MediaBox [ 0 0 {width:g}" if suffix == "pdf" else f'width="{width:g}pt"'
+    assert size.encode() in content
+    assert b"/Subtype /Image" not in content
+    assert b"<image" not in content
+    assert b"STIXGeneral" in content or suffix == "svg"
+
+
+def test_grey_tells_bands_apart():
+    light, middle, dark = (np.dot(to_rgb(c), (0.299, 0.587, 0.114)) for c in (LIGHT, MIDDLE, DARK))
+    assert light - middle > 0.2
+    assert middle - dark > 0.2
+
+
+def test_symbols():
+    names = ["F_X", "root_xx", "x", "coupler_length", "a$b", "tip 2_X"]
+    printed = ["$F_{X}$", r"$\mathrm{root}_{xx}$", "$x$", "coupler length", r"a\$b", "tip 2 X"]
+    assert [symbol(name) for name in names] == printed

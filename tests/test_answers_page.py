@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import numpy as np
+
 PAGE = (Path(__file__).parents[1] / "docs" / "answers.md").read_text(encoding="utf-8")
 
 
@@ -29,3 +31,6 @@ def test_the_code_runs():
     assert names["design"].attrs["confirmed"] == "yes"
     assert abs(names["design"]["size"].sel(sizing="width") - 9.8) < 0.02
     assert abs(names["design"]["tolerance"] - 0.05).max() < 2e-3
+    assert abs(names["adjusted"]["least_margin"].item() + 0.02 * np.sin(1.0)) < 1e-6
+    assert names["adjusted"]["worst_inputs"].values.ravel().tolist() == [20.2, 19.5, 0.5]
+    assert abs(names["shimmed"]["tolerance"] - [0.1 - 0.02 * np.sin(1.0), 0.05]).max() < 1e-5

@@ -126,7 +126,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
     from flexband.uncertainty.inputs.fields.interval_field import IntervalField
     from flexband.uncertainty.inputs.fields.random_field import RandomField
-    from flexband.uncertainty.inputs.inputs import Input, Interval, Sizing
+    from flexband.uncertainty.inputs.inputs import Compensator, Input, Interval, Sizing
     from flexband.uncertainty.least_squares import RegressionPCCI
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI
     from flexband.uncertainty.perturbation import PerturbationChebyshev

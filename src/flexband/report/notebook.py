@@ -18,7 +18,7 @@ from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice, first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.inputs import Input, Interval, Sizing
+from flexband.uncertainty.inputs.inputs import Compensator, Input, Interval, Sizing
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -96,7 +96,7 @@ def _inputs(given: Mapping[str, Any]) -> str:
 
 
 def _about(name: str, one: Any) -> tuple[str, ...]:
-    if isinstance(one, Interval | Sizing):
+    if isinstance(one, Interval | Sizing | Compensator):
         kind = type(one).__name__.lower()
         kind += f" ± {one.tolerance:g}" if isinstance(one, Sizing) else ""
         return kind, f"{one.lower:g}", f"{one.upper:g}", "", ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -132,6 +132,15 @@ def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
             name, count = f"{one} ({count})", count + 1
         found[name] = one.corridor(labels)
     return found
+
+
+def joint(found: Mapping[str, Corridor]) -> Corridor:
+    """Return the corridor in which all limits are kept."""
+    lower = np.max([one.lower for one in found.values()], axis=0)
+    upper = np.min([one.upper for one in found.values()], axis=0)
+    if np.any(lower >= upper):
+        raise InputError(f"limits must leave something between them; got {', '.join(found)}")
+    return Corridor("", lower, upper, (...,))
 
 
 def _checked(name: str, bound: Any) -> Any:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import instance
-from flexband.uncertainty.answers.limits import Corridor, corridors
+from flexband.errors import InputError, instance
+from flexband.uncertainty.answers.allocation.adjustment import Adjusted, compensators, limited
+from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.peaks import drops, spacing
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -73,7 +76,7 @@ def check_limits(
     instance("surrogate", surrogate, kinds, "one that `expand` returns")
     labels = labels_of(surrogate)
     found = corridors(limits, labels)
-    bands = surrogate.bands(sigmas)
+    bands = _bands(surrogate, found, sigmas)
     source, error = error_of(bands, labels)
     own = [_checked(corridor, bands, labels, error) for corridor in found.values()]
     result = xr.concat(own, "limit").assign_coords(limit=list(found))
@@ -86,6 +89,38 @@ def check_limits(
     verdicts = result["verdict"].values.tolist()
     joint = next((one for one in (NOT_KEPT, UNDECIDED) if one in verdicts), KEPT)
     return _described(result.assign_attrs(told, kept=joint, inputs=bands.attrs.get("inputs", "")))
+
+
+def _bands(
+    surrogate: Surrogate | SurrogateOfChoices, limits: Mapping[str, Corridor], sigmas: float
+) -> xr.Dataset:
+    """Return bands; with compensators, where margins are least after these are adjusted."""
+    bands = surrogate.bands(sigmas)
+    if isinstance(surrogate, SurrogateOfChoices):
+        if any(map(compensators, (own.space for own in surrogate.surrogates.values()))):
+            raise InputError("surrogate must have no Choice where it has a Compensator")
+        return bands
+    space, dims = surrogate.space, surrogate.labels.dims[1:]
+    columns = compensators(space)
+    if not columns:
+        return bands
+    corridor = joint(limits)
+    expansions, numbers, bounds = limited(surrogate, corridor.lower, corridor.upper)
+    bar = bands["error_bar"].transpose("bound", *dims).values.copy()
+    width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
+    scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
+    k, m = sigmas if space.random_dimension else 0.0, space.interval_dimension
+    adjusted = Adjusted(expansions, bounds, scale, k, list(columns.values()), m)
+    *ends, eta = adjusted.worst()
+    bar.reshape(2, -1)[:, numbers] = ends
+    at = bands["error_bar_at"].transpose("input", "bound", *dims).values.copy()
+    own = Space(space.of_kind(random=False)).numbers_at(
+        np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
+    )
+    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(list(own.values()), (len(at), 2, -1))
+    return bands.assign(
+        error_bar=(("bound", *dims), bar), error_bar_at=(("input", "bound", *dims), at)
+    )
 
 
 def _checked(

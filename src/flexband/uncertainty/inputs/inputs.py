@@ -163,8 +163,31 @@ class Interval(Input):
         return place_between(self.lower, self.upper, value)
 
 
+class Chosen(Input):
+    """A number that is chosen, and not uncertain.
+
+    Runs cover all its values, and bands of a surrogate are those over all of them;
+    ``surrogate.narrowed(name=…)`` has those of one.
+    """
+
+    random = False
+
+    @property
+    @abstractmethod
+    def covered(self) -> Interval:
+        """All values that the number can have."""
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return values of η."""
+        return self.covered.value(standard)
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return η of values."""
+        return self.covered.standard(value)
+
+
 @dataclass(frozen=True)
-class Sizing(Input):
+class Sizing(Chosen):
     """A nominal size that is free within a range, with a tolerance around it.
 
     `allocate` chooses the size. All values from lower − tolerance to upper + tolerance are covered
@@ -187,8 +210,6 @@ class Sizing(Input):
     upper: float
     tolerance: float = 0.0
 
-    random = False
-
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.lower >= self.upper:
@@ -201,13 +222,34 @@ class Sizing(Input):
         """All values that the size can have with its tolerance."""
         return Interval(self.lower - self.tolerance, self.upper + self.tolerance)
 
-    def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return values of η, from lower − tolerance to upper + tolerance."""
-        return self.covered.value(standard)
 
-    def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return η of values from lower − tolerance to upper + tolerance."""
-        return self.covered.standard(value)
+@dataclass(frozen=True)
+class Compensator(Chosen):
+    """A number that is adjusted after assembly, such as the thickness of a shim.
+
+    `check_limits` and `allocate` adjust it once for all values of the interval inputs, for the
+    whole motion: limits are kept if one of its values keeps them. Bands of a surrogate are those
+    over all of them; ``surrogate.narrowed(name=…)`` has those of one.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, or the lower bound is not below the upper.
+    """
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lower >= self.upper:
+            raise InputError(f"Compensator lower {self.lower:g} must be below upper {self.upper:g}")
+        plausible_spread("width of the Compensator", self.upper - self.lower, self.upper)
+
+    @property
+    def covered(self) -> Interval:
+        """All values to which it can be adjusted."""
+        return Interval(self.lower, self.upper)
 
 
 def between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:

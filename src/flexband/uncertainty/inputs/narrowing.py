@@ -23,7 +23,7 @@ from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-from flexband.uncertainty.inputs.inputs import Input, Interval, Sizing
+from flexband.uncertainty.inputs.inputs import Chosen, Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.space import Space
 
@@ -226,7 +226,7 @@ Placed = tuple[Substitution, float, float]
 
 def _substitutions(one: Input, new: Any, *, keeps: bool) -> list[Placed]:
     """Return one substitution per variable of an input."""
-    if isinstance(one, Interval | Sizing):
+    if isinstance(one, Interval | Chosen):
         return [_of_interval(one, new, keeps=keeps)]
     if isinstance(one, Distribution):
         return [_of_distribution(one, new)]
@@ -235,7 +235,7 @@ def _substitutions(one: Input, new: Any, *, keeps: bool) -> list[Placed]:
     raise InputError(f"{type(one).__name__} cannot be narrowed to {shown(new)}")
 
 
-def _of_interval(one: Interval | Sizing, new: Any, *, keeps: bool) -> Placed:
+def _of_interval(one: Interval | Chosen, new: Any, *, keeps: bool) -> Placed:
     if not isinstance(new, float | Interval):
         raise InputError(f"must be a number or an Interval within {one!r}; got {shown(new)}")
     ends = (new, new) if isinstance(new, float) else (new.lower, new.upper)

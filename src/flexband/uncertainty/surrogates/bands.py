@@ -9,7 +9,7 @@ import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.inputs import Sizing
+from flexband.uncertainty.inputs.inputs import Chosen
 from flexband.uncertainty.inputs.space import Space
 
 BOUNDS = ["lower", "upper"]
@@ -89,10 +89,10 @@ def bands(
 
 
 def remark(space: Space) -> dict[str, str]:
-    """Return, as an attribute of results, that they are over all sizes, if any are free."""
-    sizes = [name for name, one in space.inputs.items() if isinstance(one, Sizing)]
-    text = f"over all sizes of {', '.join(sizes)}; surrogate.narrowed has those of one size"
-    return {"remark": text} if sizes else {}
+    """Return, as an attribute of results, that they are over all values of what is chosen."""
+    names = [name for name, one in space.inputs.items() if isinstance(one, Chosen)]
+    text = f"over all values of {', '.join(names)}; surrogate.narrowed has those of one"
+    return {"remark": text} if names else {}
 
 
 def described(result: xr.Dataset) -> xr.Dataset:

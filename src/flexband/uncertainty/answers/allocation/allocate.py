@@ -17,8 +17,7 @@ from flexband.uncertainty.answers.allocation.results import result_of
 from flexband.uncertainty.answers.allocation.search import cheapest
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
-from flexband.uncertainty.answers.limits import corridors
-from flexband.uncertainty.answers.probability.failure import joint
+from flexband.uncertainty.answers.limits import corridors, joint
 from flexband.uncertainty.evaluations.evaluations import BATCH, evaluations
 from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -47,15 +46,16 @@ def allocate(
     there by the difference, and the search goes on.
 
     Sizes that are free (`Sizing`) are chosen together with the tolerances around them: those that
-    allow the cheapest. The best of 1024 are improved, so that another valley may be missed.
+    allow the cheapest. The best of 1024 are improved, so that another valley may be missed. A
+    `Compensator` is adjusted for each value of the other interval inputs, as in `check_limits`.
 
     Parameters
     ----------
     surrogate : what `expand` returns, without choices.
     limits : a `Limit`, or several.
     costs : name of an input -> cost of its tolerance: a function of it, such as `ReciprocalCost`,
-        or a number B, for B/tolerance; or, for all of them, `Grades`, if no size is free. Inputs
-        without a cost keep their tolerances.
+        or a number B, for B/tolerance; or, for all of them, `Grades`, if no input is a `Sizing`
+        or `Compensator`. Inputs without a cost keep their tolerances.
     response : makes runs that confirm the tolerances; none are made without.
     sigmas : k of μ ± kσ.
     store, executor : as in `propagate`.

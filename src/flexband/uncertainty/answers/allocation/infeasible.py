@@ -11,8 +11,7 @@ from flexband.errors import InputError
 from flexband.uncertainty.answers.allocation.sizes import starts
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.allocation.worst_case import WorstCase
-from flexband.uncertainty.answers.limits import Corridor
-from flexband.uncertainty.answers.probability.failure import joint
+from flexband.uncertainty.answers.limits import Corridor, joint
 from flexband.uncertainty.answers.sensitivity.contributions import groups
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import minimize, nnls
 
 from flexband.errors import InputError
+from flexband.uncertainty.answers.allocation.problem import Problem
 from flexband.uncertainty.answers.allocation.sizes import starts
 from flexband.uncertainty.answers.allocation.tolerances import STEP
 from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
@@ -81,29 +82,32 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
     strict, own = worst.tightened(SLACK * worst.scale), worst.tolerances
     first, others = (x, []) if x is not None else _starts(strict)
     watched = WATCHED * float((strict.least(own.tighter(first, np.inf))[0] / worst.scale).min())
-    x = first if x is None else _solved(strict, points, first)
-    best, least = x, np.inf
+    x, points = (first, points) if x is None else _solved(strict, points, first)
+    best, least, step = x, np.inf, STEP
     for _ in range(ROUNDS):
         margins, places = strict.least(x)
         violated = np.any(margins < -0.5 * SLACK * worst.scale)
         before = len(points)
         if violated or not before:
             most = watched + max(0.0, float((margins / worst.scale).min()))
-            points = points.with_new(strict.lowest(margins, places, most))
+            new = strict.lowest(margins, places, most)
+            if own.compensators:
+                new = strict.at_places(x, new, most)
+            points = points.with_new(new, list(own.compensators.values()))
         if len(points) > before:
-            x = _solved(strict, points, x)
+            x, points = _solved(strict, points, x)
+            step = STEP
             continue
         if violated:  # by hardly anything, at points that are watched
-            x = own.tighter(x, STEP)
+            x, step = own.tighter(x, step), 2 * step
             continue
         if (cost := own.cost(x).sum()) < least:
             best, least = x, cost
         if not len(points) or not others:
             break
         tried, others = others[:STARTS], others[STARTS:]
-        x = min(
-            (_solved(strict, points, start) for start in tried), key=lambda at: own.cost(at).sum()
-        )
+        solved = (_solved(strict, points, start) for start in tried)
+        x, points = min(solved, key=lambda pair: own.cost(pair[0]).sum())
         if own.cost(x).sum() > least - LEAST_SAVING * abs(least):
             break
     if np.isinf(least):
@@ -128,33 +132,43 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
     return own.tighter(loosest, -np.log(max(part, 1e-300))), others[: RETRIES * STARTS]
 
 
-def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
-    """Return the cheapest tolerances that keep the margins at some points.
+def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> tuple[np.ndarray, Points]:
+    """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
 
     The search starts at tolerances that keep them, and so does what it returns, in any case.
     """
-    low, high = worst.tolerances.bounds
+    problem, count = Problem(worst, points), len(x)
+    low, high = problem.bounds
     scale, reference = worst.scale[points.series], abs(worst.tolerances.cost(x)).sum() or 1.0
+    still = np.zeros(len(low) - count)
 
-    def margins(at: np.ndarray) -> np.ndarray:
-        return worst.values(at[None], points)[0] / scale
+    def cost(v: np.ndarray) -> float:
+        return worst.tolerances.cost(v[:count]).sum()
 
-    first = _kept(worst, points, x)
+    start = np.concatenate([x, problem.adjusted])
+    first = np.concatenate([_kept(worst, problem.split(start)[1], x), problem.adjusted])
     found: Any = minimize(
-        lambda at: worst.tolerances.cost(at).sum() / reference,
-        first,
-        jac=lambda at: worst.tolerances.cost_gradient(at) / reference,
+        lambda v: cost(v) / reference,
+        start if len(still) else first,
+        jac=lambda v: np.append(worst.tolerances.cost_gradient(v[:count]), still) / reference,
         bounds=list(zip(low, high, strict=True)),
         constraints={
             "type": "ineq",
-            "fun": margins,
-            "jac": lambda at: derivatives(worst, at, points) / scale[:, None],
+            "fun": lambda v: problem.margins(v) / scale,
+            "jac": lambda v: problem.derivatives(v) / scale[:, None],
         },
         method="SLSQP",
         options={"maxiter": 200, "ftol": 1e-12},
     )
-    last = _kept(worst, points, np.clip(found.x, low, high))
-    return min(last, first, key=lambda at: worst.tolerances.cost(at).sum())
+    last, adjusted = problem.split(np.clip(found.x, low, high))
+    last = _kept(worst, adjusted, last)
+
+    def order(pair: tuple[np.ndarray, Points]) -> tuple[bool, float]:
+        """Return whether tolerances violate margins, which the least can, and their cost."""
+        margins = worst.values(pair[0][None], pair[1])[0]
+        return bool(np.any(margins < -2 * SLACK * scale)), cost(pair[0])
+
+    return min((last, adjusted), problem.split(first), key=order)
 
 
 def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
@@ -174,14 +188,6 @@ def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
     return own.tighter(x, tighter)
 
 
-def derivatives(worst: WorstCase, x: np.ndarray, points: Points) -> np.ndarray:
-    """Return the derivatives of margins at points by x, (points, names)."""
-    up = np.minimum(x + STEP * np.eye(len(x)), worst.tolerances.bounds[1])
-    down = x - STEP * np.eye(len(x))
-    after, before = np.split(worst.values(np.concatenate([up, down]), points), 2)
-    return ((after - before) / np.diag(up - down)[:, None]).T
-
-
 def allocated(
     worst: WorstCase, x: np.ndarray, watched: Points, *, with_multipliers: bool = True
 ) -> Allocated:
@@ -189,20 +195,25 @@ def allocated(
     margins, places = worst.least(x)
     least = (margins / worst.scale).min()
     points = worst.lowest(margins, places, max(BINDING, least + BINDING))
-    gradients = derivatives(worst, x, points)
+    problem = Problem(worst, points)
+    v = np.concatenate([x, problem.adjusted])
+    gradients = problem.derivatives(v)
     multipliers = np.full(len(points), 0.0 if with_multipliers else np.nan)
     if with_multipliers and least < BINDING:
-        multipliers = _multipliers(worst, x, gradients)
-    return Allocated(x, margins, points, gradients, multipliers, watched)
+        cost = np.append(worst.tolerances.cost_gradient(x), np.zeros(len(v) - len(x)))
+        multipliers = _multipliers(problem.bounds, v, cost, gradients)
+    return Allocated(x, margins, points, gradients[:, : len(x)], multipliers, watched)
 
 
-def _multipliers(worst: WorstCase, x: np.ndarray, gradients: np.ndarray) -> np.ndarray:
-    """Return the multipliers of margins: λ ≥ 0 with ∇cost = Σ λ ∇margin, but for bounds of x."""
-    low, high = worst.tolerances.bounds
-    at_bounds = np.eye(len(x))[x < low + STEP], -np.eye(len(x))[x > high - STEP]
+def _multipliers(
+    bounds: tuple[np.ndarray, np.ndarray], v: np.ndarray, cost: np.ndarray, gradients: np.ndarray
+) -> np.ndarray:
+    """Return the multipliers of margins: λ ≥ 0 with ∇cost = Σ λ ∇margin, but for bounds of v."""
+    low, high = bounds
+    at_bounds = np.eye(len(v))[v < low + STEP], -np.eye(len(v))[v > high - STEP]
     columns = np.concatenate([gradients, *at_bounds]).T
     if not columns.size:  # which `nnls` does not survive
         return np.zeros(0)
     size = np.maximum(np.abs(columns).max(axis=0, initial=0), 1e-300)
-    found, _ = nnls(columns / size, worst.tolerances.cost_gradient(x))
+    found, _ = nnls(columns / size, cost)
     return (found / size)[: len(gradients)]

@@ -46,7 +46,7 @@ def starts(worst: WorstCase) -> np.ndarray:
     best = np.argsort(values, kind="stable")[:IMPROVED]
     which, gains = np.zeros(len(best), int), np.full(len(best), 1e-6)
     values, places = descend(lacking, which, places[best], values[best], gains)
-    if values.min() > 0:  # no margins without any tolerance
+    if values.min() > 0 and not own.compensators:  # no margins without any tolerance
         places[0] = _with_most_room(worst, places[values.argmin()], reach)
         values[0] = lacking(places[:1], which[:1])[0]
     chosen: list[int] = []
@@ -109,16 +109,20 @@ def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
     sizes : their η, (points, sizes).
     """
     (low, high), own = worst.tolerances.bounds, worst.tolerances
+    radii = own.radius(high)
+    radii[list(own.compensators.values())] = 0.0
     m = own.space.interval_dimension
     block = max(1, AT_ONCE // (2 * len(worst.numbers) * (1 + 2 * m)))
     found = []
     for first in range(0, len(sizes), block):
         some = sizes[first : first + block]
         eta = own.center(_joined(high, some))
+        if own.compensators:
+            eta = worst.adjusted(worst.expansions).best(eta)[1]
         bars = worst.bars_at(eta, low)
         margins = SIGNS[:, None] * (bars - worst.bounds)
         loss = np.maximum(SIGNS[:, None] * (bars - worst.bars_at(eta, high)), 0.0)
-        for step, radius in zip(STEP * np.eye(m), own.radius(high), strict=True):
+        for step, radius in zip(STEP * np.eye(m), radii, strict=True):
             after, before = (worst.bars_at(eta + k * step, low) for k in (1, -1))
             loss += radius * np.abs(after - before) / (2 * STEP)
         room = (margins / worst.scale).min(axis=(1, 2))

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from flexband.errors import InputError
+from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.allocation.costs import Cost, cost_of
 from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
-from flexband.uncertainty.inputs.inputs import Interval, Sizing
+from flexband.uncertainty.inputs.inputs import Chosen, Interval, Sizing
 from flexband.uncertainty.inputs.space import Space
 
 LEAST = 1e-4
@@ -41,7 +42,7 @@ class Tolerances:
     costs : name -> cost of the tolerance.
     least, largest : the least ones that are considered, and those of the surrogate, (names,).
     columns : number of each interval input's variable η, −1 of random inputs, (names,).
-    sizes : number of the variable η of each `Sizing`, by name.
+    sizes, compensators : number of the variable η of each `Sizing` and `Compensator`, by name.
     """
 
     space: Space
@@ -50,6 +51,7 @@ class Tolerances:
     largest: np.ndarray
     columns: np.ndarray
     sizes: Mapping[str, int]
+    compensators: Mapping[str, int]
 
     @staticmethod
     def of(space: Space, costs: Mapping[str, Cost]) -> Tolerances:
@@ -83,12 +85,14 @@ class Tolerances:
                         f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
                     )
         sizes = {k: columns[k] for k, one in space.inputs.items() if isinstance(one, Sizing)}
-        if sizes and any(isinstance(cost, Grades) for cost in costs.values()):
+        chosen = [k for k, one in space.inputs.items() if isinstance(one, Chosen)]
+        if chosen and any(isinstance(cost, Grades) for cost in costs.values()):
             raise InputError(
-                f"costs must not be Grades where a size is free; {', '.join(sizes)} are a Sizing"
+                f"costs must not be Grades where inputs are chosen, a Sizing or a Compensator; "
+                f"these are {', '.join(chosen)}"
             )
         own = np.array([columns.get(k, -1) for k in costs])
-        return Tolerances(space, costs, least, largest, own, sizes)
+        return Tolerances(space, costs, least, largest, own, sizes, compensators(space))
 
     @property
     def names(self) -> list[str]:

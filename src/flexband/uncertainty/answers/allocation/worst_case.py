@@ -8,14 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
+from flexband.uncertainty.answers.allocation.adjustment import SIGNS, Adjusted, bars_of, limited
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.sampled import SampledSeries
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.narrowing import fixed, part_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-SIGNS = np.array([1.0, -1.0])
-"""Of a value in the margins of the lower and of the upper limit."""
 
 SAME = 1e-4
 """Distance in η up to which places are the same."""
@@ -29,7 +27,7 @@ class Points:
     ----------
     series : numbers of outputs and times among those that are limited, (points,).
     side : 0 where the lower limit is near, 1 where the upper one is, (points,).
-    places : in the box of the tolerances, −1 to 1 in every η, (points, m).
+    places : in the box of the tolerances, −1 to 1 in every η, (points, m); η of compensators.
     """
 
     series: np.ndarray
@@ -45,16 +43,21 @@ class Points:
         """Return some of the points."""
         return Points(self.series[which], self.side[which], self.places[which])
 
-    def with_new(self, other: Points) -> Points:
-        """Return these points and those of others that are not among them."""
-        keys = {one.tobytes() for one in self._keys()}
-        new = other.of(np.array([one.tobytes() not in keys for one in other._keys()], bool))
+    def with_new(self, other: Points, adjusted: Sequence[int] = ()) -> Points:
+        """Return these points and those of others that are not among them.
+
+        Points that differ in the `adjusted` variables alone are the same.
+        """
+        keys = {one.tobytes() for one in self.keys(adjusted)}
+        new = other.of(np.array([one.tobytes() not in keys for one in other.keys(adjusted)], bool))
         pairs = zip((self.series, self.side, self.places), (new.series, new.side, new.places),
                     strict=True)  # fmt: skip
         return Points(*(np.concatenate(pair) for pair in pairs))
 
-    def _keys(self) -> np.ndarray:
+    def keys(self, adjusted: Sequence[int] = ()) -> np.ndarray:
+        """Return whole numbers that tell points apart, (points, 2 + m)."""
         rounded = np.round(self.places / SAME)
+        rounded[:, list(adjusted)] = 0.0
         return np.column_stack([self.series, self.side, rounded]).astype(int)
 
     def __len__(self) -> int:
@@ -92,26 +95,13 @@ class WorstCase:
         sigmas: float,
     ) -> WorstCase:
         """Return the margins of a corridor, of the shape of the response, on a surrogate."""
-        times = surrogate.labels.shape[-1] if surrogate.labels.ndim > 1 else 1
-        bounds = np.stack([lower, upper]).reshape(2, -1, times)
-        limited = np.asarray(np.isfinite(bounds).any(axis=0))
-        at = np.flatnonzero(limited.any(axis=0))
-        expansions, numbers = [], []
-        for one in surrogate.expansions:
-            outputs = one.outputs[limited[one.outputs].any(axis=1)]
-            if len(outputs):
-                expansions.append(one.of(outputs, at))
-                numbers.append((outputs[:, None] * times + at).ravel())
+        expansions, numbers, bounds = limited(surrogate, lower, upper)
         k = sigmas if surrogate.space.random_dimension else 0.0
-        found = np.concatenate(numbers)
-        bare = WorstCase(
-            tolerances, tuple(expansions), found, bounds.reshape(2, -1)[:, found],
-            np.ones(len(found)), k,
-        )  # fmt: skip
-        low, high, _ = bare.bars(np.zeros_like(tolerances.bounds[1]))
-        width = (high - low).reshape(-1, len(at)).mean(axis=1)
-        size = np.maximum(abs(low), abs(high)).reshape(-1, len(at)).max(axis=1)
-        return replace(bare, scale=np.repeat(np.maximum(width, 1e-9 * size + 1e-300), len(at)))
+        bare = WorstCase(tolerances, tuple(expansions), numbers, bounds, np.ones(len(numbers)), k)
+        low, high, _ = bare._extremes(np.zeros_like(tolerances.bounds[1]))
+        width = (high - low).reshape(-1, bare.times).mean(axis=1)
+        size = np.maximum(abs(low), abs(high)).reshape(-1, bare.times).max(axis=1)
+        return replace(bare, scale=np.repeat(np.maximum(width, 1e-9 * size + 1e-300), bare.times))
 
     @property
     def times(self) -> int:
@@ -131,7 +121,21 @@ class WorstCase:
         return [one.substituted(part.substitutions, part.space.families) for one in self.expansions]
 
     def bars(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return lower and upper end of μ ± kσ in the box, (series,), and where they are."""
+        """Return lower and upper end of μ ± kσ in the box, (series,), and where they are.
+
+        With compensators these are the ends where margins are least after these are adjusted.
+        """
+        if not self.tolerances.compensators:
+            return self._extremes(x)
+        return self.adjusted(self._narrowed(x)).worst(vertices=True)
+
+    def adjusted(self, expansions: Sequence[Expansion]) -> Adjusted:
+        """Return the response with compensators, in the variables of narrower inputs or of all."""
+        columns, m = self.tolerances.compensators.values(), self.tolerances.space.interval_dimension
+        return Adjusted(expansions, self.bounds, self.scale, self.sigmas, list(columns), m)
+
+    def _extremes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `bars` does without compensators."""
         multiples = [-self.sigmas, self.sigmas] if self.sigmas else [0.0]
         found = [one.extremes(multiples) * (3 - len(multiples)) for one in self._narrowed(x)]
         m = self.tolerances.space.interval_dimension
@@ -149,11 +153,32 @@ class WorstCase:
 
     def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> Points:
         """Return the points of local minima over time of margins that are below `most` scales."""
-        own = margins.reshape(2, -1, self.times) / self.scale.reshape(-1, self.times)
-        padded = np.pad(own, ((0, 0), (0, 0), (1, 1)), constant_values=np.inf)
-        lowest = (own <= padded[..., :-2]) & (own < padded[..., 2:]) & (own < most)
-        side, series = np.nonzero(lowest.reshape(2, -1))
+        side, series = np.nonzero(self._lowest(margins[None], most)[0])
         return Points(series, side, places[side, series])
+
+    def at_places(self, x: np.ndarray, points: Points, most: float) -> Points:
+        """Return what `lowest` does at each of the places of some points on its own.
+
+        The best compensators make several margins the least, also at neighbouring times.
+        """
+        places = np.unique(points.places, axis=0)
+        own = self.tolerances
+        bars = self.bars_at(own.center(x) + own.radius(x) * places, x)
+        margins = SIGNS[:, None] * (bars - self.bounds)
+        own = margins / self.scale
+        least = own.min(axis=(1, 2), keepdims=True)
+        lowest = self._lowest(margins, most) | (own < least + SAME * SAME)
+        place, side, series = np.nonzero(lowest)
+        return Points(series, side, places[place])
+
+    def _lowest(self, margins: np.ndarray, most: float) -> np.ndarray:
+        """Return which margins (rows, 2, series) are local minima over time below `most`."""
+        own = margins.reshape(-1, self.times) / np.tile(
+            self.scale.reshape(-1, self.times), (2 * len(margins), 1)
+        )
+        padded = np.pad(own, ((0, 0), (1, 1)), constant_values=np.inf)
+        lowest = (own <= padded[:, :-2]) & (own < padded[:, 2:]) & (own < most)
+        return lowest.reshape(margins.shape)
 
     def values(self, x: np.ndarray, points: Points) -> np.ndarray:
         """Return the margins at points for several tolerances (rows, names), (rows, points)."""
@@ -203,12 +228,7 @@ class WorstCase:
 
     def bars_at(self, eta: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return lower and upper end of μ ± kσ at η, (points, 2, series), with a scatter."""
-        found = []
-        for one in self._narrowed(x, random_alone=True):
-            mean, std = one.moments(eta) if self.sigmas else (one.moments(eta)[0], 0.0)
-            bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
-            found.append(bar.reshape(len(eta), 2, -1))
-        return np.concatenate(found, axis=2)
+        return bars_of(self._narrowed(x, random_alone=True), eta, self.sigmas)
 
     def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
         """Return each expansion with the number of its first output."""

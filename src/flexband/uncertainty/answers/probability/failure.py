@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, instance, numbers, whole
-from flexband.uncertainty.answers.limits import Corridor, corridors
+from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.margins import error_of, labels_of
 from flexband.uncertainty.answers.probability.at_each import at_each_time
 from flexband.uncertainty.answers.probability.correction import corrected
@@ -22,7 +22,7 @@ from flexband.uncertainty.answers.probability.texts import described, in_words
 from flexband.uncertainty.answers.results import places
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
-from flexband.uncertainty.surrogates.bands import BOUNDS
+from flexband.uncertainty.surrogates.bands import BOUNDS, remark
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -138,16 +138,8 @@ def failure_probability(
         "verdict": ". ".join(words)
         + ("" if source else ". The surrogate's error is not estimated"),
     }
-    return described(result.assign_attrs(told))
-
-
-def joint(found: Mapping[str, Corridor]) -> Corridor:
-    """Return the corridor in which all limits are kept."""
-    lower = np.max([one.lower for one in found.values()], axis=0)
-    upper = np.min([one.upper for one in found.values()], axis=0)
-    if np.any(lower >= upper):
-        raise InputError(f"limits must leave something between them; got {', '.join(found)}")
-    return Corridor("", lower, upper, (...,))
+    space = next(iter(surrogates.values())).space
+    return described(result.assign_attrs(remark(space) | told))
 
 
 def _probability(

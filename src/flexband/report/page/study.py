@@ -22,6 +22,12 @@ FILE = "report.html"
 
 SCRIPTS = ("arrays.js", "start.js", "bands.js", "charts.js")
 
+ROWS = 25
+"""Of a table of numbers."""
+
+ERRORS = ("error_bar_expected_error", "truncation")
+"""Variables that tell the error, the best first."""
+
 TERMS = {
     "nominal": "the response with every interval at its midpoint and every random input in the "
     "middle of its distribution",
@@ -64,7 +70,7 @@ def write_report(
         SCRIPTS,
         title=given["title"],
         about=" · ".join(filter(None, told)),
-        doubts=given["doubts"],
+        doubts=given["doubts"] or (limits is not None and limits.attrs["kept"] != "kept"),
         verdict=verdict(given["doubts"], bands, checked, contributions, limits),
         drawing=given.get("drawing"),
         description=given.get("description", ""),
@@ -74,6 +80,7 @@ def write_report(
         limits=limits_table(limits, probability) if limits is not None else None,
         limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
         charts=charts["x"]["name"] if charts else None,
+        numbers=numbers(bands) if charts else [],
         answers=answers,
         fields=given.get("fields"),
         remarks=[*given["remarks"], *given["hidden"]],
@@ -82,7 +89,7 @@ def write_report(
             *given["computed"].items(),
             ("method", str(attrs.get("method", given["label"]))),
             ("runs", runs_in_words(attrs)),
-            *((name, str(attrs[name])) for name in ("discretization", "versions") if name in attrs),
+            *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
         ],
         data={"charts": charts},
     )
@@ -123,7 +130,7 @@ def verdict(
     if checked is not None:
         lines.append(f"{checked.attrs['verdict']}.")
     if limits is not None:
-        lines.append(f"Limits: {limits.attrs['verdict']}.")
+        lines += [limit_in_words(limits.isel(limit=k)) for k in range(limits.sizes["limit"])]
     if contributions is not None:
         shares = contributions["mean_share"]
         largest = float(np.max(shares.isel(name=0).values))
@@ -133,6 +140,36 @@ def verdict(
             f"{tables.percent(largest)} narrower."
         )
     return lines
+
+
+def limit_in_words(one: xr.Dataset) -> str:
+    """Return whether a limit is kept, and where its margin is least."""
+    unit = f" {one['unit'].values}" if "unit" in one.coords else ""
+    margin = f"least margin {float(one['least_margin']):.4g}{unit}"
+    if "least_margin_at" in one and one["least_margin_at"].dtype.kind == "f":
+        margin += f" at {float(one['least_margin_at']):.4g}"
+    kept = {"kept": "is kept", "not kept": "is NOT kept"}
+    words = kept.get(str(one["verdict"].values), "is perhaps kept")
+    return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}."
+
+
+def numbers(bands: xr.Dataset) -> list[tuple[str, tables.Table]]:
+    """Return a table of numbers for every output, at some of its times."""
+    found = []
+    for name in tables.outputs_of(bands["mean"]):
+        one = tables.select(bands, name)
+        (free,) = (d for d in one["mean"].dims if d != "bound")
+        some = one.isel({free: np.unique(np.linspace(0, one.sizes[free] - 1, ROWS).astype(int))})
+        error = next((some[k].values for k in ERRORS if k in some), None)
+        columns = [some[free].values]
+        columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", free)]
+        header = [str(free), "lowest mean", "highest mean", "bar from", "to"]
+        if error is not None:
+            columns, header = [*columns, error], [*header, "expected error"]
+        rows = [[f"{float(v):.5g}" for v in row] for row in zip(*columns, strict=True)]
+        unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
+        found.append((f"{name or 'response'}{unit}", (header, rows)))
+    return found
 
 
 def definitions(bands: xr.Dataset) -> list[tuple[str, str]]:

@@ -60,7 +60,7 @@ flexband.Chart = class {
     const label = `Chart of ${this.title}: interval mean and interval error bar ${charts.bar}`;
     this.plot = flexband.element("div", "", { class: "plot", role: "img", "aria-label": label });
     this.plot.dataset.number = number;
-    this.plot.style.height = output.contributions ? "34rem" : "24rem";
+    this.plot.style.height = output.contributions ? "36rem" : "24rem";
     this.reading = flexband.element("figcaption", "", { class: "reading", "aria-live": "polite" });
     figure.append(this.plot, this.reading);
     this.read(this.widest());
@@ -88,7 +88,9 @@ flexband.Chart = class {
   shown(curves) {
     if (this.view === "deviation") return flexband.less(curves, this.all.nominal);
     if (this.view !== "envelope") return curves;
-    return flexband.envelope(this.x, curves, this.period());
+    const narrow = this.output.narrow; // then their envelope would be that of the motion
+    const own = narrow ? flexband.less(curves, this.all.nominal) : curves;
+    return flexband.envelope(this.x, own, this.period());
   }
 
   /** Return the period of the slowest vibration. */
@@ -97,7 +99,7 @@ flexband.Chart = class {
   }
 
   traces() {
-    const own = this.shown(this.all), color = flexband.color, x = this.x, found = [];
+    const output = this.output, own = this.shown(this.all), color = flexband.color, x = this.x, found = [];
     const line = (y, name, style, more = {}) =>
       found.push({
         x, y, name: flexband.plain(name), mode: "lines", line: style, hoverinfo: "skip", ...more,
@@ -116,8 +118,9 @@ flexband.Chart = class {
     area(own.mean, "interval mean", color("accent"), color("accent"));
     found[found.length - 1].hoverinfo = "none"; // the numbers are below the chart
     if (own.nominal) line(own.nominal, "nominal", { color: color("ink"), width: 1, dash: "dot" });
-    for (const limit of this.output.limits || []) {
-      const base = this.view === "deviation" ? this.all.nominal : null;
+    for (const limit of output.limits || []) {
+      const moved = this.view === "deviation" || (this.view === "envelope" && output.narrow);
+      const base = moved ? this.all.nominal : null;
       const y = base ? limit.values.values.map((v, k) => v - base[k]) : limit.values.values;
       line(y, limit.name, { color: color("bad"), width: 1.6, dash: "dash" });
     }
@@ -150,20 +153,25 @@ flexband.Chart = class {
   }
 
   layout() {
-    const color = flexband.color, split = Boolean(this.output.contributions);
+    const color = flexband.color, own = this.output.contributions;
+    const narrow = this.plot.clientWidth < 600;  // where legends take several lines
+    const split = own && (narrow ? [0.2, 0.42, 0.5, 0.78] : [0.26, 0.38, 0.46, 0.93]);
+    const domain = split ? [split[2], split[3]] : [0, narrow ? 0.7 : 0.9];
     const axis = { gridcolor: color("line"), zerolinecolor: color("line"), linecolor: color("line") };
     const { name, unit } = this.charts.x;
-    const words = { values: this.title, deviation: `deviation from nominal`, envelope: this.title };
+    const deviation = `deviation from nominal${this.output.unit ? ` [${this.output.unit}]` : ""}`;
+    const envelope = this.output.narrow ? deviation : this.title;
+    const words = { values: this.title, deviation, envelope };
     const text = (t) => ({ text: flexband.plain(t), font: { size: 12 } });
     return {
       paper_bgcolor: "transparent", plot_bgcolor: "transparent", dragmode: "zoom",
       font: { color: color("ink"), family: "system-ui, sans-serif", size: 12 },
       margin: { l: 64, r: 12, t: 8, b: 44 }, hovermode: "x", uirevision: this.view,
-      legend: { orientation: "h", y: 1.0, yanchor: "bottom", x: 0 },
-      legend2: { orientation: "h", y: 0.3, yanchor: "bottom", x: 0 },
+      legend: { orientation: "h", y: 1.0, yanchor: "top", x: 0 },
+      legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 },
       xaxis: { ...axis, title: text(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
-      yaxis: { ...axis, title: text(words[this.view]), domain: split ? [0.45, 1] : [0, 1] },
-      ...(split && { yaxis2: { ...axis, title: text("part of the width"), domain: [0, 0.3] } }),
+      yaxis: { ...axis, title: text(words[this.view]), domain },
+      ...(split && { yaxis2: { ...axis, title: text("part of the width"), domain: [0, split[0]] } }),
       shapes: this.cursor === undefined ? [] : [this.line()],
     };
   }

@@ -1,0 +1,135 @@
+"""The report of a study, opened in a browser as its reader does."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from flexband.cli import app
+from flexband.report.page.charts import DIGITS
+
+STUDY = '''"""How far does <b>it</b> swing?"""
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+t = np.linspace(0.0, 2.0, 401)
+
+def swing(stiffness, amplitude, phase):
+    angle = np.sqrt(stiffness)[:, None] * 2 * np.pi * t
+    first = amplitude[:, None] * np.cos(angle) + phase[:, None]
+    values = np.stack([first, 1e3 * t + 0.1 * first], axis=1)
+    return labelled(values)
+
+def labelled(values):
+    return xr.DataArray(values, dims=("sample", "output", "time"), coords={
+        "output": ["x</script><img src=x onerror=alert(1)>", "y_Y"],
+        "unit": ("output", ["m", "N"]), "time": ("time", t, {"units": "s"})})
+
+study = fb.Study(swing, {
+    "stiffness": fb.Interval(380.0, 420.0), "amplitude": fb.Interval(0.9, 1.1),
+    "phase": fb.Normal(0.0, 0.1)}, fb.AdaptivePCCI(0.01))
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "swing.py").write_text(STUDY, encoding="utf-8")
+    for words in (
+        ["run", str(folder / "swing.py"), "--output", str(folder / "out")],
+        ["limits", str(folder / "out"), "--below", "y_Y=2100"],
+        ["report", str(folder / "out")],
+    ):
+        result = CliRunner().invoke(app, words)
+        assert result.exit_code == 0, result.output
+    return folder / "out"
+
+
+def numbers(text):
+    return [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text)]
+
+
+def test_charts_have_the_numbers_of_the_bands(folder, opened):
+    page = opened(folder / "report.html")
+    with xr.open_dataset(folder / "bands.nc") as bands:
+        bands.load()
+    width = (bands["error_bar"][1] - bands["error_bar"][0]).max("time").values
+    slider = page.get_by_role("slider", name="Cursor")
+    slider.focus()
+    for _ in range(7):
+        page.keyboard.press("ArrowRight")
+    assert slider.get_attribute("aria-valuetext") == f"time = {7 * 0.005:g} s"
+    for k, reading in enumerate(page.locator(".reading").all()):
+        found = numbers(reading.inner_text().partition("mean")[2])
+        one = bands.isel(output=k, time=7)
+        expected = [*one["mean"].values, *one["error_bar"].values]
+        np.testing.assert_allclose(found[:4], expected, rtol=1e-5, atol=DIGITS * width[k])
+    chart = page.locator(".plot").first
+    chart.scroll_into_view_if_needed()
+    chart.locator("svg.main-svg").first.wait_for()
+    drawn = chart.evaluate("plot => plot.data.map((trace) => [trace.name, Array.from(trace.y)])")
+    assert {name for name, _ in drawn} >= {"interval mean", "stiffness", "amplitude", "phase"}
+
+
+def test_hovering_and_views_change_what_is_shown(folder, opened):
+    page = opened(folder / "report.html", viewport={"width": 1280, "height": 900})
+    figure = page.locator("figure.chart").first
+    figure.scroll_into_view_if_needed()
+    chart = figure.locator(".plot")
+    chart.locator("svg.main-svg").first.wait_for()
+    before = figure.locator(".reading").inner_text()
+    box = chart.bounding_box()
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.35 * box["height"])
+    page.wait_for_function(
+        "([own, text]) => own.innerText !== text",
+        arg=[figure.locator(".reading").element_handle(), before],
+    )
+    ranges = []
+    for view in figure.locator(".tools button").all():
+        view.click()
+        assert view.get_attribute("aria-pressed") == "true"
+        ranges.append(chart.evaluate("plot => plot.data.map((t) => Math.max(...t.y))"))
+    assert len(ranges) >= 2
+    assert ranges[0] != ranges[1]
+
+
+def test_what_a_study_says_is_text(folder, opened):
+    page = opened(folder / "report.html")
+    assert page.get_by_text("How far does <b>it</b> swing?").count() == 1
+    assert page.locator("img[src=x]").count() == 0
+    assert page.locator("h3", has_text="x</script><img").count() >= 1
+
+
+def test_the_first_screen_answers(folder, opened):
+    page = opened(folder / "report.html", viewport={"width": 1280, "height": 900})
+    verdict = page.locator(".verdict").inner_text()
+    for text in ("expected to be off by", "The limit y_Y below 2100 is kept", "matters most is"):
+        assert text in verdict
+    assert page.locator(".verdict").bounding_box()["y"] < 200
+    table = page.locator(".first table").inner_text()
+    assert "380 … 420 (400 ± 20)" in table
+    assert "mean 0, standard deviation 0.1" in table
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_phones_need_no_scrolling_sideways(folder, opened, scheme):
+    page = opened(
+        folder / "report.html", viewport={"width": 360, "height": 740}, color_scheme=scheme
+    )
+    page.locator(".plot").first.scroll_into_view_if_needed()
+    page.locator("svg.main-svg").first.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    ink, paper = (page.evaluate(f"flexband.color('{name}')") for name in ("ink", "paper"))
+    assert (ink, paper) == {
+        "light": ("#1a1d21", "#ffffff"), "dark": ("#e8eaed", "#14171b")
+    }[scheme]  # fmt: skip
+
+
+def test_the_report_is_small_and_says_how_it_was_made(folder):
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert len(text.encode()) < 6e6
+    for part in ("AdaptivePCCI(tolerance=0.01", "interval error bar", "fitted", "numpy"):
+        assert part in text

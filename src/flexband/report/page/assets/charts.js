@@ -222,10 +222,11 @@ flexband.Chart = class {
   /** Write the numbers at a place below the chart. */
   read(k) {
     const { all, output, charts } = this, { name, unit } = charts.x, g = flexband.number;
-    const range = (pair) => `${g(pair[0][k])} … ${g(pair[1][k])}`;
+    const finest = (all.bar[1][k] - all.bar[0][k]) / 1000 || Infinity;
+    const range = (pair) => `${g(pair[0][k], finest)} … ${g(pair[1][k], finest)}`;
     let text = `${name} = ${g(this.x[k])} ${unit}: interval mean ${range(all.mean)}, ` +
       `error bar ${range(all.bar)} ${output.unit}`;
-    if (all.nominal) text += `, nominal ${g(all.nominal[k])}`;
+    if (all.nominal) text += `, nominal ${g(all.nominal[k], finest)}`;
     if (all.error) text += `; expected error ± ${g(all.error[k])}`;
     const parts = Object.entries(output.errors || {}).map(([w, e]) => `${w} ${g(e.values[k])}`);
     if (parts.length) text += ` (${parts.join(", ")})`;
@@ -252,5 +253,9 @@ flexband.Chart = class {
 /** Return a text in which Plotly finds no markup. */
 flexband.plain = (text) => text.replace(/[<&]/g, (c) => (c === "<" ? "&lt;" : "&amp;"));
 
-/** Return a number with five digits. */
-flexband.number = (v) => (Number.isFinite(v) ? String(Number(v.toPrecision(5))) : "–");
+/** Return a number with five digits, or as many as tell differences of a size. */
+flexband.number = function (v, size = Infinity) {
+  if (!Number.isFinite(v)) return "–";
+  const digits = Math.ceil(Math.log10(Math.abs(v) / size)) + 1;
+  return String(Number(v.toPrecision(Math.min(Math.max(5, digits), 15))));
+};

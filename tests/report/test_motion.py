@@ -10,7 +10,7 @@ import pytest
 
 import flexband as fb
 from flexband.report.page.motion.motion import motion_data
-from flexband.report.page.motion.studies import read_motion, study_motion, write_motion
+from flexband.report.page.motion.studies import study_motion
 from flexband.uncertainty.inputs.space import Space
 
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
@@ -211,7 +211,7 @@ def test_without_a_mechanism_or_without_its_motion_the_reason_is_told():
     assert "no such length" in told[-1]
 
 
-def test_a_mechanism_at_rest_has_one_instant(tmp_path):
+def test_a_mechanism_at_rest_has_one_instant():
     def hanging(stiffness):
         return fb.Mechanism(
             bodies={"m": fb.PointMass(mass=1.0, position=(0.0, -1.0))},
@@ -230,8 +230,6 @@ def test_a_mechanism_at_rest_has_one_instant(tmp_path):
     assert found["times"]["shape"] == [1]
     assert -1.099 < unpacked(found["position"])[number, 1, 0] < -1.09
     assert np.ptp(unpacked(found["samples"]["deviation"])[:, 0, 1, 0]) == pytest.approx(0.02, 0.1)
-    write_motion(found, tmp_path / "motion.json")
-    assert read_motion(tmp_path / "motion.json") == found
 
 
 def test_a_drive_that_ends_is_drawn():

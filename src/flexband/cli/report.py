@@ -48,7 +48,7 @@ def report_on(
     found = bands, checked, contributions
     names = [name for name, one in zip(DATA, found, strict=True) if one is not None]
     names += [MODEL] * (surrogate is not None)
-    given = {**about, **given_by(study.response, inputs, Path(about["file"])), "files": names}
+    given = {**about, **given_by(study, inputs, surrogate, Path(about["file"])), "files": names}
     save(lambda: write_given(folder, given))
     return write_report(folder, given, bands, checked, contributions, surrogate)
 

@@ -14,12 +14,15 @@ from typing import Any
 
 from flexband.errors import warn, without_warnings
 from flexband.files import replaced
+from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.report.drawing.draw import draw
 from flexband.report.figures import fields_figure
 from flexband.report.page.inputs import inputs_table
+from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
+from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
@@ -27,12 +30,15 @@ from flexband.uncertainty.inputs.space import Space
 FILE = "page.json"
 
 
-def given_by(response: Any, inputs: Mapping[str, Any], file: Path | None) -> dict[str, Any]:
+def given_by(
+    study: Study, inputs: Mapping[str, Any], surrogate: Any, file: Path | None
+) -> dict[str, Any]:
     """Return what a report shows of a study's code.
 
     Parameters
     ----------
-    inputs : those of the response, fields with their domains.
+    inputs : those of the study, fields with their domains.
+    surrogate : of the study, if its method makes one.
     file : the study's, whose docstring is its question.
 
     Returns
@@ -49,7 +55,8 @@ def given_by(response: Any, inputs: Mapping[str, Any], file: Path | None) -> dic
     }
     if fields:
         _add(found, "fields", "The fields", lambda: picture(fields_figure(fields)))
-    if not isinstance(response, DynamicResponse):
+    response = study.response
+    if not isinstance(response, DynamicResponse | StaticResponse):
         return found
 
     def mechanism() -> Mechanism:
@@ -58,6 +65,8 @@ def given_by(response: Any, inputs: Mapping[str, Any], file: Path | None) -> dic
     with without_warnings():
         _add(found, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
         _add(found, "description", "The mechanism", lambda: _in_words(mechanism()))
+        found["motion"], told = study_motion(study, surrogate)
+    found["hidden"] += told
     return found
 
 
@@ -70,7 +79,7 @@ def _add(found: dict[str, Any], name: str, what: str, make: Callable[[], Any]) -
         warn(found["hidden"][-1])
 
 
-def nominal_mechanism(response: DynamicResponse, inputs: Mapping[str, Any]) -> Mechanism:
+def nominal_mechanism(response: Any, inputs: Mapping[str, Any]) -> Mechanism:
     """Return the mechanism of one sample at the nominal values."""
     space = Space(first_case(inputs))
     return response.builder(**space.arguments_at(*space.nominal()))

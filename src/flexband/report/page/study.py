@@ -20,7 +20,10 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 FILE = "report.html"
 
-SCRIPTS = ("arrays.js", "start.js", "bands.js", "charts.js")
+SCRIPTS = (
+    "arrays.js", "element.js", "start.js", "bands.js", "charts.js",
+    "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js",
+)  # fmt: skip
 
 ROWS = 25
 """Of a table of numbers."""
@@ -91,7 +94,7 @@ def write_report(
             ("runs", runs_in_words(attrs)),
             *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
         ],
-        data={"charts": charts},
+        data={"charts": charts, "motion": given.get("motion")},
     )
     return page
 

@@ -18,6 +18,8 @@ from markupsafe import Markup
 
 from flexband.files import replaced
 
+STYLES = ("style.css", "motion.css")
+
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
 
 
@@ -34,9 +36,9 @@ def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values:
         text = json.dumps(data, allow_nan=False, separators=(",", ":"))
         values["data"] = Markup(text.replace("<", "\\u003c"))
         values["scripts"] = [_plotly(), *map(_script, scripts)]
-    style = Markup(ASSETS.joinpath("style.css").read_text(encoding="utf-8"))
+    styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in STYLES)
     page = _templates().get_template(template)
-    told = page.render(style=style, version=version("flexband"), **values)
+    told = page.render(style=Markup("".join(styles)), version=version("flexband"), **values)
     with replaced(file) as partial:
         partial.write_text(told, encoding="utf-8", errors="replace")
 

@@ -22,9 +22,9 @@ flexband.starters.push(function (data) {
 
 /** Return a slider that moves the cursor of all charts. */
 flexband.timeSlider = function ({ name, unit, values }) {
-  const x = values.values, row = flexband.element("label", "", { class: "tools screen-only" });
-  const slider = flexband.element("input", "", { type: "range", min: 0, max: x.length - 1, value: 0 });
-  const text = flexband.element("output", "");
+  const x = values.values, row = flexband.element("label", { className: "tools screen-only" });
+  const slider = flexband.element("input", { type: "range", max: x.length - 1, value: 0 });
+  const text = flexband.element("output");
   const show = (k) => {
     text.textContent = `${name} = ${flexband.number(x[k])} ${unit}`;
     slider.setAttribute("aria-valuetext", text.textContent);
@@ -40,7 +40,7 @@ flexband.timeSlider = function ({ name, unit, values }) {
     show(k);
   });
   show(0);
-  row.append(flexband.element("span", "Cursor"), slider, text);
+  row.append(flexband.element("span", {}, "Cursor"), slider, text);
   return row;
 };
 
@@ -53,27 +53,27 @@ flexband.Chart = class {
     this.rings = output.rings && charts.carriers.length > 0;
     this.view = output.narrow ? "deviation" : "values";
     if (this.rings && span * slowest > 40) this.view = "envelope"; // else they are a smear
-    const figure = panel.appendChild(flexband.element("figure", "", { class: "chart" }));
+    const figure = panel.appendChild(flexband.element("figure", { className: "chart" }));
     this.title = output.unit ? `${output.name} [${output.unit}]` : output.name;
-    figure.append(flexband.element("h3", this.title));
+    figure.append(flexband.element("h3", {}, this.title));
     figure.append(this.tools());
     const label = `Chart of ${this.title}: interval mean and interval error bar ${charts.bar}`;
-    this.plot = flexband.element("div", "", { class: "plot", role: "img", "aria-label": label });
+    this.plot = flexband.element("div", { className: "plot", role: "img", "aria-label": label });
     this.plot.dataset.number = number;
     this.plot.style.height = output.contributions ? "36rem" : "24rem";
-    this.reading = flexband.element("figcaption", "", { class: "reading", "aria-live": "polite" });
+    this.reading = flexband.element("figcaption", { className: "reading", "aria-live": "polite" });
     figure.append(this.plot, this.reading);
     this.read(this.widest());
   }
 
   tools() {
-    const bar = flexband.element("div", "", { class: "tools screen-only" });
+    const bar = flexband.element("div", { className: "tools screen-only" });
     const views = { values: "Values" };
     if (this.all.nominal) views.deviation = "Deviation from nominal";
     if (this.rings) views.envelope = `Envelope over ${flexband.number(this.period())} s`;
     for (const [view, text] of Object.entries(views)) {
       const chosen = String(view === this.view);
-      const button = flexband.element("button", text, { type: "button", "aria-pressed": chosen });
+      const button = flexband.element("button", { type: "button", "aria-pressed": chosen }, text);
       button.addEventListener("click", () => {
         this.view = view;
         for (const one of bar.children) one.setAttribute("aria-pressed", String(one === button));

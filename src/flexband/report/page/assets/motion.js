@@ -15,17 +15,6 @@ flexband.shownLength = function (metres) {
   return `${Number((metres * size).toPrecision(3))} ${unit}`;
 };
 
-/** Return a new element with properties, attributes ("aria-label") and children. */
-flexband.element = function (tag, properties = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(properties)) {
-    if (name.includes("-") || name === "role" || name === "for") made.setAttribute(name, value);
-    else made[name] = value;
-  }
-  made.append(...children);
-  return made;
-};
-
 flexband.MotionPlayer = class {
   constructor(panel, data) {
     this.scene = new flexband.MotionScene(data);

@@ -11,11 +11,3 @@ flexband.ready = (async function () {
 
 flexband.color = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-
-/** Return an element with a text and attributes. */
-flexband.element = function (tag, text = "", attributes = {}) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  return made;
-};

@@ -1,13 +1,9 @@
-"""The motion of a study's mechanism, and the file that keeps it for reports written later."""
+"""The motion of a study's mechanism."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from flexband.files import replaced
 from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.response import DynamicResponse
 from flexband.report.page.motion.motion import SAMPLES, motion_data
@@ -48,14 +44,3 @@ def study_motion(
         space, (response, _) = surrogate.space, as_expanded(surrogate, response)
     found, more = motion_data(response, space, samples=samples)
     return found, [*told, *more]
-
-
-def write_motion(tree: Mapping[str, Any], file: Path) -> None:
-    """Write a tree of `motion_data` as JSON; the file appears only once it is complete."""
-    with replaced(file) as partial:
-        partial.write_text(json.dumps(tree, separators=(",", ":")), encoding="utf-8")
-
-
-def read_motion(file: Path) -> dict[str, Any]:
-    """Return the tree of a file that `write_motion` has written."""
-    return json.loads(file.read_text(encoding="utf-8"))

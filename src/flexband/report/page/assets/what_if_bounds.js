@@ -100,7 +100,8 @@ flexband.WhatIf = class {
       for (let p = 0; p < P; p++) height[p] = sign * (mean[p] + c * std[p]);
       let least = Infinity;
       for (const p of this._starts(height, scan.neighbours)) {
-        least = Math.min(least, height[p], flexband.descend(value, Float64Array.from(scan.points[p])));
+        const found = flexband.descend(value, Float64Array.from(scan.points[p]));
+        least = Math.min(least, height[p], found);
       }
       return sign * least;
     });

@@ -1,4 +1,4 @@
-// μ and σ of a direct expansion Σ β_ij Φ_i(η) Ψ_j(ξ): σ² is a sum of squares over Ψ_j, j > 0.
+// μ and σ of a direct expansion Σ β_ij Φ_i(η) Ψ_j(ξ): σ² is a sum of squares over j > 0.
 "use strict";
 if (self.document) flexband.workerSources.push(document.currentScript.textContent);
 

@@ -16,7 +16,7 @@ flexband.WhatIfInputs = class {
   }
 
   get changed() {
-    return this.scales.some((s) => s !== 1) || this.data.intervals.some((_, k) => this._narrower(k));
+    return this._changes().length > 0;
   }
 
   _narrower(k) {
@@ -75,7 +75,8 @@ flexband.WhatIfInputs = class {
     });
     this.data.scatters.forEach(({ name, python, ends, fixed }, k) => {
       const s = this.scales[k];
-      const text = ends.reduce((own, [a, b], e) => own.replace(`{${e}}`, String(a + b * s)), python);
+      const write = (own, [a, b], e) => own.replace(`{${e}}`, String(a + b * s));
+      const text = ends.reduce(write, python);
       if (s !== 1) found.push([name, s === 0 ? String(fixed) : text]);
     });
     return found;
@@ -94,8 +95,10 @@ flexband.WhatIfInputs = class {
   /** Return the changes in short: "crank_length 0.197 … 0.203, youngs_modulus 50 %". */
   label() {
     const { intervals, scatters } = this.data;
-    const own = intervals.map(({ name }, k) => [this._narrower(k), `${name} ${this.ends(k).join(" … ")}`]);
-    own.push(...scatters.map(({ name }, k) => [this.scales[k] !== 1, `${name} × ${this.scales[k]}`]));
-    return own.filter(([is]) => is).map(([, text]) => text).join(", ");
+    const own = intervals.flatMap(({ name }, k) =>
+      this._narrower(k) ? [`${name} ${this.ends(k).join(" … ")}`] : []);
+    own.push(...scatters.flatMap(({ name, of }, k) =>
+      this.scales[k] === 1 ? [] : [`${of} of ${name} × ${this.scales[k]}`]));
+    return own.join(", ");
   }
 };

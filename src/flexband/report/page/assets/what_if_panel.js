@@ -7,7 +7,13 @@ flexband.starters.push(function (everything) {
   if (!data || !section) return;
   const panel = section.querySelector(".panel") || section;
   const inputs = new flexband.WhatIfInputs(data), STEPS = flexband.WhatIfInputs.STEPS;
-  const shown = (x) => String(Number(x.toPrecision(4)));
+
+  /** Return a number with few digits. */
+  function shown(x, digits = 4) {
+    const own = Number(x.toPrecision(digits)), size = Math.abs(own);
+    const [head, power] = own.toExponential().split("e");
+    return size >= 1e6 || (size > 0 && size < 1e-4) ? `${head}e${Number(power)}` : String(own);
+  }
   const update = []; // functions that show the state of the sliders
 
   /** Return an element with properties, attributes and children; texts are never HTML. */
@@ -36,8 +42,8 @@ flexband.starters.push(function (everything) {
       `${end} end of ${name}`, 0, STEPS, (to) => inputs.move(k, e, to, symmetric.checked)));
     const range = element("span", { class: "what-if-range" });
     update.push(() => {
-      const [low, high] = inputs.ends(k), half = shown((high - low) / 2);
-      value.textContent = `${low} … ${high}, that is ± ${half}`;
+      const [low, high] = inputs.ends(k), middle = Number(((low + high) / 2).toPrecision(8));
+      value.textContent = `${low} … ${high} (${middle} ± ${shown((high - low) / 2)})`;
       thumbs.forEach((own, e) => {
         own.value = inputs.intervals[k][e];
         own.setAttribute("aria-valuetext", String([low, high][e]));
@@ -78,34 +84,40 @@ flexband.starters.push(function (everything) {
   const symmetric = element("input", { type: "checkbox" });
   symmetric.checked = true;
   const reset = element("button", { type: "button", text: "Reset" });
-  const copy = element("button", { type: "button", text: "Copy" });
+  const copy = element("button", { type: "button", class: "screen-only", text: "Copy" });
   const python = element("code");
   const status = element("p", { class: "what-if-status", role: "status" });
   const rows = data.outputs.map(({ name }) => {
     const cells = ["", "", "", ""].map(() => element("td"));
     return { cells, row: element("tr", {}, element("th", { scope: "row", text: name }), ...cells) };
   });
-  const heads = ["output", "widest error bar of the study", "with these inputs", "change",
-    "expected error of the study"];
+  const heads = ["output", "study", "now", "change", "expected error"];
+  const cells = heads.map((text) => element("th", { scope: "col", text }));
   const table = element("table", { class: "what-if-table" },
-    element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col", text })))),
+    element("caption", { text: "Largest width of the error bar" }),
+    element("thead", {}, element("tr", {}, ...cells)),
     element("tbody", {}, ...rows.map(({ row }) => row)));
 
+  const notes = [
+    "The expected error is that of the whole study, in brackets as a part of the width now. " +
+      "narrowed() in Python judges it by the held-out runs inside the narrower inputs.",
+    ...(data.models.some(({ kind }) => kind === "phases")
+      ? ["An error bar of a vibration may grow with less scatter: the waves of all samples then " +
+        "cancel less in the mean."] : []),
+    ...data.remarks,
+  ];
+  const keep = element("label", {}, symmetric, " keep the middle of intervals");
   panel.append(
     element("p", { text: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
       "without new runs. The tracks end where its runs end (marks); wider ranges need new runs." }),
     element("div", { class: "what-if-inputs" },
       ...data.intervals.map(interval), ...data.scatters.map(scatter)),
     element("p", { class: "what-if-buttons screen-only" },
-      ...(data.intervals.length ? [element("label", {}, symmetric, " keep the middle of intervals")] : []),
-      reset),
+      ...(data.intervals.length ? [keep] : []), reset),
     element("div", { class: "what-if-scroll" }, table),
     status,
     element("p", { class: "what-if-python" }, "The same in Python: ", python, " ", copy),
-    element("p", { class: "what-if-note", text: "The expected error is that of the whole study. " +
-      "It is a larger part of narrower bands; narrowed() in Python judges it by the held-out runs " +
-      "inside the narrower inputs." }),
-    ...data.remarks.map((text) => element("p", { class: "what-if-note", text })));
+    ...notes.map((text) => element("p", { class: "what-if-note", text })));
 
   /** Show how wide the error bars are; of some of the times only, this is about. */
   function widths({ times, error_bar: [lower, upper], done }) {
@@ -117,11 +129,11 @@ flexband.starters.push(function (everything) {
       const { unit } = data.outputs[o], study = data.width[o], about = done ? "" : "≈ ";
       const change = study > 0 ? Math.round(100 * (width / study - 1)) : 0;
       const error = data.expected_error && data.expected_error[o];
-      const part = error !== null && width > 0 ? `, ${shown(100 * error / width)} % of the width now` : "";
+      const part = error !== null && width > 0 ? ` (${shown(100 * error / width, 2)} %)` : "";
       const units = unit ? ` ${unit}` : "";
       [`${shown(study)}${units}`, `${about}${shown(width)}${units}`,
         `${change < 0 ? "−" : change > 0 ? "+" : ""}${Math.abs(change)} %`,
-        error === null ? "not known" : `${shown(error)}${units}${part}`,
+        error === null ? "not known" : `± ${shown(error, 2)}${units}${part}`,
       ].forEach((text, c) => { cells[c].textContent = text; });
     });
     if (done) {
@@ -137,20 +149,21 @@ flexband.starters.push(function (everything) {
   }
 
   // While bounds are computed, only the newest position of the sliders waits.
-  let ask = null, busy = false, waiting = false;
+  let ask = null, busy = false, waiting = false, asked = "";
 
   function request() {
     ask = ask || flexband.boundsBeside(data, (found) => {
       if (inputs.changed) {
         widths(found);
-        tell({ label: inputs.label(), ...found });
+        if (found.done) tell({ label: asked, ...found });
       }
-      busy = false;
-      if (waiting) request();
+      busy = !found.done;
+      if (waiting && !busy) request();
     });
     waiting = busy;
     if (!busy) {
       busy = true;
+      asked = inputs.label();
       ask(inputs.parts());
     }
   }

@@ -1,5 +1,5 @@
 // Polynomials of the what-if panel: Chebyshev ones in η, orthogonal ones in ξ.
-// The scripts what_if_*.js without a document run in a worker too, which takes their text from here.
+// Scripts of the panel that need no document run in a worker too, which gets their texts.
 "use strict";
 self.flexband = self.flexband || {};
 flexband.workerSources = flexband.workerSources || [];

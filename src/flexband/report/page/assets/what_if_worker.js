@@ -3,7 +3,7 @@
 if (self.document) flexband.workerSources.push(document.currentScript.textContent);
 
 /**
- * Return a function that computes bounds on a part of the inputs, unless another part comes first.
+ * Return a function that computes bounds on a part of the inputs.
  * @param report gets {times, mean, error_bar, done}: of every eighth time, then of all.
  */
 flexband.boundsOnRequest = function (data, report) {
@@ -11,7 +11,6 @@ flexband.boundsOnRequest = function (data, report) {
   const all = Array.from({ length: data.times }, (_, t) => t);
   const first = data.times > FEW ? all.filter((t) => t % 8 === 0) : all;
   const rest = data.times > FEW ? all.filter((t) => t % 8 !== 0) : [];
-  let newest = 0;
 
   function empty(count) {
     const pair = () => [0, 1].map(() => new Float64Array(own.outputs * count));
@@ -33,17 +32,17 @@ flexband.boundsOnRequest = function (data, report) {
   }
 
   return async function (parts) {
-    const number = ++newest, found = empty(all.length);
+    const found = empty(all.length);
     own.take(parts);
     for (const times of [first, rest]) {
       for (let k = 0; k < times.length; k += CHUNK) {
-        await new Promise((resolve) => { setTimeout(resolve); }); // newer requests come first
-        if (number !== newest) return;
+        await new Promise((resolve) => { setTimeout(resolve); }); // the page stays responsive
         const some = times.slice(k, k + CHUNK);
         copy(own.bounds(some), [...some.keys()], found, some);
       }
       if (times === first && rest.length) {
-        report({ times, ...copy(found, times, empty(times.length), [...times.keys()]), done: false });
+        const few = copy(found, times, empty(times.length), [...times.keys()]);
+        report({ times, ...few, done: false });
       }
     }
     report({ times: all, ...found, done: true });

@@ -109,7 +109,7 @@ flexband.WhatIf = class {
 
   /** Return the lowest points that are not above their neighbours. */
   _starts(height, neighbours) {
-    const most = this.free.length > 3 ? 12 : 3, found = [];
+    const most = this.free.length > 3 ? 12 : 6, found = [];
     for (let p = 0; p < height.length; p++) {
       if (found.length === most && height[p] >= height[found[most - 1]]) continue;
       if (neighbours[p].every((q) => height[p] <= height[q])) {

@@ -13,16 +13,20 @@ from typing import Any
 import numpy as np
 
 from flexband.report.page.arrays import packed
-from flexband.uncertainty.expansions.bounds.scan import scan
+from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import PhaseExpansion, moment_polynomials
-from flexband.uncertainty.phases.rules import resolving_rule, scan_points
+from flexband.uncertainty.phases.rules import SCANNED_REACH, resolving_rule
 from flexband.uncertainty.phases.terms import Terms
 
 QUANTUM = 1e-8
 """Coefficients are rounded to multiples of it, in parts of the width of an output's bands."""
+
+SCAN_DENSITIES, MAX_SCAN_POINTS, SCATTERED_POINTS = (2.0, 1.5, 1.0), 4000, 2048
+"""Points of a scan for phases relative to those of `scan_points`, the first ones that are not too
+many; and points of a scan in more variables than a grid can have."""
 
 Rule = tuple[np.ndarray, np.ndarray]
 
@@ -55,8 +59,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
     terms = Terms.of(parts, columns)
     m, moments, rule = terms.interval_dimension, terms.moments, _rule(terms)
     polynomials, eta, inverse = moment_polynomials(terms)
-    reach = terms.reach()[:m] * (not terms.saturated())
-    found = _scan(*scan_points(2 * terms.orders[:m], reach)) | {
+    found = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
         "kind": "phases",
         "carriers": columns.carriers,
         "turning": terms.turning.tolist(),
@@ -111,6 +114,20 @@ def _rounded(coefficients: np.ndarray) -> dict[str, Any]:
     """Return coefficients, the constants, which are by far the largest, apart."""
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
     return {name: packed(own, QUANTUM) for name, own in parts.items()}
+
+
+def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points η of a scan for phases that change by `reach`, and those next to each.
+
+    σ of little scatter has a kink wherever the slope of the wave vanishes, so that its maxima are
+    half as far apart as those of the wave.
+    """
+    for density in SCAN_DENSITIES:
+        waves = np.where(reach > SCANNED_REACH, 3 * reach + 2 * np.cbrt(reach), 0.0)
+        counts = np.where(orders > 0, np.ceil(density * (2 * orders + waves)) + 2, 1)
+        if counts.prod() <= MAX_SCAN_POINTS:
+            return tensor_grid(counts.astype(int).tolist())
+    return scattered(SCATTERED_POINTS, orders > 0)
 
 
 def _scan(points: np.ndarray, beside: np.ndarray) -> dict[str, Any]:

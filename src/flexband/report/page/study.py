@@ -15,6 +15,7 @@ from flexband.report.page.answers import answers_in, limits_table
 from flexband.report.page.charts import chart_data
 from flexband.report.page.inputs import with_shares
 from flexband.report.page.template import write_page
+from flexband.report.page.what_if import panel as what_if
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -22,7 +23,7 @@ FILE = "report.html"
 
 SCRIPTS = (
     "arrays.js", "element.js", "start.js", "bands.js", "charts.js",
-    "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js",
+    "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", *what_if.SCRIPTS,
 )  # fmt: skip
 
 ROWS = 25
@@ -64,6 +65,7 @@ def write_report(
     """
     answers, limits, probability = answers_in(folder)
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
+    others, fixed = what_if.what_if(surrogate, bands)
     attrs = {str(k): v for k, v in bands.attrs.items()}
     told = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]
     page = folder / FILE
@@ -86,7 +88,7 @@ def write_report(
         numbers=numbers(bands) if charts else [],
         answers=answers,
         fields=given.get("fields"),
-        remarks=[*given["remarks"], *given["hidden"]],
+        remarks=[*given["remarks"], *given["hidden"], *fixed],
         definitions=definitions(bands),
         computed=[
             *given["computed"].items(),
@@ -94,7 +96,7 @@ def write_report(
             ("runs", runs_in_words(attrs)),
             *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
         ],
-        data={"charts": charts, "motion": given.get("motion")},
+        data={"charts": charts, "motion": given.get("motion"), "what_if": others},
     )
     return page
 

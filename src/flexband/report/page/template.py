@@ -18,7 +18,7 @@ from markupsafe import Markup
 
 from flexband.files import replaced
 
-STYLES = ("style.css", "motion.css")
+STYLES = ("style.css", "motion.css", "what_if.css")
 
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
 

@@ -2,7 +2,8 @@
 
 The crank turns at constant speed; the link is an elastic beam; a spring holds the slider. The
 length of the crank and the stiffness of the spring are intervals, Young's modulus and Poisson's
-ratio of the link are random fields. How uncertain are the reactions at the crank's pin A?
+ratio of the link are random fields. How uncertain are the reactions at the crank's pin A, and does
+it bear them?
 """
 
 import numpy as np
@@ -43,7 +44,8 @@ inputs = {
     "poissons_ratio": fb.RandomField(0.34, 0.0034, correlation_length=2.0, domain=(0.0, LINK)),
 }
 response = fb.dynamic_response(slider_crank, duration=0.6, step=5e-5, output_step=5e-4)
-study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
+strength = fb.Limit("F_X", above=-1600.0, below=1600.0)  # N, of the pin
+study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01), limits=strength)
 
 
 def picture(drawing, plot):

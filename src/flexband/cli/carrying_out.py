@@ -251,13 +251,14 @@ def results(
         "doubts": doubts(bands, checked, asked=bool(new)),
         "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
     }
-    page = report_on(study, output, bands, surrogate, checked, inputs, about)
+    page, answer = report_on(study, output, bands, surrogate, checked, inputs, about)
     kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
     written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
     written += [f"Older:  {own}, of an earlier run" for own in older]
     return {
         "title": title,
         "table": table,
+        "answer": answer,
         "runs": int(bands.attrs["runs"]),
         "doubts": about["doubts"],
         "remarks": about["remarks"],
@@ -306,4 +307,6 @@ def tell(result: dict[str, Any], *, as_json: bool) -> None:
     if as_json:
         print_json({k: v for k, v in result.items() if k not in ("checksums", "written")})
     else:
-        print_text("\n".join([*result["remarks"], *result["written"]]))
+        answer = result["answer"]
+        details = [line for line in result["remarks"] if f"{line}." not in answer]
+        print_text("\n".join([*answer, "", *details, "", *result["written"]]))

@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 
 import flexband as fb
+from flexband.cli.answers.checking import check
 from flexband.cli.application import app
 from flexband.cli.files import Folder, save
 from flexband.cli.messages import print_remark, print_text, reported_errors
@@ -28,8 +29,8 @@ def report_on(
     checked: xr.Dataset | None,
     inputs: Mapping[str, Any],
     about: Mapping[str, Any],
-) -> Path:
-    """Write the report of a study that was carried out; return its path.
+) -> tuple[Path, list[str]]:
+    """Write the report of a study that was carried out; return its path, and its answer in words.
 
     What it shows of the study's code is written beside it, so that it can be written again.
 
@@ -39,10 +40,11 @@ def report_on(
     about : `title`, `label`, `file`, `computed`, `remarks` and `doubts`.
     """
     from flexband.report.page.given import given_by, write_given  # noqa: PLC0415
-    from flexband.report.page.study import write_report  # noqa: PLC0415
+    from flexband.report.page.study import verdict, write_report  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     contributions = contributions_of(surrogate, study.sigmas)
+    limits = limits_of(study, surrogate, folder)
     if contributions is not None:
         save(lambda: write_netcdf(contributions, folder / SHARES))
     found = bands, checked, contributions
@@ -50,7 +52,22 @@ def report_on(
     names += [MODEL] * (surrogate is not None)
     given = {**about, **given_by(study, inputs, surrogate, Path(about["file"])), "files": names}
     save(lambda: write_given(folder, given))
-    return write_report(folder, given, bands, checked, contributions, surrogate)
+    page = write_report(folder, given, bands, checked, contributions, surrogate)
+    return page, verdict(about["doubts"], bands, checked, contributions, limits)
+
+
+def limits_of(study: Study, surrogate: Any, folder: Path) -> xr.Dataset | None:
+    """Return whether the limits of a study are kept; print a remark if that is not known."""
+    if not study.limits:
+        return None
+    if surrogate is None:
+        print_remark("limits are not checked: the method expands no response")
+        return None
+    try:
+        return check(surrogate, study.limits, folder)[0]
+    except Exception as error:  # the bands are there
+        print_remark(f"limits are not checked: {error}")
+        return None
 
 
 def contributions_of(surrogate: Any, sigmas: float) -> xr.Dataset | None:

@@ -21,10 +21,11 @@ def identity(study: Study, *options: object) -> str:
     """Return a hash of a study and of further options that change its result."""
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
-    told = texts, study.sigmas, options, versions(), _program()
+    limits = tuple(map(str, study.limits))
+    told = texts, study.sigmas, limits, options, versions(), _program()
     found = hashlib.sha256(repr(told).encode())
     named = tuple(sorted(inputs.items()))
-    for one in (study.response, study.method, named):
+    for one in (study.response, study.method, named, study.limits):
         found.update(fingerprint(one).encode())
     found.update(_values(study).tobytes())
     return found.hexdigest()[:32]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -13,6 +13,7 @@ from typing import Any, cast
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.uncertainty.answers.limits import Limit, several
 from flexband.uncertainty.evaluations.evaluations import BATCH, Evaluations
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
@@ -32,24 +33,27 @@ class Study:
     Parameters
     ----------
     response, inputs, method, sigmas : as in `propagate`.
+    limits : a `Limit` or several, which `flexband run` checks with the surrogate of the method.
 
     Raises
     ------
     InputError
-        If the inputs and the response's arguments do not match, the method is none, or `sigmas` is
-        not a positive number.
+        If the inputs and the response's arguments do not match, the method is none, `sigmas` is
+        not a positive number, or `limits` are none.
     """
 
     response: Response
     inputs: Mapping[str, Any]
     method: Method
     sigmas: float = 1.0
+    limits: Sequence[Limit] = ()
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
         check_method(self.method)
         object.__setattr__(self, "inputs", dict(self.inputs))
         object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
+        object.__setattr__(self, "limits", several(self.limits))
 
     @property
     def expands(self) -> bool:

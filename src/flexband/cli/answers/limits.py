@@ -8,9 +8,10 @@ import typer
 import xarray as xr
 
 import flexband as fb
+from flexband.cli.answers.checking import check
 from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
 
@@ -46,26 +47,16 @@ def limits(
     The margin is that of μ ± kσ for all values of the interval inputs; the probability is that of
     leaving a limit at any time. limits.nc, probability.nc and limits.png are written.
     """
-    from flexband.report.figures import limits_figure  # noqa: PLC0415
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     wanted = limits_of(below or [], above or [], during)
-    checked, probability = fb.check_limits(surrogate, wanted, sigmas=sigmas), None
-    spaces = [one.space for one in getattr(surrogate, "surrogates", {"": surrogate}).values()]
-    if all(space.random_dimension for space in spaces):
-        options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
-        if runs:
-            response = response_in(place, "corrects probabilities; --runs 0 does without")
-            options |= {"response": response, "runs": runs}
-        probability = fb.failure_probability(surrogate, wanted, **options)
+    options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
+    if runs:
+        response = response_in(place, "corrects probabilities; --runs 0 does without")
+        options |= {"response": response, "runs": runs}
     check_folder(place)
-    save(lambda: write_netcdf(checked, place / "limits.nc"))
-    if probability is not None:
-        save(lambda: write_netcdf(probability, place / "probability.nc"))
-    if checked["margin"].ndim <= 2:
-        save(lambda: limits_figure(checked, probability).savefig(place / "limits.png", dpi=150))
+    checked, probability = check(surrogate, wanted, place, sigmas=sigmas, **options)
     if as_json:
         print_json({"limits": as_rows(checked), "probability": as_rows(probability)})
         return

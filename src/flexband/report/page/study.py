@@ -152,9 +152,11 @@ def limit_in_words(one: xr.Dataset) -> str:
     unit = f" {one['unit'].values}" if "unit" in one.coords else ""
     margin = f"least margin {float(one['least_margin']):.4g}{unit}"
     if "least_margin_at" in one and one["least_margin_at"].dtype.kind == "f":
-        margin += f" at {float(one['least_margin_at']):.4g}"
+        free = str(one["margin"].dims[-1])
+        unit = " s" if free == "time" else ""
+        margin += f" at {free} {float(one['least_margin_at']):.4g}{unit}"
     kept = {"kept": "is kept", "not kept": "is NOT kept"}
-    words = kept.get(str(one["verdict"].values), "is perhaps kept")
+    words = kept.get(str(one["verdict"].values), "is not certainly kept")
     return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}."
 
 

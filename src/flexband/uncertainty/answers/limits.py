@@ -114,6 +114,14 @@ class Corridor:
         return np.minimum(low - self.lower, self.upper - high)
 
 
+def several(limits: Any) -> tuple[Limit, ...]:
+    """Return a limit, or several, as a tuple; raise `InputError` if `limits` are none."""
+    own = [limits] if isinstance(limits, Limit) else limits
+    if not isinstance(own, Sequence) or not all(isinstance(one, Limit) for one in own):
+        raise InputError(f"limits must be a Limit or a list of them; got {shown(limits)}")
+    return tuple(own)
+
+
 def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
     """Return the corridor of each limit, by the limit in words.
 
@@ -122,10 +130,10 @@ def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
     InputError
         If `limits` is neither a `Limit` nor several, or one does not fit the response.
     """
-    own = [limits] if isinstance(limits, Limit) else limits
-    if not isinstance(own, Sequence) or not own or not all(isinstance(k, Limit) for k in own):
-        raise InputError(f"limits must be a Limit or a list of them; got {shown(limits)}")
     found: dict[str, Corridor] = {}
+    own = several(limits)
+    if not own:
+        raise InputError(f"limits must be a Limit or a list of them; got {shown(limits)}")
     for one in own:
         name, count = str(one), 2
         while name in found:

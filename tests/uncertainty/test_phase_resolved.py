@@ -23,25 +23,16 @@ from accuracy_formulas import (
     two_carriers,
     wave,
 )
+from scipy import stats
 
 import flexband as fb
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.polynomials import scaled_chebyshev_zeros
-from flexband.uncertainty.phase_resolved.models import PartModels
-from flexband.uncertainty.phases.decomposition import decompose
-from flexband.uncertainty.phases.layout import PartColumns
 
 from ..mechanics.models import slider_crank
 
 TRAPS = [chirp, bifurcation, beating, interior, kink, slow_kink, pulse, onset]
 UNTRUSTED = [chirp, bifurcation, beating, interior, pulse]
 """Responses that the method gets wrong by about a fifth or more."""
-
-TOO_SMALL = pytest.mark.xfail(
-    strict=True, reason="an eighth of the mean's error, seen by five runs"
-)
 
 
 @functools.cache
@@ -59,7 +50,7 @@ def test_five_runs_follow_twenty_periods(f):
     """1 % where the expansion at fixed times, with the same orders, is off by tenths."""
     reference = exact(f)
     bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
-    assert bands.attrs["runs"] == 5 + 1
+    assert bands.attrs["runs"] == 4 + 4 + 1
     found = errors(bands, reference)
     assert max(found) < 0.002
     direct = errors(
@@ -78,23 +69,19 @@ def test_a_carrier_that_fades_and_returns():
 @pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
 @pytest.mark.parametrize(
     ("f", "order"),
-    [
-        pytest.param(f, k, marks=[TOO_SMALL] if (f, k) == (onset, 1) else [])
-        for f in [wave, damped, fades, slow, *TRAPS]
-        for k in (1, 2)
-    ],
+    [(f, k) for f in [wave, damped, fades, slow, *TRAPS] for k in (1, 2)],
 )
 def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
     """Neither where the method works nor on what it is not made for."""
     reference = exact(f)
     bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(order, 1))
-    true = errors(bands, reference)
+    true, told = errors(bands, reference), []
     for k, name in enumerate(("mean", "error_bar")):
         size = float(np.abs(reference[name]).mean())
-        expected = float(bands[f"{name}_expected_error"].mean()) / size
-        assert expected > true[k] / 5 - 1e-5
+        told.append(float(bands[f"{name}_expected_error"].mean()) / size)
+        assert told[k] > true[k] / 5 - 1e-5
     assert max(true) < 0.2 or f in UNTRUSTED
-    assert not (f in UNTRUSTED and bool(bands["trusted"]))
+    assert not (f in UNTRUSTED and bool(bands["trusted"]) and max(told) < 0.1)
 
 
 def test_few_runs_of_the_slider_crank_beat_ten_thousand():
@@ -128,12 +115,12 @@ def test_few_runs_of_the_slider_crank_beat_ten_thousand():
     reference = fb.propagate(response, inputs, fb.ImprovedPCCI(*orders(39, 12, 3)))
     assert reference.attrs["runs"] == 2080 + 1
     for method, runs in (
-        (fb.PhaseResolvedPCCI(*orders(2, 1, 1)), 14),
+        (fb.PhaseResolvedPCCI(*orders(2, 1, 1)), 12 + 4),
         (fb.AdaptivePCCI(), 32 + 10),
     ):
         bands = fb.propagate(response, inputs, method)
         assert bands.attrs["runs"] == runs + 1
-        for name, limits in (("mean", (0.006, 0.01)), ("error_bar", (0.008, 0.011))):
+        for name, limits in (("mean", (0.0075, 0.01)), ("error_bar", (0.009, 0.011))):
             off = np.abs(bands[name] - reference[name]).sum(("bound", "time"))
             relative = 100 * off / np.abs(reference[name]).sum(("bound", "time"))
             assert np.all(relative.values < limits)
@@ -175,43 +162,6 @@ def test_responses_without_time_and_with_uneven_times():
         )
 
 
-def test_next_orders_come_near_the_check_runs_and_vanish_at_the_others():
-    """Also beside variables of order 0, which have no next term."""
-    orders, nodes = [2, 0], [scaled_chebyshev_zeros(0), scaled_chebyshev_zeros(1)]
-    families = [LEGENDRE, HERMITE]
-    xi, eta = HybridExpansion.design(families, orders, nodes)
-    check = np.array([[0.9, 0.5], [-0.9, -0.5]]), np.array([[0.3, 0.1], [-0.3, -0.1]])
-    x, e = (np.concatenate(pair) for pair in zip((xi, eta), check, strict=True))
-    stage = decompose(two_carriers(x[:, :1], e[:, 1:], TIMES)[:, None], 0.02)[-1]
-    columns = PartColumns.of_stage(stage)
-    runs, checked = stage.runs(slice(len(xi))), stage.runs(slice(len(xi), None))
-    models = PartModels(columns, columns.pack(runs), families, orders, nodes)
-    corrected = models.next_order(columns.pack(checked), *check)
-    off, left = (
-        np.abs(columns.join(parts.evaluate(*check)) - checked.signal).max()
-        for parts in (models.full, corrected)
-    )
-    assert off > 0.02
-    assert left < 0.4 * off  # not zero: two check runs cannot tell all variables apart
-    np.testing.assert_allclose(corrected.evaluate(xi, eta), models.values, atol=1e-9)
-
-
-def test_left_out_runs_are_those_of_refits():
-    """Of a random response, with the terms up to the total order 1 of two variables."""
-    nodes = [scaled_chebyshev_zeros(1)]
-    values = np.random.default_rng(0).standard_normal((4, 3))
-    models = PartModels(PartColumns.of(1, 0), values, [HERMITE], [1], nodes)
-    xi, eta = HybridExpansion.design([HERMITE], [1], nodes)
-    A = np.concatenate([np.ones((4, 1)), xi, eta], axis=1)
-    for run, found in enumerate(models.left_out()):
-        others = np.arange(4) != run
-        refit = np.linalg.lstsq(A[others], values[others])[0]
-        np.testing.assert_allclose(found, A[run] @ refit, atol=1e-9)
-    np.testing.assert_allclose(
-        models.lower().evaluate(xi, eta), A @ np.linalg.lstsq(A, values)[0], atol=1e-12
-    )
-
-
 @pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
 def test_a_ringing_response_may_have_interval_inputs_only(method):
     omega = 40 * np.pi * np.linspace(0.0, 1.0, 256)
@@ -235,3 +185,17 @@ def test_a_ringing_response_may_have_random_inputs_only(method):
     assert bands["carriers"] == 1
     np.testing.assert_allclose(bands["mean"], [mean, mean], atol=1e-3)
     np.testing.assert_allclose(bands["error_bar"], [mean - std, mean + std], atol=1e-3)
+
+
+@pytest.mark.parametrize("kind", [stats.lognorm(0.3), stats.uniform(0.5), stats.gumbel_r(1, 0.3)])
+def test_two_points_of_a_skew_input_do_not_hide_its_tail(kind):
+    """Of x² + e, whose bands have closed forms, orders (1, 1) miss the curvature in x."""
+    square, fourth = kind.moment(2), kind.moment(4)
+    bands = fb.propagate(
+        lambda x, e: (x**2 + e)[:, None] * np.ones(40),
+        {"x": kind, "e": fb.Interval(-0.1, 0.1)},
+        fb.PhaseResolvedPCCI(1, 1),
+    )
+    true = np.abs(bands["error_bar"][1, 0] - (square + np.sqrt(fourth - square**2) + 0.1))
+    assert true > 0.003
+    assert bands["error_bar_expected_error"][0] > true / 5

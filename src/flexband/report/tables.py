@@ -91,7 +91,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
-        if own["refined"]:
+        if own.get("refined"):
             told = ", ".join(f"{k} {percent(own[f'{k}_error'])}" for k in own["refined"])
             lines.append(
                 f"Of this, the expansion {percent(own['expansion_error'])}, {told} "
@@ -105,7 +105,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"What happens in less than {percent(share)} of the input space may be unseen "
                 f"({own['runs_generic']} held-out runs are at generic points; 95 % confidence)"
             )
-        if own["discretization"]:
+        if own.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in own else ""
             lines.append(f"Discretization: {own['discretization']}{chosen}")
         carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
@@ -113,7 +113,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-        lines += _tolerance_remarks(bands)
+        lines += _tolerance_remarks(bands) if "tolerance" in own else []
     if "choice" in bands.dims:
         for name in outputs_of(bands):
             ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)

@@ -9,7 +9,7 @@ import numpy as np
 from flexband.errors import RunError, warn
 from flexband.uncertainty.adaptive.discretization import discretization_error
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import BATCH, Choice, Design, Fit, Runs
+from flexband.uncertainty.adaptive.fits import BATCH, Choice, Fit, GrowingDesign, Runs
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.parts import Split
@@ -232,7 +232,7 @@ def succeeded(runs: Runs, needed: int) -> Runs:
     return Runs(*(v[good] for v in runs))
 
 
-def _first_design(m: int, families: Sequence[Family], most: int) -> Design:
+def _first_design(m: int, families: Sequence[Family], most: int) -> GrowingDesign:
     """Return the first runs in m variables η and in ξ, within a budget."""
     many = 1 + m + 2 * len(families) > min(most, MOST_INTERPOLATED)
     if many and most >= LEAST_RUNS:

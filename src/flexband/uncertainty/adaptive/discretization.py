@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import Choice, Design, Fit
+from flexband.uncertainty.adaptive.fits import Choice, Fit, GrowingDesign
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
@@ -22,7 +22,7 @@ MOST_TIMES = 600
 
 
 def discretization_error(
-    design: Design, choice: Choice, stages: list[Stage], fine: slice
+    design: GrowingDesign, choice: Choice, stages: list[Stage], fine: slice
 ) -> np.ndarray:
     """Return how far interval mean and error bar are off, shape (2, outputs, times).
 

@@ -50,6 +50,10 @@ class Design(Protocol):
         """Return the expansion of the parts of runs at these points."""
         ...
 
+
+class GrowingDesign(Design, Protocol):
+    """A design that may have further runs."""
+
     @property
     def few(self) -> int:
         """A number of first runs, few, from which small series are expanded."""
@@ -59,7 +63,7 @@ class Design(Protocol):
         """Return the expansion of small series in the first runs, shape (runs, series)."""
         ...
 
-    def extended(self, count: int, split: Split) -> Design:
+    def extended(self, count: int, split: Split) -> GrowingDesign:
         """Return the design with so many further runs, or fewer."""
         ...
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import instance, returned, whole
+from flexband.errors import ResolutionWarning, instance, returned, whole, without_warnings
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
@@ -61,7 +61,8 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
         If this sample's constraints cannot be met.
     """
     instance("mechanism", mechanism, Mechanism)
-    system = assemble(mechanism)
+    with without_warnings(ResolutionWarning):  # the start needs no fine elements
+        system = assemble(mechanism)
     sample = whole("sample", sample, 0, system.samples - 1)
     failures = np.zeros((system.samples, 4))
     values = pack(system, AT_START, np.array([sample]))(0)

@@ -22,6 +22,8 @@ default_role = "public"  # of docstrings: see source_pages
 
 html_theme = "furo"
 html_title = "flexband"
+html_static_path = ["static"]
+html_css_files = ["flexband.css"]
 html_copy_source = False
 html_show_sphinx = html_show_copyright = False
 

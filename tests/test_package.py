@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import flexband as fb
 
@@ -153,3 +154,4 @@ def test_notebooks_show_a_mechanism_as_its_drawing():
     mass = fb.PointMass(mass=1.0, position=(np.float64(0.0), 0.0))
     image = shown[fb.Mechanism](fb.Mechanism(bodies={"m": mass}))
     assert image.startswith(b"\x89PNG")
+    assert shown[Figure](fb.draw(fb.Mechanism(bodies={"m": mass}))) == image

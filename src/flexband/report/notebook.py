@@ -8,6 +8,7 @@ from io import BytesIO
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.special import ndtri
 
 from flexband.errors import InputError, shown
@@ -31,7 +32,7 @@ NODES = 32
 def load_ipython_extension(ipython: Any) -> None:
     """Show what is the value of a cell: a `Mechanism` as its drawing, others as a table.
 
-    Others are inputs, a `Study` and a surrogate.
+    Others are inputs, a `Study` and a surrogate. Figures, as of `draw`, are shown as well.
 
     Parameters
     ----------
@@ -41,6 +42,7 @@ def load_ipython_extension(ipython: Any) -> None:
         raise InputError(f"ipython must be a running shell; got {shown(ipython)}")
     formatters = ipython.display_formatter.formatters
     formatters["image/png"].for_type(Mechanism, mechanism_png)
+    formatters["image/png"].for_type(Figure, figure_png)
     for kind in (Input, Choice, Correlated):
         formatters["text/html"].for_type(kind, input_html)
     formatters["text/html"].for_type(Study, study_html)
@@ -50,8 +52,13 @@ def load_ipython_extension(ipython: Any) -> None:
 
 def mechanism_png(mechanism: Mechanism) -> bytes:
     """Return the drawing of a mechanism."""
+    return figure_png(draw(mechanism))
+
+
+def figure_png(figure: Figure) -> bytes:
+    """Return a figure that no window shows."""
     image = BytesIO()
-    draw(mechanism).savefig(image, format="png")
+    figure.savefig(image, format="png")
     return image.getvalue()
 
 

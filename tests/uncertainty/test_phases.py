@@ -9,7 +9,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.expansion import SIGMAS
-from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.phases import terms
@@ -17,7 +17,7 @@ from flexband.uncertainty.phases.carriers import track
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.phases.expansion import PhaseExpansion, smooth_moments
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.rules import scan_points
+from flexband.uncertainty.phases.rules import axis_rule, scan_points
 from flexband.uncertainty.phases.search import search
 
 FINE = np.linspace(-1, 1, 20001)[:, None]
@@ -232,3 +232,21 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     search(smooth, index, basis, points, beside, columns, turning, targets, 3, values, places)
     np.testing.assert_allclose(values, 0.5, atol=1e-8)
     np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)
+
+
+@pytest.mark.parametrize("others", [HERMITE, LEGENDRE])
+def test_a_rule_along_axes_has_exact_expectations_of_a_wave(others):
+    families, slope = (HERMITE, others, others), np.array([2.0, 0.15, 0.1])
+    xi, weights = axis_rule(families, np.array([2, 2, 2]), slope, slope[None] * (others == HERMITE))
+    assert len(weights) < 600
+    assert weights.sum() == pytest.approx(1.0)
+    own = np.exp(-(slope**2) / 2) if others == HERMITE else np.sinc(slope / np.pi)
+    own[0] = np.exp(-(slope[0] ** 2) / 2)
+    assert weights @ np.cos(xi @ slope) == pytest.approx(own.prod(), abs=2e-5)
+    square = 1.0 if others == HERMITE else 1 / 3
+    for moment, exact in (
+        (xi[:, 1] ** 2 * xi[:, 2] ** 2, square**2),
+        (xi[:, 0] ** 2 * xi[:, 1] ** 2, square),
+        (xi[:, 0] * xi[:, 1], 0.0),
+    ):
+        assert weights @ moment == pytest.approx(exact, abs=5e-4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.polynomial import hermite_e
@@ -13,6 +14,9 @@ from scipy.stats import qmc
 from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
+
+Rule = tuple[np.ndarray, np.ndarray]
+"""Points ξ, (points, n), and weights of an expectation."""
 
 MAX_RULE_POINTS = 600
 """Most points of a rule for ξ that resolves the phase."""
@@ -28,6 +32,9 @@ SCANNED_REACH = 0.3
 TRAPEZOIDAL_END = 4.5
 """Standard deviations up to which the trapezoidal rule extends."""
 
+ZERO = 1e-12
+"""Points of rules that are nearer to 0 are there."""
+
 FAR_END, STEEPEST = 6.0, 2.0
 """The same of a normal variable of which ξ is another function without bounds, and the slope of
 this function at 4.5 over its value there divided by 4.5: about two for an exponential tail."""
@@ -35,7 +42,7 @@ this function at 4.5 over its value there divided by 4.5: about two for an expon
 
 def resolving_rule(
     families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
-) -> tuple[np.ndarray, np.ndarray] | None:
+) -> Rule | None:
     """Return points ξ, shape (points, n), and weights of the expectation; None if too many.
 
     The rule is a product of rules in one variable, for normal ξ along rotated axes; a rotation does
@@ -49,6 +56,50 @@ def resolving_rule(
     orders, reach : order and largest phase change [rad] of every ξ.
     slope : ∂φ/∂ξ at ξ = η = 0, (carriers × times, n).
     """
+    axes, orders, reach = _principal_axes(families, orders, reach, slope)
+    if math.prod(map(_rule_size, families, orders, reach)) > MAX_RULE_POINTS:
+        return None
+    rules = list(map(rule, families, orders, reach))
+    weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
+    return tensor_points([points for points, _ in rules]) @ axes, weights
+
+
+def axis_rule(
+    families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
+) -> Rule:
+    """Return points ξ and weights for phases that change along one axis more than along others.
+
+    With rules G_v along the axes of `resolving_rule`, G₁ that of most points, and values at 0,
+
+        G₁ (1 + Σ_v (G_v − 1) + Σ_{v<w} (G_v − 1)(G_w − 1)),   v, w > 1,
+
+    the second sum with three points per axis. Parameters are those of `resolving_rule`.
+    """
+    axes, orders, reach = _principal_axes(families, orders, reach, slope)
+    sizes = list(map(_rule_size, families, orders, reach))
+    first, n = int(np.argmax(sizes)), len(families)
+
+    def beyond(v: int, x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        points = np.append(np.where(np.abs(x) < ZERO, 0.0, x), 0.0)
+        return points[:, None] * (np.arange(n) == v), np.append(w, -1.0)
+
+    others = [v for v in range(n) if v != first and orders[v] > 0]
+    found = [(np.zeros((1, n)), np.ones(1))]
+    found += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in others]
+    for v, u in combinations(others, 2):
+        (x, a), (y, b) = (beyond(k, *families[k].gauss(3)) for k in (v, u))
+        found.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
+    points, which = np.unique(np.concatenate([x for x, _ in found]), axis=0, return_inverse=True)
+    weights = np.bincount(which.ravel(), np.concatenate([w for _, w in found]))
+    x, w = rule(families[first], orders[first], reach[first])
+    points = points + x[:, None, None] * (np.arange(n) == first)
+    return points.reshape(-1, n) @ axes, np.outer(w, weights).ravel()
+
+
+def _principal_axes(
+    families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return axes, (n, n), and the order and the largest phase change along each."""
     normal = np.array([family == HERMITE for family in families], dtype=bool)
     axes = np.eye(len(orders))
     moving = np.flatnonzero(normal & (orders > 0) & (reach >= SMALL_REACH))
@@ -60,11 +111,7 @@ def resolving_rule(
         orders, reach = orders.copy(), reach.copy()
         reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
         orders[moving] = orders[moving].max() + 1
-    if math.prod(map(_rule_size, families, orders, reach)) > MAX_RULE_POINTS:
-        return None
-    rules = list(map(rule, families, orders, reach))
-    weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
-    return tensor_points([points for points, _ in rules]) @ axes, weights
+    return axes, orders, reach
 
 
 def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +154,7 @@ def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
         x, w = hermite_e.hermegauss(count)
         w /= w.sum()
         w[count // 2] -= 1.0
-        return np.where(np.abs(x) < 1e-12, 0.0, x)[:, None] * (np.arange(n) == v), w
+        return np.where(np.abs(x) < ZERO, 0.0, x)[:, None] * (np.arange(n) == v), w
 
     found = [(np.zeros((1, n)), np.ones(1))]
     for v in range(n):

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.filon import Grid, by_axes
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.moments import by_points, without_turning
-from flexband.uncertainty.phases.rules import resolving_rule, saddle_rule, sobol_normal
+from flexband.uncertainty.phases.rules import Rule, resolving_rule, saddle_rule, sobol_normal
 from flexband.uncertainty.phases.saddles import SATURATED, SLOPE_RANGE, by_saddles
 
 MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 32
@@ -131,8 +131,18 @@ class Terms:
                 return False
         return True
 
-    def table(self, eta: np.ndarray) -> np.ndarray:
-        """Return the smooth moments at η of shape (points, m), shape (times, points, width)."""
+    def over_random(self) -> tuple[tuple[Family, ...], np.ndarray, np.ndarray, np.ndarray]:
+        """Return families, orders, phase changes and slopes over ξ, which rules are made for."""
+        own = self.orders[self.interval_dimension :]
+        return self.expansion.families, own, self.turns(), np.concatenate(self.slope())
+
+    def table(self, eta: np.ndarray, rule: Rule | None = None) -> np.ndarray:
+        """Return the smooth moments at η of shape (points, m), shape (times, points, width).
+
+        Parameters
+        ----------
+        rule : points ξ and weights of expectations; by default the best that is affordable.
+        """
         m, expansion = self.interval_dimension, self.expansion
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
@@ -140,11 +150,10 @@ class Terms:
         own = self.coefficients, expansion.i, expansion.j, phi
         index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
-        if self.saturated():
+        if rule is None and self.saturated():
             without_turning(*own, norms, *filled)
             return table
-        slopes = np.concatenate(self.slope())
-        rule = resolving_rule(families, self.orders[m:], self.turns(), slopes)
+        rule = rule or resolving_rule(*self.over_random())
         if rule is not None:
             xi, weights = rule
             psi = np.ascontiguousarray(expansion.orthogonal(xi))

@@ -18,7 +18,9 @@ flexband.WhatIf = class {
    * @param parts.scales s of every ξ.
    */
   take(parts) {
-    const { models } = this.data, m = parts.centers.length;
+    const { models } = this.data, m = parts.centers.length, text = JSON.stringify(parts);
+    if (text === this.text) return;
+    this.text = text;
     if (this.scales !== parts.scales.join()) {
       this.scales = parts.scales.join();
       this.moments = models.map((model, k) => {

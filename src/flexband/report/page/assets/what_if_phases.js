@@ -48,9 +48,17 @@ flexband.PhaseMoments = class {
   /** Take the smooth moments of a time, (polynomials, width), which are computed once. */
   load(t) {
     if (!this.known.has(t)) {
-      this.known.set(t, this.model.points ? this._smooth(t) : this._given(t));
+      this.known.set(t, this._used(this.model.points ? this._smooth(t) : this._given(t)));
     }
-    this.smooth = this.known.get(t);
+    [this.smooth, this.used] = this.known.get(t);
+  }
+
+  /** Return smooth moments, and the numbers of the polynomials that matter. */
+  _used(smooth) {
+    const NEGLIGIBLE = 1e-10, { width } = this; // in parts of the width of the bands, or rad
+    const used = [...Array(this.polynomials.count).keys()].filter((k) =>
+      smooth.subarray(k * width, (k + 1) * width).some((x) => Math.abs(x) > NEGLIGIBLE));
+    return [smooth, Int32Array.from(used)];
   }
 
   _given(t) {
@@ -151,14 +159,13 @@ flexband.PhaseMoments = class {
 
   /** Fill the smooth moments of an output and the phases where the polynomials are `basis`. */
   _at(o, basis, first, row) {
-    const { smooth, width, block, phase, carriers } = this, count = this.polynomials.count;
+    const { smooth, used, width, block, phase, carriers } = this;
     row.fill(0);
-    for (let k = 0; k < count; k++) {
-      const factor = basis[first + k], own = k * width + o * block, phases = k * width + phase;
-      if (factor !== 0) {
-        for (let p = 0; p < block; p++) row[p] += factor * smooth[own + p];
-        for (let c = 0; c < carriers; c++) row[block + c] += factor * smooth[phases + c];
-      }
+    for (let u = 0; u < used.length; u++) {
+      const k = used[u], factor = basis[first + k], own = k * width + o * block;
+      for (let p = 0; p < block; p++) row[p] += factor * smooth[own + p];
+      const phases = k * width + phase;
+      for (let c = 0; c < carriers; c++) row[block + c] += factor * smooth[phases + c];
     }
   }
 

@@ -1,76 +1,89 @@
-// Bounds computed beside the page, in a worker: some times first, then all.
+// Bounds computed beside the page, in workers: some times first, then all.
 "use strict";
-if (self.document) flexband.workerSources.push(document.currentScript.textContent);
 
 /**
  * Return a function that computes bounds on a part of the inputs.
  * @param report gets {times, mean, error_bar, done}: of every eighth time, then of all.
  */
-flexband.boundsOnRequest = function (data, report) {
-  const CHUNK = 64, FEW = 100, own = new flexband.WhatIf(data);
-  const all = Array.from({ length: data.times }, (_, t) => t);
-  const first = data.times > FEW ? all.filter((t) => t % 8 === 0) : all;
-  const rest = data.times > FEW ? all.filter((t) => t % 8 !== 0) : [];
-
-  function empty(count) {
-    const pair = () => [0, 1].map(() => new Float64Array(own.outputs * count));
-    return { mean: pair(), error_bar: pair() };
-  }
+flexband.boundsBeside = function (data, report) {
+  const CHUNK = 32, FEW = 100, workers = flexband.boundsWorkers(data);
+  const all = Array.from({ length: data.times }, (_, t) => t), outputs = data.outputs.length;
+  const some = data.times > FEW ? all.filter((t) => t % 8 === 0) : [];
+  const others = data.times > FEW ? all.filter((t) => t % 8 !== 0) : all;
 
   /** Copy the columns `from` of some bounds to the columns `to` of others. */
-  function copy(some, from, others, to) {
+  function copy(bounds, from, into, to) {
     for (const name of ["mean", "error_bar"]) {
-      some[name].forEach((values, bound) => {
-        const into = others[name][bound];
-        const [width, wide] = [values.length / own.outputs, into.length / own.outputs];
-        for (let o = 0; o < own.outputs; o++) {
-          from.forEach((column, k) => { into[o * wide + to[k]] = values[o * width + column]; });
+      bounds[name].forEach((values, bound) => {
+        const width = values.length / outputs, wide = into[name][bound].length / outputs;
+        for (let o = 0; o < outputs; o++) {
+          from.forEach((column, k) => {
+            into[name][bound][o * wide + to[k]] = values[o * width + column];
+          });
         }
       });
     }
-    return others;
+    return into;
+  }
+
+  function empty(count) {
+    const pair = () => [0, 1].map(() => new Float64Array(outputs * count));
+    return { mean: pair(), error_bar: pair() };
+  }
+
+  async function fill(found, parts, times) {
+    const chunks = [];
+    for (let k = 0; k < times.length; k += CHUNK) chunks.push(times.slice(k, k + CHUNK));
+    await Promise.all(workers.map(async (bounds) => {
+      for (let own = chunks.shift(); own; own = chunks.shift()) {
+        copy(await bounds(parts, own), [...own.keys()], found, own);
+      }
+    }));
   }
 
   return async function (parts) {
     const found = empty(all.length);
-    own.take(parts);
-    for (const times of [first, rest]) {
-      for (let k = 0; k < times.length; k += CHUNK) {
-        await new Promise((resolve) => { setTimeout(resolve); }); // the page stays responsive
-        const some = times.slice(k, k + CHUNK);
-        copy(own.bounds(some), [...some.keys()], found, some);
-      }
-      if (times === first && rest.length) {
-        const few = copy(found, times, empty(times.length), [...times.keys()]);
-        report({ times, ...few, done: false });
-      }
+    if (some.length) {
+      await fill(found, parts, some);
+      const few = copy(found, some, empty(some.length), [...some.keys()]);
+      report({ times: some, ...few, done: false });
     }
+    await fill(found, parts, others);
     report({ times: all, ...found, done: true });
   };
 };
 
-/** Return the same function in a worker, or in the page where it may have none. */
-flexband.boundsBeside = function (data, report) {
-  const here = () => flexband.boundsOnRequest(data, report);
-  const served = "let ask; onmessage = ({ data }) => { if (data.models) ask = " +
-    "flexband.boundsOnRequest(data, (found) => postMessage(found)); else ask(data); };";
-  let ask, last;
-  try {
-    const text = new Blob([...flexband.workerSources, served].map((own) => `${own}\n`));
-    const worker = new Worker(URL.createObjectURL(text));
-    ask = (parts) => worker.postMessage(parts);
-    worker.onmessage = (message) => report(message.data);
-    worker.onerror = (event) => {
-      event.preventDefault();
-      ask = here();
-      if (last) ask(last);
-    };
-    worker.postMessage(data);
-  } catch {
-    ask = here();
+/** Return functions of parts and times, one per worker; in the page where it may have none. */
+flexband.boundsWorkers = function (data) {
+  const MOST = 4, count = Math.max(1, Math.min(MOST, (navigator.hardwareConcurrency || 2) - 1));
+  const script = "let own; onmessage = ({ data: { model, parts, times } }) => { if (model) " +
+    "own = new flexband.WhatIf(model); else { own.take(parts); postMessage(own.bounds(times)); } };";
+  const text = new Blob([...flexband.workerSources, script].map((own) => `${own}\n`));
+  let own = null;
+
+  async function here(parts, times) {
+    await new Promise((resolve) => { setTimeout(resolve); }); // the page stays responsive
+    own = own || new flexband.WhatIf(data);
+    own.take(parts);
+    return own.bounds(times);
   }
-  return (parts) => {
-    last = parts;
-    ask(parts);
-  };
+
+  function started() {
+    let worker;
+    try {
+      worker = new Worker(URL.createObjectURL(text));
+      worker.postMessage({ model: data });
+    } catch {
+      return here;
+    }
+    return (parts, times) => new Promise((resolve) => {
+      worker.onmessage = ({ data: found }) => resolve(found);
+      worker.onerror = (event) => {
+        event.preventDefault();
+        resolve(here(parts, times));
+      };
+      worker.postMessage({ parts, times });
+    });
+  }
+  return Array.from({ length: count }, started);
 };

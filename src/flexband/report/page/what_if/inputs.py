@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from flexband.report.page.what_if.models import scatter_can_change
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
@@ -14,7 +13,6 @@ from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 LEAST_FIELD = 0.01
 """Least scatter of a field, which cannot be replaced by a number, in parts of that of the study."""
@@ -32,11 +30,15 @@ def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
     return found, told
 
 
-def scatters_of(surrogate: Surrogate) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return the random inputs whose scatter can be scaled, and why others cannot."""
-    space, found, told, first = surrogate.space, [], [], 0
+def scatters_of(space: Space, *, resolved: bool) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return the random inputs whose scatter can be scaled, and why others cannot.
+
+    Parameters
+    ----------
+    resolved : whether the page can compute all moments for less scatter.
+    """
+    found, told, first = [], [], 0
     groups = [one for one in space.given.values() if isinstance(one, Correlated)]
-    resolved = all(scatter_can_change(one) for one in surrogate.expansions)
     for name, one in space.of_kind(random=True).items():
         scatter = _scatter(name, one)
         if any(name in group.members for group in groups):

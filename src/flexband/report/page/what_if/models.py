@@ -8,6 +8,7 @@ would have too many points, by the smooth moments themselves, and the scatter ca
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import PhaseExpansion, moment_polynomials
-from flexband.uncertainty.phases.rules import SCANNED_REACH, resolving_rule
+from flexband.uncertainty.phases.moments import mean_and_std
+from flexband.uncertainty.phases.rules import SCANNED_REACH, Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.terms import Terms
 
 QUANTUM = 1e-8
@@ -28,7 +30,12 @@ SCAN_DENSITIES, MAX_SCAN_POINTS, SCATTERED_POINTS = (2.0, 1.5, 1.0), 4000, 2048
 """Points of a scan for phases relative to those of `scan_points`, the first ones that are not too
 many; and points of a scan in more variables than a grid can have."""
 
-Rule = tuple[np.ndarray, np.ndarray]
+MAX_EVALUATIONS = 3e7
+"""Most points times η times times at which a page may compute an output for a new scatter: 3 s."""
+
+TOLERANCE, CHECKED = 1e-5, 10
+"""Largest error of moments by a rule along axes, in parts of the width of the bands, and at how
+many times and η it is checked."""
 
 
 def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
@@ -47,18 +54,12 @@ def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
     return found | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
 
 
-def scatter_can_change(expansion: Expansion) -> bool:
-    """Return whether the model of an expansion has what moments for less scatter need."""
-    if isinstance(expansion, PhaseExpansion):
-        return _rule(Terms.of(expansion.parts, expansion.columns)) is not None
-    return True
-
-
 def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
     parts, columns = expansion.parts, expansion.columns
     terms = Terms.of(parts, columns)
-    m, moments, rule = terms.interval_dimension, terms.moments, _rule(terms)
+    m, moments = terms.interval_dimension, terms.moments
     polynomials, eta, inverse = moment_polynomials(terms)
+    rule = _rule(terms, eta, scale)
     found = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
         "kind": "phases",
         "carriers": columns.carriers,
@@ -85,10 +86,22 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
     return found | _terms(parts, rows) | packed_rules | {"polynomials": values}
 
 
-def _rule(terms: Terms) -> Rule | None:
-    """Return the points ξ and the weights by which smooth moments are computed in the page."""
-    families, own = terms.expansion.families, terms.orders[terms.interval_dimension :]
-    return resolving_rule(families, own, terms.turns(), np.concatenate(terms.slope()))
+def _rule(terms: Terms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
+    """Return points ξ and weights for the smooth moments at η; None if they were too many.
+
+    Those along axes are taken if they give the moments of the surrogate at some of the times and η.
+    """
+    families = terms.over_random()
+    if (rule := resolving_rule(*families)) is not None:
+        return rule
+    points, weights = axis_rule(*families)
+    if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > MAX_EVALUATIONS:
+        return None
+    every = [slice(0, None, max(1, -(-len(own) // CHECKED))) for own in (terms.coefficients, eta)]
+    few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
+    both = (few.table(eta[every[1]], rule) for rule in (None, (points, weights)))
+    found, own = (np.array(mean_and_std(table, terms.moments)) for table in both)
+    return (points, weights) if np.all(np.abs(own - found) < TOLERANCE * scale) else None
 
 
 def _turned_back(phase: np.ndarray) -> np.ndarray:

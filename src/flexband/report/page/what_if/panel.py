@@ -47,8 +47,10 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     if surrogate.labels.dims[-1] in ("sample", "output"):
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+    outputs = _outputs(surrogate, bands)
+    resolved = all(one["kind"] == "direct" or "points" in one for one in outputs["models"])
     intervals, told = intervals_of(surrogate.space)
-    scatters, why = scatters_of(surrogate)
+    scatters, why = scatters_of(surrogate.space, resolved=resolved)
     if not intervals and not scatters:
         return None, told + why
     found = {
@@ -57,7 +59,7 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
         "remarks": told + why,
         "interval_dimension": surrogate.space.interval_dimension,
         "random_dimension": surrogate.space.random_dimension,
-        **_outputs(surrogate, bands),
+        **outputs,
     }
     return found, []
 

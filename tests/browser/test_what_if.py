@@ -183,3 +183,21 @@ def test_a_slider_is_moved_by_keyboard(opened, tmp_path, page_of, polynomial):
     page.get_by_role("button", name="Reset").click()
     assert page.evaluate("told[told.length - 1]") is None
     assert page.locator(".what-if-python code").inner_text() == "surrogate.bands()"
+
+
+def test_parameters_of_distributions_have_sliders(opened, tmp_path, page_of):
+    def line(x, y):
+        return (x * y)[:, None] * T
+
+    inputs = {"x": fb.Normal(fb.Interval(1.0, 3.0), 0.1), "y": fb.Uniform(1.0, 2.0)}  # pyright: ignore
+    surrogate = fb.expand(line, inputs, fb.PCCI(1, 1))
+    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page.get_by_label("keep the middle").uncheck()
+    page.get_by_label("upper end of x.mean").press("PageDown")
+    page.get_by_label("scatter of y").press("PageDown")
+    python = page.locator(".what-if-python code").inner_text()
+    assert python.startswith('surrogate.narrowed(y=fb.Uniform(1.05, 1.95), **{"x.mean": fb.Int')
+    page.wait_for_function("told.some((one) => one && one.label.includes('half width of y'))")
+    bands = eval(python, {"fb": fb, "surrogate": surrogate})["error_bar"]
+    found = page.evaluate("told[told.length - 1].error_bar.map((values) => Array.from(values))")
+    np.testing.assert_allclose(found, bands, atol=1e-6)

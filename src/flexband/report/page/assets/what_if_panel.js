@@ -158,11 +158,13 @@ flexband.starters.push(function (everything) {
         if (found.done) tell({ label: asked, ...found });
       }
       busy = !found.done;
+      table.setAttribute("aria-busy", String(busy));
       if (waiting && !busy) request();
     });
     waiting = busy;
     if (!busy) {
       busy = true;
+      table.setAttribute("aria-busy", "true");
       asked = inputs.label();
       ask(inputs.parts());
     }

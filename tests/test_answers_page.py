@@ -34,3 +34,4 @@ def test_the_code_runs():
     assert abs(names["adjusted"]["least_margin"].item() + 0.02 * np.sin(1.0)) < 1e-6
     assert names["adjusted"]["worst_inputs"].values.ravel().tolist() == [20.2, 19.5, 0.5]
     assert abs(names["shimmed"]["tolerance"] - [0.1 - 0.02 * np.sin(1.0), 0.05]).max() < 1e-5
+    assert 8e-4 < names["likely"]["probability"] < 1e-3

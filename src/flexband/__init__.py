@@ -107,7 +107,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.answers.sensitivity.contributions import contributions
     from flexband.uncertainty.answers.sensitivity.sobol import sobol_indices
     from flexband.uncertainty.answers.value_range import value_range
-    from flexband.uncertainty.inputs.choices import Choice
+    from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.distribution import Distribution
     from flexband.uncertainty.inputs.distributions.bounded import Beta, Triangular, Uniform
@@ -126,7 +126,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
     from flexband.uncertainty.inputs.fields.interval_field import IntervalField
     from flexband.uncertainty.inputs.fields.random_field import RandomField
-    from flexband.uncertainty.inputs.inputs import Compensator, Input, Interval, Sizing
+    from flexband.uncertainty.inputs.inputs import Input, Interval
     from flexband.uncertainty.least_squares import RegressionPCCI
     from flexband.uncertainty.methods import PCCI, ImprovedPCCI
     from flexband.uncertainty.perturbation import PerturbationChebyshev

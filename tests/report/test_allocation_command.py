@@ -53,3 +53,25 @@ def test_grades_and_refusals(folder):
     refused = run("allocate", folder, "--below", "y=1", "--cost", "a")
     assert refused.exit_code != 0
     assert "--cost must be NAME=NUMBER" in " ".join(refused.output.split())
+
+
+SCATTER = (
+    STUDY[: STUDY.index("study =")]
+    + """
+inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Sizing(-1.0, 1.0)}
+study = fb.Study(response, inputs, fb.PCCI(1, 1))
+"""
+)
+
+
+def test_a_probability_and_a_size(tmp_path):
+    (tmp_path / "scatter.py").write_text(SCATTER, encoding="utf-8")
+    printed = run("run", tmp_path / "scatter.py", "-o", tmp_path / "out", "--verify", 0)
+    assert "over all values of b" in " ".join(printed.output.split())
+    options = ("--above", "y=-1", "--below", "y=8", "--cost", "a=1", "--probability", 0.01)
+    told = json.loads(run("allocate", tmp_path / "out", *options, "--json").stdout)
+    assert told["size"] == pytest.approx([-1.0])  # 3 a + 2 > −1
+    assert told["tolerance"][0] == pytest.approx(1 / 2.326, rel=0.02)
+    assert told["confirmed"] == "yes"
+    printed = run("allocate", tmp_path / "out", *options, "--no-confirm")
+    assert "of the relative change of P" in " ".join(printed.output.split())

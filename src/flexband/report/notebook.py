@@ -16,10 +16,10 @@ from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
 from flexband.report.tables import percent
 from flexband.study.study import Study
-from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.inputs import Compensator, Input, Interval, Sizing
+from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices

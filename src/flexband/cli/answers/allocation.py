@@ -31,6 +31,10 @@ def allocate(
     above: Side = None,
     during: During = None,
     sigmas: Sigmas = 3.0,
+    probability: Annotated[
+        float | None,
+        typer.Option(help="The most with which limits may be left at any time, instead of sigmas."),
+    ] = None,
     confirm: Annotated[
         bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")
     ] = True,
@@ -49,10 +53,12 @@ def allocate(
     wanted, costs = limits_of(below or [], above or [], during), costs_of(cost)
     purpose = "confirms the tolerances; --no-confirm does without"
     response = response_in(place, purpose) if confirm else None
-    found = fb.allocate(surrogate, wanted, costs, response=response, sigmas=sigmas)
+    found = fb.allocate(
+        surrogate, wanted, costs, response=response, sigmas=sigmas, probability=probability
+    )
     check_folder(place)
     save(lambda: write_netcdf(found, place / "allocation.nc"))
-    if found["margin"].ndim == 2:
+    if "margin" in found and found["margin"].ndim == 2:
         save(lambda: allocation_figure(found).savefig(place / "allocation.png", dpi=150))
     if as_json:
         dims = {"name", "sizing", "limit", "binding", "input"}
@@ -81,9 +87,11 @@ def costs_of(texts: list[str]) -> dict[str, Any]:
 
 
 def table(found: xr.Dataset) -> tuple[list[str], list[list[str]]]:
-    """Return one row per tolerance: itself, its cost, and what it takes of the nearest limit."""
-    header = ["input", "tolerance", "largest", "cost", "of the margin at the nearest limit"]
-    nearest = found["contribution"].isel(binding=0)
+    """Return one row per tolerance: itself, its cost, and its part in the nearest limit."""
+    margins = "contribution" in found
+    told = "of the margin at the nearest limit" if margins else "of the relative change of P"
+    header = ["input", "tolerance", "largest", "cost", told]
+    nearest = found["contribution"].isel(binding=0) if margins else found["elasticity"]
     share = nearest / nearest.sum()
     rows = [
         [

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import factorial
 from typing import Protocol
 
@@ -79,14 +80,22 @@ class Hermite:
         return np.array([float(factorial(j)) for j in range(order + 1)])
 
     def gauss(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        x, w = hermite_e.hermegauss(count)
-        return x, w / w.sum()
+        return _hermite_gauss(count)
 
     def sequence(self, count: int) -> np.ndarray:
         return normal_sequence(count)
 
     def of_normal(self, x: np.ndarray) -> np.ndarray:
         return x
+
+
+@cache
+def _hermite_gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    x, w = hermite_e.hermegauss(count)
+    found = x, w / w.sum()
+    for one in found:
+        one.setflags(write=False)
+    return found
 
 
 @dataclass(frozen=True)

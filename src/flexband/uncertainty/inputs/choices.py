@@ -1,14 +1,18 @@
-"""Discrete inputs: one of several options, such as a material or a supplier."""
+"""Inputs that are chosen: one of several options, a nominal size, or what is adjusted."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from flexband.errors import InputError, shown
+import numpy as np
+
+from flexband.errors import InputError, non_negative, plausible_spread, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
+from flexband.uncertainty.inputs.inputs import Input, Interval
 
 MOST_CASES = 1000
 """Combinations of options, each of which has an expansion of its own."""
@@ -46,6 +50,95 @@ class Choice:
     def __repr__(self) -> str:
         """Return it as it is written."""
         return f"Choice({', '.join(map(repr, self.options))})"
+
+
+class Chosen(Input):
+    """A number that is chosen, and not uncertain.
+
+    Runs cover all its values, and bands of a surrogate are those over all of them;
+    ``surrogate.narrowed(name=…)`` has those of one.
+    """
+
+    random = False
+
+    @property
+    @abstractmethod
+    def covered(self) -> Interval:
+        """All values that the number can have."""
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return values of η."""
+        return self.covered.value(standard)
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return η of values."""
+        return self.covered.standard(value)
+
+
+@dataclass(frozen=True)
+class Sizing(Chosen):
+    """A nominal size that is free within a range, with a tolerance around it.
+
+    `allocate` chooses the size. All values from lower − tolerance to upper + tolerance are covered
+    by runs, and bands of a surrogate are those over all of them; ``surrogate.narrowed(name=…)``
+    has those of one size.
+
+    Parameters
+    ----------
+    lower, upper : least and largest nominal size.
+    tolerance : the largest deviation from the nominal size that is considered.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, the lower bound is not below the upper, or the tolerance is
+        negative.
+    """
+
+    lower: float
+    upper: float
+    tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lower >= self.upper:
+            raise InputError(f"Sizing lower {self.lower:g} must be below upper {self.upper:g}")
+        non_negative("Sizing tolerance", np.array(self.tolerance))
+        plausible_spread("width of the Sizing", self.upper - self.lower, self.upper)
+
+    @property
+    def covered(self) -> Interval:
+        """All values that the size can have with its tolerance."""
+        return Interval(self.lower - self.tolerance, self.upper + self.tolerance)
+
+
+@dataclass(frozen=True)
+class Compensator(Chosen):
+    """A number that is adjusted after assembly, such as the thickness of a shim.
+
+    `check_limits` and `allocate` adjust it once for all values of the interval inputs, for the
+    whole motion: limits are kept if one of its values keeps them. Bands of a surrogate are those
+    over all of them; ``surrogate.narrowed(name=…)`` has those of one.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, or the lower bound is not below the upper.
+    """
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lower >= self.upper:
+            raise InputError(f"Compensator lower {self.lower:g} must be below upper {self.upper:g}")
+        plausible_spread("width of the Compensator", self.upper - self.lower, self.upper)
+
+    @property
+    def covered(self) -> Interval:
+        """All values to which it can be adjusted."""
+        return Interval(self.lower, self.upper)
 
 
 def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.inputs import Chosen
 from flexband.uncertainty.inputs.space import Space
 
 BOUNDS = ["lower", "upper"]

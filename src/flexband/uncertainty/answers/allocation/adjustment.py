@@ -17,7 +17,7 @@ from flexband.errors import InputError
 from flexband.uncertainty.answers.descent import descend, local_minima
 from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.inputs.inputs import Compensator
+from flexband.uncertainty.inputs.choices import Compensator
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

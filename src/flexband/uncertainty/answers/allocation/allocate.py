@@ -3,25 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from scipy.special import ndtri
 
-from flexband.errors import function, instance
+from flexband.errors import InputError, function, instance, numbers
+from flexband.uncertainty.answers.allocation.chance import AIM, Chance
 from flexband.uncertainty.answers.allocation.confirmation import Confirmed, confirmed
 from flexband.uncertainty.answers.allocation.costs import checked_costs
 from flexband.uncertainty.answers.allocation.grade_search import cheapest_grades
 from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.infeasible import check_feasible
-from flexband.uncertainty.answers.allocation.results import result_of
+from flexband.uncertainty.answers.allocation.results import chance_result, result_of
 from flexband.uncertainty.answers.allocation.search import cheapest
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
 from flexband.uncertainty.answers.limits import corridors, joint
+from flexband.uncertainty.answers.probability.failure import RUNS
+from flexband.uncertainty.answers.probability.model import models
 from flexband.uncertainty.evaluations.evaluations import BATCH, evaluations
 from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+PROBABILITIES = 1e-8, 0.3
+"""That can be stated."""
+
+CORRECTIONS, KEPT, RATIO = 5, 0.7, (0.2, 5.0)
+"""Most times that runs are made, the part of the stated probability from which on theirs is near
+enough, and by how much what is aimed at changes at a time."""
 
 
 def allocate(
@@ -31,6 +44,7 @@ def allocate(
     *,
     response: Any = None,
     sigmas: float = 3.0,
+    probability: float | None = None,
     store: Any = None,
     executor: Any = None,
 ) -> xr.Dataset:
@@ -58,6 +72,8 @@ def allocate(
         or `Compensator`. Inputs without a cost keep their tolerances.
     response : makes runs that confirm the tolerances; none are made without.
     sigmas : k of μ ± kσ.
+    probability : the most with which samples of the random inputs may leave any limit at any time,
+        whatever the interval inputs are, from 1e-8 to 0.3. It takes the place of μ ± kσ.
     store, executor : as in `propagate`.
 
     Returns
@@ -83,6 +99,14 @@ def allocate(
     - `saving_at`, by how much the cost falls per unit by which the limit is relaxed at this
       instant alone; NaN for grades, where it is not defined.
 
+    With a stated `probability`, there are no margins, but `probability`, that of leaving any limit
+    at any time where it is the largest over the interval inputs, `probability_at`; its confidence
+    interval, `confidence_low` and `confidence_high`; `at_each_time`, that of being outside; and
+    `elasticity`, ∂ ln P / ∂ ln t of every tolerance. With a `response`, 64 runs or more correct it,
+    as in `failure_probability`: `run_probability`, `run_confidence_low` and `run_confidence_high`.
+    Where it is larger than stated, or less than 0.7 of that, the search goes on, with five times
+    64 runs at most. "Confirmed" means that it is not larger.
+
     ``attrs["cost"]`` is the sum of all costs, ``attrs["confirmed"]`` "yes", "no" or "no runs were
     made", ``attrs["runs"]`` the number of runs, ``attrs["verdict"]`` a text.
 
@@ -91,17 +115,22 @@ def allocate(
     InputError
         If the limits cannot be kept: the message names the instant and the inputs to blame; if
         `surrogate` is none or has choices, a limit does not fit its outputs, a name in `costs` has
-        no tolerance, or a cost is no finite number.
+        no tolerance, or a cost is no finite number; if a probability is stated, and no input is
+        random, or there are `Grades` or a `Compensator`.
     """
     instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)
     wanted = corridors(limits, surrogate.labels)
     tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])
-    corridor = joint(wanted)
+    corridor, m = joint(wanted), surrogate.space.interval_dimension
+    options = {"store": store, "executor": executor}
+    if probability is not None:
+        stated = checked_probability(probability, tolerances)
+        chance = Chance(surrogate, tolerances, corridor, stated)
+        return _with_chance(chance, response, options)
     worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
     check_feasible(surrogate, worst, wanted)
-    m = surrogate.space.interval_dimension
     graded = isinstance(next(iter(tolerances.costs.values())), Grades)
     search = cheapest_grades if graded else cheapest
     if response is None:
@@ -109,8 +138,62 @@ def allocate(
     else:
         function("response", response)
         check_names(response, surrogate.space.given)
-        options: dict[str, Any] = {"batch": BATCH, "store": store, "executor": executor}
-        with evaluations(response, surrogate.space.given, **options) as evaluate:
+        with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
             first = search(worst, Points.none(m))
             found = confirmed(surrogate, worst, first, response, evaluate, search)
     return result_of(surrogate, wanted, worst, found)
+
+
+def checked_probability(probability: Any, tolerances: Tolerances) -> float:
+    """Return a stated probability; raise `InputError` if none can be kept."""
+    own = float(numbers("probability", probability))
+    low, high = PROBABILITIES
+    if not low <= own <= high:
+        raise InputError(f"probability must be from {low:g} to {high:g}; got {own:g}")
+    if not tolerances.space.random_dimension:
+        raise InputError("probability needs an input that is random; all are intervals")
+    if tolerances.compensators:
+        raise InputError("probability cannot be stated where an input is a Compensator")
+    if any(isinstance(cost, Grades) for cost in tolerances.costs.values()):
+        raise InputError("probability cannot be stated for Grades")
+    return own
+
+
+def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> xr.Dataset:
+    """Return the cheapest tolerances for a stated probability.
+
+    Where runs show another probability than the surrogate, another one is aimed at in its place.
+    """
+    found, told, runs = chance.cheapest(_start(chance)), None, 0
+    stated, high = chance.probability, chance.tolerances.bounds[1]
+    for k in range(CORRECTIONS if response is not None else 0):
+        narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(found.x))
+        with models({"": narrow}, response, RUNS, 1, None, **options) as known:
+            model = known[""]
+            assert model is not None
+            told = chance.by_runs(found, model)
+        runs += told.runs
+        least = 0.0 if np.all(found.x >= high) else KEPT * stated
+        if least <= told.probability <= stated or k == CORRECTIONS - 1:
+            break
+        ratio = float(np.clip(stated / max(told.probability, 1e-300), *RATIO))
+        aim = min(AIM * ratio * found.estimate.probability, 0.5)
+        found = replace(chance, probability=aim).cheapest(found.x)
+    return chance_result(chance, found, told, runs)
+
+
+def _start(chance: Chance) -> np.ndarray:
+    """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
+    k = -float(ndtri(chance.probability))
+    m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
+    for sigmas in (k, k / 2, 0.1 * k):
+        worst = WorstCase.of(
+            chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
+        )
+        try:
+            check_feasible(chance.surrogate, worst, {"the limits": corridor})
+            return cheapest(worst, Points.none(m)).x
+        except InputError:
+            if sigmas == 0.1 * k:
+                raise
+    raise AssertionError

@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.uncertainty.answers.allocation.chance import Chance, Left
 from flexband.uncertainty.answers.allocation.confirmation import Confirmed
 from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.infeasible import limit_at, moment
 from flexband.uncertainty.answers.allocation.search import BINDING
+from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.answers.allocation.worst_case import SIGNS, WorstCase
 from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.peaks import drops, spacing
+from flexband.uncertainty.answers.probability.correction import Correction
 from flexband.uncertainty.answers.results import answer, expected_error, places
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -83,6 +86,67 @@ def result_of(
     return result
 
 
+def chance_result(chance: Chance, found: Left, told: Correction | None, runs: int) -> xr.Dataset:
+    """Return the tolerances for a stated probability, and the one that they lead to."""
+    own, x, estimate = chance.tolerances, found.x, found.estimate
+    narrow, labels = chance.surrogate.narrowed(**own.inputs(x)), chance.surrogate.labels
+    cost, slope = own.cost(x), chance.elasticity(found)
+    each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
+    each[chance.series] = estimate.at_each
+    low, high = estimate.confidence()
+    data: dict[str, Any] = {
+        "tolerance": ("name", own.values(x)),
+        "largest": ("name", own.largest),
+        "cost": ("name", cost),
+        "elasticity": ("name", slope[: len(cost)]),
+        "probability": ((), estimate.probability),
+        "confidence_low": ((), low),
+        "confidence_high": ((), high),
+        "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
+    }
+    if told is not None:
+        data |= {
+            "run_probability": ((), told.probability),
+            "run_confidence_low": ((), told.low),
+            "run_confidence_high": ((), told.high),
+        }
+    data |= places("probability_at", narrow.space, found.place[None], [], [])
+    coords: dict[str, Any] = {"name": own.names}
+    if own.sizes:
+        coords["sizing"] = list(own.sizes)
+        data["size"] = "sizing", list(own.nominal(x).values())
+    kept = told is not None and told.probability <= chance.probability
+    attrs = {
+        "stated": chance.probability,
+        "cost": float(cost.sum()),
+        "runs": runs,
+        "confirmed": NOT_MADE if told is None else (YES if kept else NO),
+    }
+    text = f"{_in_words(own, x, attrs['cost'])}. Limits are left with probability "
+    text += f"{estimate.probability:.3g} ({low:.3g} to {high:.3g}) at most"
+    if told is None:
+        text += ". Not confirmed by runs"
+    else:
+        text += f". {'Confirmed' if kept else 'NOT confirmed'} by {runs} new runs, "
+        text += f"which tell {told.probability:.3g} ({told.low:.3g} to {told.high:.3g})"
+    if "not_trusted" in narrow.diagnostics.attrs:
+        text += f". Not reliable: {narrow.diagnostics.attrs['not_trusted']}"
+    result = answer(narrow, data, coords, attrs | {"verdict": text}, LONG_NAMES)
+    result = result.drop_vars("bound")
+    for one in result.data_vars.values():
+        one.attrs.pop("units", None)
+    return result
+
+
+def _in_words(own: Tolerances, x: np.ndarray, cost: float) -> str:
+    """Return the cost, sizes and tolerances as a text."""
+    text = f"cost {cost:.5g} with "
+    if sizes := own.nominal(x):
+        text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
+    pairs = zip(own.names, own.values(x), strict=True)
+    return text + "tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
+
+
 def _margins(
     narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, found: Confirmed
 ) -> dict[str, Any]:
@@ -121,11 +185,7 @@ def _verdict(
 ) -> str:
     """Return the answer in words."""
     own = found.allocated
-    pairs = zip(worst.tolerances.names, worst.tolerances.values(own.x), strict=True)
-    text = f"cost {told['cost']:.5g} with "
-    if sizes := worst.tolerances.nominal(own.x):
-        text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
-    text += "tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
+    text = _in_words(worst.tolerances, own.x, told["cost"])
     bound = bool(np.any(own.margins < BINDING * worst.scale))
     text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if told["confirmed"] == NOT_MADE:
@@ -140,6 +200,15 @@ def _verdict(
 WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")
 
 LONG_NAMES = {
+    "elasticity": "relative increase of the probability per relative increase of the tolerance",
+    "probability": "probability of leaving any limit at any time, where it is the largest",
+    "confidence_low": "lower end of its confidence interval",
+    "confidence_high": "upper end of its confidence interval",
+    "at_each_time": "probability of being outside at each time, there",
+    "probability_at": "values of the interval inputs there",
+    "run_probability": "probability corrected with runs",
+    "run_confidence_low": "lower end of its confidence interval",
+    "run_confidence_high": "upper end of its confidence interval",
     "tolerance": "half the width of an interval, or standard deviation",
     "size": "nominal size",
     "largest": "tolerance of the surrogate",

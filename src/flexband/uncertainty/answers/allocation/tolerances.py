@@ -13,10 +13,11 @@ from flexband.errors import InputError
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.allocation.costs import Cost, cost_of
 from flexband.uncertainty.answers.allocation.grades import Grades
+from flexband.uncertainty.inputs.choices import Chosen, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
-from flexband.uncertainty.inputs.inputs import Chosen, Interval, Sizing
+from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.inputs.space import Space
 
 LEAST = 1e-4

@@ -54,6 +54,9 @@ class Normal(Spread):
         """Return (value − mean)/std."""
         return (value - self.mean) / self.spread
 
+    def _missed(self) -> float:
+        return 0.0  # it is a linear function of ξ
+
 
 @dataclass(frozen=True, repr=False)
 class LogNormal(Spread):

@@ -1,0 +1,129 @@
+"""Tolerances for a stated probability of leaving limits: closed forms and fresh samples."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.special import ndtri
+
+import flexband as fb
+
+TIME = np.linspace(0.0, 2 * np.pi, 61)
+
+
+def linear(a, b):
+    """Return 3 a − 2 b at one time, and half of that at another."""
+    y = (3 * a - 2 * b)[:, None] * np.array([0.5, 1.0])
+    return xr.DataArray(y, {"time": [0.0, 1.0]}, ("sample", "time"))
+
+
+def circle(a, b):
+    """Return a cos t + b sin t."""
+    y = a[:, None] * np.cos(TIME) + b[:, None] * np.sin(TIME)
+    return xr.DataArray(y, {"time": TIME}, ("sample", "time"))
+
+
+def bent(a, b):
+    """Return a cubic function, of which linear surrogates miss much."""
+    return (a + b + 0.15 * (4 * a**2 - 1) * a)[:, None]
+
+
+@pytest.fixture(scope="module")
+def plane():
+    return fb.expand(linear, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(1, 1))
+
+
+@pytest.mark.parametrize("probability", [1e-2, 1e-5])
+def test_one_linear_limit_has_a_closed_form(plane, probability):
+    # k √(9 s² + 4 r²) ≤ L with k = −Φ⁻¹(P) and the cost 1/s + 1/r: J² s³ is the same for both
+    found = fb.allocate(plane, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, probability=probability)
+    shape = np.array([9.0, 4.0]) ** (-1 / 3)
+    std = shape * 0.6 / -ndtri(probability) / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
+    assert found["tolerance"].values == pytest.approx(std, rel=0.03)
+    assert 1.0 <= found.attrs["cost"] / (1 / std).sum() < 1.015
+    assert 0.85 * probability < found["probability"] <= found["confidence_high"] <= probability
+    assert found["at_each_time"].values[0] < 1e-5  # −0.3 instead of −0.6
+    assert found.attrs["confirmed"] == "no runs were made"
+    # ∂ ln P/∂ ln s = k² (J s)² L⁻² k … of the normal tail: its sum is k φ(k)/P
+    k = -ndtri(float(found["probability"]))
+    tail = k * np.exp(-(k**2) / 2) / np.sqrt(2 * np.pi) / float(found["probability"])
+    assert found["elasticity"].sum() == pytest.approx(tail, rel=0.1)
+
+
+def test_the_worst_of_the_intervals():
+    # 3 k s + 2 t ≤ L with the cost 1/s + 2/t, at the lower end of b
+    inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
+    surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
+    costs = {"a": 1.0, "b": 2.0}
+    found = fb.allocate(surrogate, fb.Limit(below=1.0), costs, probability=1e-3, response=linear)
+    slope, cost = np.array([-3 * ndtri(1e-3), 2.0]), np.array([1.0, 2.0])
+    t = np.sqrt(cost / slope)
+    t /= slope @ t
+    assert found["tolerance"].values == pytest.approx(t, rel=0.02)
+    assert found["probability_at"].item() == pytest.approx(-t[1], rel=0.02)
+    assert found.attrs["confirmed"] == "yes"
+    assert found["run_probability"] <= 1e-3
+    assert found.attrs["runs"] == 64
+
+
+def test_first_passage_and_not_each_time():
+    # the largest of a cos t + b sin t is Rayleigh distributed: P = exp(−L²/2σ²)
+    surrogate = fb.expand(circle, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(1, 1))
+    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}, probability=1e-3)
+    assert found["tolerance"].values == pytest.approx(1 / np.sqrt(-2 * np.log(1e-3)), rel=0.02)
+    assert found["at_each_time"].max() < 5e-4
+
+
+def test_runs_correct_the_probability():
+    rough = fb.expand(bent, dict.fromkeys("ab", fb.Normal(0.0, 0.5)), fb.PCCI(1, 1))
+    limit, costs = fb.Limit(below=1.6), {"a": 1.0, "b": 1.0}
+    alone = fb.allocate(rough, limit, costs, probability=1e-3)
+    found = fb.allocate(rough, limit, costs, probability=1e-3, response=bent)
+    z = np.random.default_rng(3).standard_normal((2, 400_000))
+    left = [
+        float(np.mean(bent(*(z * one["tolerance"].values[:, None])) > 1.6))
+        for one in (alone, found)
+    ]
+    assert left[0] > 3e-3
+    assert left[1] == pytest.approx(0.9e-3, rel=0.4)
+    assert found.attrs["confirmed"] == "yes"
+    assert found["run_probability"] <= 1e-3
+
+
+def test_the_largest_scatter_is_likely_enough(plane):
+    found = fb.allocate(plane, fb.Limit(below=20.0), {"a": 1.0, "b": 1.0}, probability=0.01)
+    assert found["tolerance"].values.tolist() == [1.0, 1.0]
+
+
+def test_sizes_and_scatter_for_a_probability():
+    # μ = p(a), σ = s: p(a) + k s ≤ 1, with the least p
+    def valleys(a, b):
+        return (a**4 - 0.5 * a**3 - a**2 + 0.2 * a + 1 + b)[:, None]
+
+    inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
+    surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
+    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, probability=1e-3)
+    p = valleys(np.linspace(-1, 1, 20001), 0.0).min()
+    assert found["tolerance"].item() == pytest.approx((1 - p) / -ndtri(1e-3), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("probability", "told"),
+    [(0.0, "from 1e-08 to 0.3"), (0.5, "from 1e-08 to 0.3"), ("x", "probability")],
+)
+def test_refused_probabilities(plane, probability, told):
+    with pytest.raises(fb.InputError, match=told):
+        fb.allocate(plane, fb.Limit(below=1.0), {"a": 1.0}, probability=probability)
+
+
+def test_what_a_probability_does_not_go_with(plane):
+    limit, inputs = fb.Limit(below=1.0), {"a": fb.Interval(-1, 1), "b": fb.Interval(-1, 1)}
+    with pytest.raises(fb.InputError, match="needs an input that is random"):
+        fb.allocate(fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01)
+    inputs = {"a": fb.Normal(0, 1), "b": fb.Compensator(-1, 1)}
+    with pytest.raises(fb.InputError, match="where an input is a Compensator"):
+        fb.allocate(fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01)
+    grades = {"a": fb.Grades({"fine": (0.1, 1.0)})}
+    with pytest.raises(fb.InputError, match="cannot be stated for Grades"):
+        fb.allocate(plane, limit, grades, probability=0.01)
+    with pytest.raises(fb.InputError, match="cannot be kept"):
+        fb.allocate(plane, fb.Limit(below=-1.0), {"a": 1.0}, probability=0.01)

@@ -1,6 +1,7 @@
 """Comparisons of methods: relative errors, and times without compilation."""
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import flexband as fb
@@ -51,3 +52,32 @@ def test_inputs_of_one_kind_are_warmed_up():
     for one in (fb.Interval(0, 1), fb.Normal(0, 1)):
         study = fb.Study(lambda x: x**2, {"x": one}, fb.PCCI())
         warm_up(study, [fb.PhaseResolvedPCCI(), fb.AdaptivePCCI(), fb.MonteCarlo()])
+
+
+class Stepped:
+    """A response with an error of h² that leaves out its step h."""
+
+    def __init__(self, h=1.0):
+        self.h = h
+
+    def left_out(self, x):
+        return ["step"]
+
+    def refinements(self, x):
+        return {"step": Stepped(self.h / 2)}
+
+    def discretization(self, x):
+        return {"step": self.h}
+
+    def __call__(self, x):
+        return x[:, None] * np.linspace(1.0, 2.0, 40) * (1.0 + self.h**2)
+
+
+@pytest.mark.parametrize("method", [fb.AdaptivePCCI(0.04), fb.PCCI(1, 1)])
+def test_methods_are_compared_on_the_step_that_the_adaptive_one_chooses(method):
+    study = fb.Study(Stepped(), {"x": fb.Interval(1.0, 2.0)}, method)
+    with pytest.warns(fb.FlexbandWarning, match=r"left out: step; adaptive PCCI .* chooses step"):
+        reference, found = compare(study, fb.LHSScanning(2, 5), [fb.PCCI(1, 1)])
+    assert float(found.errors["mean"]) < 1e-12
+    factor = float(reference.bands["mean"][0, 0])
+    assert 1.0 < factor < (1.02 if method.name == "adaptive PCCI" else 1.005)

@@ -15,6 +15,7 @@ from flexband.cli.messages import print_table, print_text, reported_errors
 from flexband.execution.fingerprint import fingerprint
 from flexband.report.progress import progress_bars
 from flexband.study.comparison import compare, usual_methods
+from flexband.study.discretized import discretized
 from flexband.study.folder import StudyFolder
 from flexband.study.study import load_study
 
@@ -57,6 +58,7 @@ def compare_methods(
     with folder.held(kept=False):
         own = str(file.resolve()), fingerprint(study.response)
         save(lambda: folder.claim(*own, replace=replace))
+        study = discretized(study.located())
         print_text("Everything is compiled before the methods are timed.", error=True)
         with progress_bars() as task:
             results = compare(

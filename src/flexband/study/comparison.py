@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, function, instance, warn
+from flexband.study.discretized import discretized
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.choices import cases, first_case
@@ -71,7 +72,8 @@ def compare(
     """Run the study with the reference and with every method; the reference comes first.
 
     Everything is compiled before the first method is timed. Methods that would take too many runs
-    are left out, with a warning.
+    are left out, with a warning. If the response leaves out its step or elements, all methods use
+    those that the adaptive method chooses.
 
     Parameters
     ----------
@@ -103,6 +105,7 @@ def compare(
     space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
     check_runs(reference, space, count=count)
     methods = [method for method in methods if _affordable(method, space, count)]
+    study = discretized(study)
     warm_up(study, (reference, *methods))
     results: list[Comparison] = []
     for method in (reference, *methods):

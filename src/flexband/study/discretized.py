@@ -1,0 +1,66 @@
+"""A study whose step or elements are left out, on those that the adaptive method chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from flexband.errors import ResolutionWarning, warn, without_warnings
+from flexband.study.study import Study
+from flexband.uncertainty.adaptive.method import AdaptivePCCI
+from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.propagate import expand
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verification import as_expanded
+
+
+@dataclass(frozen=True)
+class Discretized:
+    """A response whose discretization is taken as given.
+
+    Attributes
+    ----------
+    response : the response on this discretization.
+    """
+
+    response: Response
+
+    def __call__(self, **values: Any) -> Any:
+        with without_warnings(ResolutionWarning):
+            return self.response(**values)
+
+    @property
+    def __wrapped__(self) -> Callable:
+        """What has the arguments."""
+        return self.response
+
+    def refinements(self, **values: Any) -> dict[str, Response]:
+        """Return the response on finer discretizations, by the name of what is finer."""
+        return self.response.refinements(**values)  # type: ignore[attr-defined]
+
+    def discretization(self, **values: Any) -> dict[str, float]:
+        """Return the numbers of the discretization, by name."""
+        return self.response.discretization(**values)  # type: ignore[attr-defined]
+
+
+def discretized(study: Study) -> Study:
+    """Return a study that any method can be used for.
+
+    If the response leaves out its step or elements, these are chosen as the study's own method
+    would, if it can, or else by `AdaptivePCCI`, and a warning tells what they are. With choices,
+    they are those of the first option.
+    """
+    inputs, left_out = first_case(study.inputs), getattr(study.response, "left_out", None)
+    space = Space(inputs)
+    missing = left_out(**space.arguments_at(*space.nominal())) if callable(left_out) else None
+    if not isinstance(missing, list) or not missing:
+        return study
+    method = study.method if isinstance(study.method, AdaptivePCCI) else AdaptivePCCI()
+    surrogate = expand(study.response, inputs, method)
+    assert isinstance(surrogate, Surrogate)
+    response, _ = as_expanded(surrogate, study.response)
+    chosen = surrogate.diagnostics.attrs["discretization"]
+    warn(f"left out: {' and '.join(missing)}; {method.label} chooses {chosen}")
+    return replace(study, response=Discretized(response))

@@ -20,13 +20,15 @@ t = np.linspace(0.0, 2.0, 401)
 def swing(stiffness, amplitude, phase):
     angle = np.sqrt(stiffness)[:, None] * 2 * np.pi * t
     first = amplitude[:, None] * np.cos(angle) + phase[:, None]
-    values = np.stack([first, 1e3 * t + 0.1 * first], axis=1)
+    turn = t * amplitude[:, None]
+    values = np.stack(
+        [first, 1e3 * t + 0.1 * first, np.cos(turn) + phase[:, None], np.sin(turn)], axis=1)
     return labelled(values)
 
 def labelled(values):
     return xr.DataArray(values, dims=("sample", "output", "time"), coords={
-        "output": ["x</script><img src=x onerror=alert(1)>", "y_Y"],
-        "unit": ("output", ["m", "N"]), "time": ("time", t, {"units": "s"})})
+        "output": ["x</script><img src=x onerror=alert(1)>", "y_Y", "P_X", "P_Y"],
+        "unit": ("output", ["m", "N", "m", "m"]), "time": ("time", t, {"units": "s"})})
 
 study = fb.Study(swing, {
     "stiffness": fb.Interval(380.0, 420.0), "amplitude": fb.Interval(0.9, 1.1),
@@ -41,7 +43,7 @@ def folder(tmp_path_factory):
     for words in (
         ["run", str(folder / "swing.py"), "--output", str(folder / "out")],
         ["limits", str(folder / "out"), "--below", "y_Y=2100"],
-        ["report", str(folder / "out")],
+        ["report", str(folder / "out"), "--p-boxes", "2"],
     ):
         result = CliRunner().invoke(app, words)
         assert result.exit_code == 0, result.output
@@ -62,7 +64,7 @@ def test_charts_have_the_numbers_of_the_bands(folder, opened):
     for _ in range(7):
         page.keyboard.press("ArrowRight")
     assert slider.get_attribute("aria-valuetext") == f"time = {7 * 0.005:g} s"
-    for k, reading in enumerate(page.locator(".reading").all()):
+    for k, reading in enumerate(page.locator("#charts .reading").all()):
         found = numbers(reading.inner_text().partition("mean")[2])
         one = bands.isel(output=k, time=7)
         expected = [*one["mean"].values, *one["error_bar"].values]
@@ -71,6 +73,7 @@ def test_charts_have_the_numbers_of_the_bands(folder, opened):
     chart.scroll_into_view_if_needed()
     chart.locator("svg.main-svg").first.wait_for()
     drawn = chart.evaluate("plot => plot.data.map((trace) => [trace.name, Array.from(trace.y)])")
+    assert page.locator(".reading").count() == 4 + 2  # of charts, the path and distributions
     assert {name for name, _ in drawn} >= {"interval mean", "stiffness", "amplitude", "phase"}
 
 
@@ -94,6 +97,33 @@ def test_hovering_and_views_change_what_is_shown(folder, opened):
         ranges.append(chart.evaluate("plot => plot.data.map((t) => Math.max(...t.y))"))
     assert len(ranges) >= 2
     assert ranges[0] != ranges[1]
+
+
+def test_the_path_follows_the_cursor(folder, opened):
+    page = opened(folder / "report.html")
+    assert "path of P_X and P_Y" in page.locator("#path .reading").inner_text()
+    plot = page.locator("#path .plot")
+    own = "plot => [Math.max(...plot.data[2].x), Math.max(...plot.data[2].y)]"
+    slider = page.get_by_role("slider", name="Cursor")
+    for key, t in (("Home", 0.0), ("End", 2.0)):
+        slider.press(key)
+        slider.press("ArrowRight" if key == "Home" else "ArrowLeft")
+        page.wait_for_timeout(100)
+        x, y = plot.evaluate(own)
+        # the highest μ + σ of cos(a t) + 0.1 ξ and sin(a t), a = 0.9 … 1.1
+        angle = t * np.linspace(0.9, 1.1, 101)
+        assert x == pytest.approx(np.cos(angle).max() + 0.1, abs=0.01)
+        assert y == pytest.approx(np.sin(angle).max(), abs=0.01)
+
+
+def test_distributions_at_times(folder, opened):
+    page = opened(folder / "report.html")
+    output, place = page.locator("#p-boxes select").all()
+    output.select_option("P_X [m]")
+    place.select_option(label="2 s")
+    told = numbers(page.locator("#p-boxes .reading").inner_text().partition("between")[2])
+    medians = np.cos(2 * np.array([1.1, 0.9]))
+    np.testing.assert_allclose(told[:2], medians, atol=0.01)
 
 
 def test_what_a_study_says_is_text(folder, opened):

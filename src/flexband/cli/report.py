@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 import xarray as xr
 
 import flexband as fb
@@ -13,7 +14,7 @@ from flexband.cli.answers.checking import check
 from flexband.cli.application import app
 from flexband.cli.files import Folder, save
 from flexband.cli.messages import print_remark, print_text, reported_errors
-from flexband.errors import InputError
+from flexband.errors import InputError, whole
 from flexband.study.study import Study
 
 SHARES = "contributions.nc"
@@ -45,6 +46,7 @@ def report_on(
 
     contributions = contributions_of(surrogate, study.sigmas)
     limits = limits_of(study, surrogate, folder)
+    add_path(surrogate, bands, folder)
     if contributions is not None:
         save(lambda: write_netcdf(contributions, folder / SHARES))
     found = bands, checked, contributions
@@ -70,6 +72,19 @@ def limits_of(study: Study, surrogate: Any, folder: Path) -> xr.Dataset | None:
         return None
 
 
+def add_path(surrogate: Any, bands: xr.Dataset, folder: Path) -> None:
+    """Write the path of the most uncertain point, unless there is one that was asked for."""
+    from flexband.report.page.answers import read_answer  # noqa: PLC0415
+    from flexband.report.page.paths import widest_path  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    if read_answer(folder, "path") is not None:
+        return
+    found = widest_path(surrogate, bands, bands.attrs["sigmas"])
+    if found is not None:
+        save(lambda: write_netcdf(found, folder / "path.nc"))
+
+
 def contributions_of(surrogate: Any, sigmas: float) -> xr.Dataset | None:
     """Return how much each input widens the error bars; print a remark if that fails."""
     if surrogate is None:
@@ -83,10 +98,17 @@ def contributions_of(surrogate: Any, sigmas: float) -> xr.Dataset | None:
 
 @app.command("report")
 @reported_errors()
-def report(folder: Folder) -> None:
+def report(
+    folder: Folder,
+    p_boxes: Annotated[
+        int | None,
+        typer.Option(help="Times at which distribution functions are bounded for a chart."),
+    ] = None,
+) -> None:
     """Write the report of the study in FOLDER again, with the answers that were computed since.
 
-    Nothing is run. report.html is one file with all that it needs, which can be sent.
+    Nothing is run. report.html is one file with all that it needs, which can be sent. Distribution
+    functions take about a second each; they are kept in p_boxes.nc.
     """
     from flexband.report.page.given import read_given  # noqa: PLC0415
     from flexband.report.page.study import write_report  # noqa: PLC0415
@@ -97,10 +119,25 @@ def report(folder: Folder) -> None:
     if missing := [name for name in given["files"] if not (folder / name).is_file()]:
         raise InputError(f"'{folder}' has lost {', '.join(missing)}; `flexband run` makes it again")
     bands, *more = (folder / name for name in DATA)
+    data = read(bands)
     checked, contributions = (read(one) if one.name in given["files"] else None for one in more)
     surrogate = fb.load_surrogate(folder / MODEL) if MODEL in given["files"] else None
-    page = write_report(folder, given, read(bands), checked, contributions, surrogate)
+    if p_boxes is not None:
+        add_p_boxes(surrogate, data, folder, p_boxes)
+    page = write_report(folder, given, data, checked, contributions, surrogate)
     print_text(f"Report: {page}")
+
+
+def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> None:
+    """Write the bounds of distribution functions at some times."""
+    from flexband.report.page.p_boxes import p_boxes  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    whole("--p-boxes", count, 1, 1000)
+    found = None if surrogate is None else p_boxes(surrogate, bands, count)
+    if found is None:
+        raise InputError("--p-boxes requires a surrogate with random inputs, over one variable")
+    save(lambda: write_netcdf(found, folder / "p_boxes.nc"))
 
 
 def read(file: Path) -> xr.Dataset:

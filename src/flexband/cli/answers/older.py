@@ -9,7 +9,7 @@ import xarray as xr
 from flexband.cli.files import save
 
 ANSWERS = (
-    "allocation", "derived", "limits", "narrowed", "p_box", "path", "probability",
+    "allocation", "p_boxes", "derived", "limits", "narrowed", "p_box", "path", "probability",
     "quantiles", "range", "sobol",
 )  # fmt: skip
 """Names of the files that commands write. `flexband run` itself writes contributions."""

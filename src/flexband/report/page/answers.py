@@ -17,7 +17,6 @@ TITLES = {
     "quantiles": "Quantiles",
     "p_box": "Distribution function",
     "range": "Range of values",
-    "path": "Path",
     "derived": "Quantities made of outputs",
     "narrowed": "Narrower inputs",
 }
@@ -42,9 +41,9 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
     Answers of earlier results are left out, and named.
     """
     found, older = [], []
-    limits, probability = (_read(folder, name, older) for name in ("limits", "probability"))
+    limits, probability = (read_answer(folder, name, older) for name in ("limits", "probability"))
     for name, title in TITLES.items():
-        answer = _read(folder, name, older)
+        answer = read_answer(folder, name, older)
         if answer is None:
             continue
         texts = (answer.attrs.get(k) for k in ("verdict", "inputs", "surrogate_not_trusted"))
@@ -59,8 +58,11 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
     return found, limits, probability
 
 
-def _read(folder: Path, name: str, older: list[str]) -> xr.Dataset | None:
-    """Return an answer; add its name to `older` if it is one of earlier results."""
+def read_answer(folder: Path, name: str, older: list[str] | None = None) -> xr.Dataset | None:
+    """Return an answer in a folder; None if it is missing, or one of earlier results.
+
+    The name of such a one is added to `older`.
+    """
     file = folder / f"{name}.nc"
     try:
         with xr.open_dataset(file, engine="scipy", decode_times=False) as found:
@@ -68,7 +70,8 @@ def _read(folder: Path, name: str, older: list[str]) -> xr.Dataset | None:
     except (OSError, ValueError, TypeError):  # missing, or no such file
         return None
     if STALE in answer.attrs:
-        older.append(name)
+        if older is not None:
+            older.append(name)
         return None
     return answer
 

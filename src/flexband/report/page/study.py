@@ -11,9 +11,11 @@ import xarray as xr
 
 from flexband.report import tables
 from flexband.report.figures import bounds
-from flexband.report.page.answers import answers_in, limits_table
+from flexband.report.page.answers import answers_in, limits_table, read_answer
 from flexband.report.page.charts import chart_data
 from flexband.report.page.inputs import with_shares
+from flexband.report.page.p_boxes import p_box_data
+from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -23,7 +25,8 @@ FILE = "report.html"
 
 SCRIPTS = (
     "arrays.js", "element.js", "start.js", "bands.js", "charts.js",
-    "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", *what_if.SCRIPTS,
+    "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", "paths.js", "p_boxes.js",
+    *what_if.SCRIPTS,
 )  # fmt: skip
 
 ROWS = 25
@@ -96,7 +99,13 @@ def write_report(
             ("runs", runs_in_words(attrs)),
             *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
         ],
-        data={"charts": charts, "motion": given.get("motion"), "what_if": others},
+        data={
+            "charts": charts,
+            "motion": given.get("motion"),
+            "what_if": others,
+            "path": path_data(read_answer(folder, "path")),
+            "p_boxes": p_box_data(read_answer(folder, "p_boxes")),
+        },
     )
     return page
 

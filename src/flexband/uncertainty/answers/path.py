@@ -96,6 +96,7 @@ def path(
     own = {k: v for k, v in result["support"].attrs.items() if k == "units"}
     for name in ("x", "y", "radius"):
         result[name].attrs = {"long_name": LONG_NAMES[name]} | own
+    result["x"].attrs["output"], result["y"].attrs["output"] = x, y
     return result
 
 

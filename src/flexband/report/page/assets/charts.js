@@ -122,7 +122,9 @@ flexband.Chart = class {
       const moved = this.view === "deviation" || (this.view === "envelope" && output.narrow);
       const base = moved ? this.all.nominal : null;
       const y = base ? limit.values.values.map((v, k) => v - base[k]) : limit.values.values;
-      line(y, limit.name, { color: color("bad"), width: 1.6, dash: "dash" });
+      const style = { color: color("bad"), width: 1.6, dash: "dash" };
+      const named = found.some((one) => one.name === flexband.plain(limit.name));
+      line(y, limit.name, style, { legendgroup: limit.name, showlegend: !named });
     }
     if (this.other) {
       const changed = this.shown({ ...this.other, error: null, nominal: this.all.nominal });

@@ -1,0 +1,84 @@
+"""Distribution functions of all outputs at some times, for their chart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.report.page.arrays import packed
+from flexband.report.tables import outputs_of
+from flexband.uncertainty.answers.p_box import VALUES, p_box
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SAMPLES = 1024
+"""Of the random inputs."""
+
+
+def p_boxes(
+    surrogate: Surrogate | SurrogateOfChoices, bands: xr.Dataset, count: int
+) -> xr.Dataset | None:
+    """Return the bounds of the distribution function of every output at some times.
+
+    None if there are no random inputs, or if outputs are no functions of one variable.
+
+    Parameters
+    ----------
+    count : times, equally spaced, besides those at which the error bars are the widest.
+
+    Returns
+    -------
+    `distribution`, dims (output, place, bound, number), at `value` (output, place, number), and
+    `sampling_error` (output, place), the largest; the coordinate `place` is the time.
+    """
+    one = next(iter(getattr(surrogate, "surrogates", {"": surrogate}).values()))
+    free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
+    if not one.space.random_dimension or len(free) != 1:
+        return None
+    (dim,) = free
+    bar = bands["error_bar"].transpose("bound", ..., dim).values
+    widest = np.unique(np.argmax(bar[1] - bar[0], axis=-1))
+    regular = np.linspace(0, bands.sizes[dim] - 1, count).round().astype(int)
+    places = bands[dim].values[np.union1d(widest, regular)]
+    found = []
+    for name in outputs_of(bands["mean"]):
+        output = {"output": name} if "output" in bands["mean"].dims else {}
+        own = [p_box(surrogate, at={**output, dim: x}, samples=SAMPLES) for x in places]
+        found.append([_row(one) for one in own])
+    value, distribution, error = (
+        np.array([[row[k] for row in own] for own in found]) for k in range(3)
+    )
+    dims = "output", "place"
+    data = {
+        "value": ((*dims, "number"), value),
+        "distribution": ((*dims, "bound", "number"), distribution),
+        "sampling_error": (dims, error),
+    }
+    return xr.Dataset(data, {"place": places}, {"samples": SAMPLES})
+
+
+def p_box_data(found: xr.Dataset | None) -> dict[str, Any] | None:
+    """Return what p_boxes.js draws."""
+    if found is None:
+        return None
+    return {
+        "places": found["place"].values.tolist(),
+        "samples": int(found.attrs["samples"]),
+        "values": [packed(own.values) for own in found["value"]],
+        "distribution": [packed(own.values, 1e-6) for own in found["distribution"]],
+        "error": found["sampling_error"].values.tolist(),
+    }
+
+
+def _row(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return values, bounds of probabilities there, and the error of these.
+
+    What has one value only is a step there.
+    """
+    value = one["value"].values
+    distribution = one["distribution"].transpose("bound", "value").values
+    if len(value) == 1:
+        value, distribution = np.repeat(value, VALUES), np.repeat(distribution, VALUES, axis=1)
+    return value, distribution, float(one["sampling_error"].max())

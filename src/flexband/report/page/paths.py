@@ -1,0 +1,70 @@
+"""The path of a point with its tube, for its chart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.report.page.arrays import packed
+from flexband.report.tables import deviations, outputs_of
+from flexband.uncertainty.answers.path import path
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+DIRECTIONS = 16
+
+MOST_REGIONS = 400
+"""That are drawn."""
+
+DIGITS = 1e-4
+"""To which part of the largest radius of a region its vertices are rounded."""
+
+
+def widest_path(
+    surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, sigmas: float
+) -> xr.Dataset | None:
+    """Return the result of `path` for the point whose position is the most uncertain.
+
+    None if no pair of outputs is NAME_X and NAME_Y, in metres, over time.
+    """
+    names, dims = outputs_of(bands["mean"]), set(bands["mean"].dims)
+    if surrogate is None or "unit" not in bands.coords or dims != {"bound", "output", "time"}:
+        return None
+    units = dict(zip(names, map(str, np.ravel(bands["unit"].values)), strict=True))
+    width = (bands["error_bar"].sel(bound="upper") - bands["error_bar"].sel(bound="lower")).max(
+        "time"
+    )
+    found = {}
+    for name in names:
+        point = name.removesuffix("_X")
+        if point != name and units[name] == units.get(f"{point}_Y") == "m":
+            pair = name, f"{point}_Y"
+            found[pair] = float(width.sel(output=list(pair)).max())
+    if not found:
+        return None
+    x, y = max(found, key=lambda pair: found[pair])
+    return path(surrogate, x, y, sigmas=sigmas, directions=DIRECTIONS)
+
+
+def path_data(found: xr.Dataset | None) -> dict[str, Any] | None:
+    """Return what paths.js draws of a result of `path`."""
+    if found is None or found["radius"].ndim != 1:
+        return None
+    (free,) = found["radius"].dims
+    some = {free: slice(None, None, max(1, -(-found.sizes[free] // MOST_REGIONS)))}
+    radius = float(found["radius"].max())
+    quantum = DIGITS * radius or None
+    vertices = np.stack(
+        [found[name].isel(some).transpose(free, "vertex").values for name in "xy"], axis=1
+    )
+    return {
+        "names": [str(found[name].attrs["output"]) for name in "xy"],
+        "unit": str(found["x"].attrs.get("units", "")),
+        "bar": f"μ ± {deviations(found)}" if "sigmas" in found.attrs else "a part of the samples",
+        "places": packed(found[free].isel(some).values if free in found.coords else np.arange(0)),
+        "nominal": packed([found[f"{name}_nominal"].values for name in "xy"], quantum),
+        "vertices": packed(vertices, quantum),
+        "radius": radius,
+    }

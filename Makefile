@@ -46,6 +46,7 @@ paper: install
 
 gallery: install
 	$(BIN)/python examples/gallery.py
+	$(BIN)/python benchmarks/readme_pictures.py
 
 inputs: install
 	$(BIN)/python benchmarks/inputs_pictures.py

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from html import escape
 from io import BytesIO
 from typing import Any
@@ -69,9 +70,12 @@ def input_html(one: Any) -> str:
 
 def study_html(study: Study) -> str:
     """Return a table of a study: its response, method, error bar and inputs."""
-    name = getattr(study.response, "__qualname__", type(study.response).__name__)
+    response = study.response
+    name = getattr(response, "__qualname__", type(response).__name__)
+    if builder := getattr(response, "builder", None):
+        name += f" of {_name(builder)}"
     bar = "μ ± σ" if study.sigmas == 1 else f"μ ± {study.sigmas:g}σ"
-    rows = [("response", name), ("method", repr(study.method)), ("error bar", bar)]
+    rows = [("response", name), ("method", _given(study.method)), ("error bar", bar)]
     return _table(("study", ""), rows) + _inputs(study.inputs)
 
 
@@ -108,7 +112,9 @@ def _about(name: str, one: Any) -> tuple[str, ...]:
         kind += f" ± {one.tolerance:g}" if isinstance(one, Sizing) else ""
         return kind, f"{one.lower:g}", f"{one.upper:g}", "", ""
     if isinstance(one, Field):
-        return f"{one.kind}: {one!r}", "", "", "", ""
+        numbers = (getattr(one, name, "") for name in ("mean", "std"))
+        told = (f"{own:.4g}" if isinstance(own, int | float) else "" for own in numbers)
+        return _given(one), "", "", *told
     if isinstance(one, Choice | Correlated):
         return repr(one), "", "", "", ""
     space = Space(first_case({name or "input": one}))
@@ -126,6 +132,24 @@ def _about(name: str, one: Any) -> tuple[str, ...]:
     std = float(np.sqrt(weights @ (values - mean) ** 2))
     told = f"{one!r}, 90 % of values"
     return told, f"{ends[0]:.4g}", f"{ends[1]:.4g}", f"{mean:.4g}", f"{std:.3g}"
+
+
+def _given(one: Any) -> str:
+    """Return an object as it would be written: without what is left out, and functions by name."""
+    if not is_dataclass(one):
+        return repr(one)
+    chosen = [(own.name, getattr(one, own.name)) for own in fields(one) if own.repr]
+    usual = {own.name: own.default for own in fields(one)}
+    told = [
+        f"{name}={_name(value)}"
+        for name, value in chosen
+        if value is not usual[name] and value != usual[name]
+    ]
+    return f"{type(one).__name__}({', '.join(told)})"
+
+
+def _name(value: Any) -> str:
+    return getattr(value, "__qualname__", repr(value))
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -201,3 +201,27 @@ def test_parameters_of_distributions_have_sliders(opened, tmp_path, page_of):
     bands = eval(python, {"fb": fb, "surrogate": surrogate})["error_bar"]
     found = page.evaluate("told[told.length - 1].error_bar.map((values) => Array.from(values))")
     np.testing.assert_allclose(found, bands, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "inputs",
+    [
+        {"x": fb.Normal(1.0, 0.1), "y": fb.Uniform(1.0, 2.0)},
+        {"x": fb.Interval(-1.0, 1.0), "y": fb.Interval(1.0, 2.0)},
+    ],
+)
+def test_inputs_of_one_kind_and_an_output_that_is_constant(opened, tmp_path, page_of, inputs):
+    def outputs(x, y):
+        return np.stack([(x**2 * y)[:, None] * T, np.ones((len(x), 1)) * T], axis=1)
+
+    surrogate = fb.expand(outputs, inputs, fb.PCCI(2, 2))
+    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page.wait_for_function("flexband.data")
+    own = surrogate.space
+    full = {
+        "centers": [0.0] * own.interval_dimension,
+        "radii": [1.0] * own.interval_dimension,
+        "scales": [1.0] * own.random_dimension,
+    }
+    assert difference(page, surrogate, surrogate, **full) < 1e-7
+    assert page.locator(".what-if-table tbody td").all_inner_texts()[4:7] == ["0", "0", "0 %"]

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.report.page.what_if import panel
 from flexband.report.page.what_if.panel import what_if
 
 TIME = np.linspace(0.0, 1.0, 5)
@@ -85,3 +86,8 @@ def test_responses_and_inputs_without_a_panel():
         data, why = what_if(surrogate, one.bands())
         assert data is None
         assert word in why[0]
+
+
+def test_a_surrogate_that_is_too_large_for_a_page(surrogate, monkeypatch):
+    monkeypatch.setattr(panel, "MAX_COEFFICIENTS", 10)
+    assert what_if(surrogate, surrogate.bands())[0] is None

@@ -75,7 +75,8 @@ flexband.WhatIfInputs = class {
     });
     this.data.scatters.forEach(({ name, python, ends, fixed }, k) => {
       const s = this.scales[k];
-      const write = (own, [a, b], e) => own.replace(`{${e}}`, String(a + b * s));
+      const write = (own, [a, b], e) =>
+        own.replace(`{${e}}`, String(Number((a + b * s).toPrecision(15))));
       const text = ends.reduce(write, python);
       if (s !== 1) found.push([name, s === 0 ? String(fixed) : text]);
     });

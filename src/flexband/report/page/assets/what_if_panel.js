@@ -123,16 +123,16 @@ flexband.starters.push(function (everything) {
   function widths({ times, error_bar: [lower, upper], done }) {
     rows.forEach(({ cells }, o) => {
       let width = 0;
-      for (let k = o * times.length; k < (o + 1) * times.length; k++) {
+      for (let k = o * times.length; data.width[o] && k < (o + 1) * times.length; k++) {
         width = Math.max(width, upper[k] - lower[k]);
       }
       const { unit } = data.outputs[o], study = data.width[o], about = done ? "" : "≈ ";
-      const change = study > 0 ? Math.round(100 * (width / study - 1)) : 0;
+      const change = study > 0 ? Number((100 * (width / study - 1)).toFixed(2)) : 0;
       const error = data.expected_error && data.expected_error[o];
       const part = error !== null && width > 0 ? ` (${shown(100 * error / width, 2)} %)` : "";
       const units = unit ? ` ${unit}` : "";
       [`${shown(study)}${units}`, `${about}${shown(width)}${units}`,
-        `${change < 0 ? "−" : change > 0 ? "+" : ""}${Math.abs(change)} %`,
+        `${change < 0 ? "−" : change > 0 ? "+" : ""}${shown(Math.abs(change), 2)} %`,
         error === null ? "not known" : `± ${shown(error, 2)}${units}${part}`,
       ].forEach((text, c) => { cells[c].textContent = text; });
     });

@@ -9,6 +9,7 @@ import xarray as xr
 
 from flexband.report.page.what_if.inputs import intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
+from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import names_of_outputs
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -24,6 +25,9 @@ SCRIPTS = (
     "what_if_panel.js",
 )
 """The scripts of the panel, in the order in which a page has them."""
+
+MAX_COEFFICIENTS = 1_500_000
+"""Of a surrogate in a page: some 4 MB."""
 
 LEAST_WIDTH = 1e-9
 """Bands that are narrower, in parts of their values, are constant but for rounding."""
@@ -47,6 +51,8 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     if surrogate.labels.dims[-1] in ("sample", "output"):
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+    if sum(_coefficients(one) for one in surrogate.expansions) > MAX_COEFFICIENTS:
+        return None, ["Other inputs are for Python: the surrogate is too large for a page."]
     outputs = _outputs(surrogate, bands)
     resolved = all(one["kind"] == "direct" or "points" in one for one in outputs["models"])
     intervals, told = intervals_of(surrogate.space)
@@ -64,21 +70,27 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
     return found, []
 
 
+def _coefficients(expansion: Expansion) -> int:
+    """Return how many coefficients an expansion has."""
+    return expansion.arrays()["coefficients"].size
+
+
 def _outputs(surrogate: Surrogate, bands: xr.Dataset) -> dict[str, Any]:
     """Return the outputs, their bands, and their expansions."""
     labels = surrogate.labels
     times = labels.shape[-1]
     lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)
     width, size = (upper - lower).max(axis=1), np.maximum(abs(lower), abs(upper)).max(axis=1)
-    scale = np.maximum(width, LEAST_WIDTH * size)
-    scale = np.where(scale > 0, scale, 1.0)
+    width = np.where(width > LEAST_WIDTH * size, width, 0.0)
+    scale = np.where(width > 0, width, np.where(size > 0, LEAST_WIDTH * size, 1.0))
     names, units, error = names_of_outputs(labels), [""] * len(width), None
     if "unit" in labels.coords:
         first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})
         units = [str(one) for one in np.ravel(bands["unit"].broadcast_like(first))]
     if "error_bar_expected_error" in bands:
         expected = bands["error_bar_expected_error"].values
-        error = np.reshape(expected, (len(width), -1)).max(axis=1).tolist()
+        largest = np.reshape(expected, (len(width), -1)).max(axis=1)
+        error = [float(one) if np.isfinite(one) else None for one in largest]
     models = [model(one, scale[one.outputs]) for one in surrogate.expansions]
     return {
         "sigmas": float(bands.attrs["sigmas"]),

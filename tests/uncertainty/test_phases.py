@@ -99,6 +99,22 @@ def test_a_wave_whose_phase_moves_with_six_random_variables(bend, monkeypatch):
     assert used
 
 
+@pytest.mark.parametrize("n", [4, 9])
+def test_products_of_variables_count_along_saddles(n, monkeypatch):
+    """Where the phase hardly moves, σ² is a sum of squares of coefficients."""
+    monkeypatch.setattr(terms, "resolving_rule", lambda *_: None)
+    r = np.random.default_rng(n)
+    index = np.array([row for row in np.ndindex(*[3] * n) if sum(row) <= 2])
+    base, envelope = 0.3 * r.standard_normal((2, len(index), 1, 8))
+    phase = np.where(index.sum(axis=1)[:, None], 1e-6, r.uniform(0, 6, 8))
+    found = surrogate(index, [phase], [envelope], base, [HERMITE] * n)
+    mean, std = (v[0, 0] for v in found.moments(np.zeros((1, 0))))
+    own = (base + envelope * np.cos(phase[0]))[:, 0]
+    square = found.parts.norms[found.parts.j, None] * own**2
+    np.testing.assert_allclose(mean, own[0], rtol=1e-4)
+    np.testing.assert_allclose(std, np.sqrt(square[index.any(axis=1)].sum(axis=0)), rtol=1e-4)
+
+
 def test_no_average_of_a_wave_is_larger_than_the_wave(monkeypatch):
     """Terms of order 3 and 4 let the integrand grow along a contour; |E cos| stays below 1."""
     monkeypatch.setattr(terms, "resolving_rule", lambda *_: None)

@@ -21,6 +21,9 @@ Rule = tuple[np.ndarray, np.ndarray]
 MAX_RULE_POINTS = 600
 """Most points of a rule for ξ that resolves the phase."""
 
+MANY_AXES = 20
+"""Up to so many variables, all pairs are integrated along saddles: 800 points."""
+
 MAX_SCAN_POINTS = 2048
 
 SMALL_REACH = 0.2
@@ -146,8 +149,9 @@ def _rule_size(family: Family, order: float, a: float) -> int:
 def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points and weights of E[f(ζ)], for f with weak interaction between variables.
 
-    f(0) + Σ_v (G − 1) f along each axis + Σ_v (G₃ − 1)(G₃ − 1) f of the first axis with each other,
-    with Gauss–Hermite rules G, the finest along the first.
+    f(0) + Σ_v (G − 1) f along each axis + Σ_uv (G₃ − 1)(G₃ − 1) f of each pair of axes, with
+    Gauss–Hermite rules G, the finest along the first. With more than `MANY_AXES`, pairs are those
+    of the first axis with each other.
     """
 
     def beyond(v: int, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -159,8 +163,8 @@ def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     found = [(np.zeros((1, n)), np.ones(1))]
     for v in range(n):
         found.append(beyond(v, 5 if v else 9))
-        if v:
-            (x, a), (y, b) = beyond(0, 3), beyond(v, 3)
+        for u in range(v if n <= MANY_AXES else min(v, 1)):
+            (x, a), (y, b) = beyond(u, 3), beyond(v, 3)
             found.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
     points, weights = map(np.concatenate, zip(*found, strict=True))
     points, which = np.unique(points, axis=0, return_inverse=True)

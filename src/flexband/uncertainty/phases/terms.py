@@ -19,7 +19,7 @@ MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 32
 """Blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
 points than late ones."""
 
-SAMPLES = 512
+SAMPLES = 2048
 """Points ξ for phases without a saddle."""
 
 

@@ -104,6 +104,16 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     assert state_of(out)["recorded"] == 9
 
 
+def test_a_response_that_failed_at_once_can_be_mended(file, tmp_path):
+    out, text = tmp_path / "out", file.read_text(encoding="utf-8")
+    file.write_text(text.replace("a + b", "a + misspelt"), encoding="utf-8")
+    assert "misspelt" in call("run", file, "-o", out, status=1)
+    assert (out / "runs.zarr").exists()
+    file.write_text(text, encoding="utf-8")
+    call("run", file, "-o", out, "--verify", 0)
+    assert state_of(out)["recorded"] == 9
+
+
 def content(out):
     files = {f for f in out.rglob("*") if f.is_file()}
     return {f: f.read_bytes() for f in files if f.name not in ("holder", "study.lock")}

@@ -124,6 +124,8 @@ def carry_out(
             print_text(f"The runs in {folder.runs} are deleted.", error=True)
             folder.delete_runs()
         own = plan.file, fingerprint(study.response)
+        if not insist and folder.has_only_failures_of_others(own[1]):
+            folder.delete_runs()
         save(lambda: folder.claim(*own, replace=replace, insist=insist))
         store = Store(output, insist=insist) if recorded else None
         own = identity(study, plan.new_runs(study), plan.policy) if recorded else ""

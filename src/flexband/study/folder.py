@@ -17,8 +17,10 @@ from typing import Any
 import google_crc32c
 
 from flexband.errors import StoreError
+from flexband.execution.journal import Journal
+from flexband.execution.layout import DONE
 from flexband.execution.lock import Lock, is_locked
-from flexband.execution.store import RUNS
+from flexband.execution.store import RUNS, open_runs
 from flexband.files import replaced
 from flexband.study.points import LEDGER, POINTS
 from flexband.uncertainty.evaluations.reuse import DOMAINS
@@ -50,6 +52,24 @@ class StudyFolder:
     def recorded(self) -> bool:
         """Whether there are runs, or study.json."""
         return self.runs.exists() or (self.path / FILE).exists()
+
+    def has_only_failures_of_others(self, response: str) -> bool:
+        """Return whether no run succeeded here, and the response was another one.
+
+        This is so after the first attempt, if the response fails at once and is mended.
+
+        Parameters
+        ----------
+        response : its fingerprint.
+        """
+        asked = any((self.path / name).exists() for name in (LEDGER, POINTS))
+        same = self._claimed().get("response") in (None, response)
+        if asked or same or is_locked(self.path / LOCKS[1]) or not self.runs.exists():
+            return False
+        with suppress(StoreError, OSError, ValueError, KeyError):
+            done = DONE in open_runs(self.path)["status"].values
+            return not done and all(one.values is None for one in Journal(self.runs).read(0))
+        return False
 
     def read(self) -> dict[str, Any]:
         """Return what study.json tells; nothing if there is none.

@@ -66,19 +66,21 @@ flexband.WhatIf = class {
   /** Return {mean, error_bar} of [lower, upper] at times, (outputs × times) each. */
   bounds(times) {
     const k = this.data.sigmas, count = times.length;
-    const fresh = () => [0, 1].map(() => new Float64Array(this.outputs * count));
+    const fresh = () => [Infinity, -Infinity].map((none) =>
+      new Float64Array(this.outputs * count).fill(none));
     const found = { mean: fresh(), error_bar: fresh() };
+    const [mean, bar] = [found.mean, found.error_bar];
     times.forEach((t, column) => {
-      this.moments.forEach((moments, number) => {
+      this.moments.forEach((moments, number) => { // several of an output are those of options
         moments.load(t);
         const { outputs, scale } = this.data.models[number];
         outputs.forEach((output, o) => {
           const at = output * count + column;
-          const own = this._extremes(moments, this.scans[number], o, k);
-          found.mean[0][at] = own[0] * scale[o];
-          found.mean[1][at] = own[1] * scale[o];
-          found.error_bar[0][at] = own[2] * scale[o];
-          found.error_bar[1][at] = own[3] * scale[o];
+          const own = this._extremes(moments, this.scans[number], o, k).map((x) => x * scale[o]);
+          mean[0][at] = Math.min(mean[0][at], own[0]);
+          mean[1][at] = Math.max(mean[1][at], own[1]);
+          bar[0][at] = Math.min(bar[0][at], own[2]);
+          bar[1][at] = Math.max(bar[1][at], own[3]);
         });
       });
     });

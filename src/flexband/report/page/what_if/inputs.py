@@ -30,17 +30,20 @@ def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
     return found, told
 
 
-def scatters_of(space: Space, *, resolved: bool) -> tuple[list[dict[str, Any]], list[str]]:
+def scatters_of(
+    space: Space, inputs: str, *, resolved: bool
+) -> tuple[list[dict[str, Any]], list[str]]:
     """Return the random inputs whose scatter can be scaled, and why others cannot.
 
     Parameters
     ----------
+    inputs : where Python finds the inputs of the surrogate.
     resolved : whether the page can compute all moments for less scatter.
     """
     found, told, first = [], [], 0
     groups = [one for one in space.given.values() if isinstance(one, Correlated)]
     for name, one in space.of_kind(random=True).items():
-        scatter = _scatter(name, one)
+        scatter = _scatter(one, f"{inputs}[{name!r}]")
         if any(name in group.members for group in groups):
             told.append(f"{name} keeps its scatter: it is correlated with other inputs.")
         elif scatter is None:
@@ -66,8 +69,8 @@ def _kind(one: Input) -> str:
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
-def _scatter(name: str, one: Input) -> dict[str, Any] | None:
-    """Return how the scatter of an input is scaled, or None if it cannot be.
+def _scatter(one: Input, old: str) -> dict[str, Any] | None:
+    """Return how the scatter of an input, in Python `old`, is scaled, or None if it cannot be.
 
     Returns
     -------
@@ -90,7 +93,7 @@ def _scatter(name: str, one: Input) -> dict[str, Any] | None:
             ends = [(fixed, -size), (fixed, size)]
         case RandomField(distribution="normal", std=float() | int() as std):
             of, size, fixed, least = "std", float(std), None, LEAST_FIELD
-            python = f"dataclasses.replace(surrogate.space.inputs[{name!r}], std={{0}})"
+            python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None
     found = {"of": of, "size": size, "fixed": fixed, "least": least, "python": python}

@@ -9,6 +9,7 @@ import xarray as xr
 
 from flexband.report.page.what_if.inputs import intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
+from flexband.uncertainty.answers.selection import surrogates_of
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import names_of_outputs
@@ -45,26 +46,30 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
     -------
     A tree that JSON can hold, with packed arrays, and sentences that tell why there is none.
     """
-    if isinstance(surrogate, SurrogateOfChoices):
-        return None, ["Other inputs need new runs here, since some inputs are options."]
-    if not isinstance(surrogate, Surrogate):
+    if not isinstance(surrogate, Surrogate | SurrogateOfChoices):
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
-    if surrogate.labels.dims[-1] in ("sample", "output"):
+    every = list(surrogates_of(surrogate).values())
+    space, expansions = every[0].space, [own for one in every for own in one.expansions]
+    if every[0].labels.dims[-1] in ("sample", "output"):
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
-    if sum(_coefficients(one) for one in surrogate.expansions) > MAX_COEFFICIENTS:
+    if sum(_coefficients(one) for one in expansions) > MAX_COEFFICIENTS:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
-    outputs = _outputs(surrogate, bands)
-    resolved = all(one["kind"] == "direct" or "points" in one for one in outputs["models"])
-    intervals, told = intervals_of(surrogate.space)
-    scatters, why = scatters_of(surrogate.space, resolved=resolved)
+    outputs = _outputs(every[0].labels, bands)
+    scale = np.array(outputs["scale"])
+    models = [model(one, scale[one.outputs]) for one in expansions]
+    resolved = all(one["kind"] == "direct" or "points" in one for one in models)
+    intervals, told = intervals_of(space)
+    given = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
+    scatters, why = scatters_of(space, given, resolved=resolved)
     if not intervals and not scatters:
         return None, told + why
     found = {
         "intervals": intervals,
         "scatters": scatters,
         "remarks": told + why,
-        "interval_dimension": surrogate.space.interval_dimension,
-        "random_dimension": surrogate.space.random_dimension,
+        "interval_dimension": space.interval_dimension,
+        "random_dimension": space.random_dimension,
+        "models": models,
         **outputs,
     }
     return found, []
@@ -75,9 +80,8 @@ def _coefficients(expansion: Expansion) -> int:
     return expansion.arrays()["coefficients"].size
 
 
-def _outputs(surrogate: Surrogate, bands: xr.Dataset) -> dict[str, Any]:
-    """Return the outputs, their bands, and their expansions."""
-    labels = surrogate.labels
+def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> dict[str, Any]:
+    """Return the outputs, and how wide their bands are."""
     times = labels.shape[-1]
     lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)
     width, size = (upper - lower).max(axis=1), np.maximum(abs(lower), abs(upper)).max(axis=1)
@@ -91,12 +95,11 @@ def _outputs(surrogate: Surrogate, bands: xr.Dataset) -> dict[str, Any]:
         expected = bands["error_bar_expected_error"].values
         largest = np.reshape(expected, (len(width), -1)).max(axis=1)
         error = [float(one) if np.isfinite(one) else None for one in largest]
-    models = [model(one, scale[one.outputs]) for one in surrogate.expansions]
     return {
         "sigmas": float(bands.attrs["sigmas"]),
         "outputs": [{"name": n, "unit": u} for n, u in zip(names, units, strict=True)],
         "width": width.tolist(),
+        "scale": scale.tolist(),
         "expected_error": error,
         "times": times,
-        "models": models,
     }

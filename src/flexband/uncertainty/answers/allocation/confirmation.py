@@ -2,19 +2,21 @@
 
 Where a run differs from the surrogate, the limits are shifted by the difference, at the instants
 for which the run is about the worst one, and the search goes on. They are made looser by no more
-than three expected errors of the surrogate.
+than three expected errors of the surrogate. Vertices whose margins on the surrogate are less than
+this are run as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from flexband.errors import ResolutionWarning, without_warnings
 from flexband.uncertainty.answers.allocation.search import Allocated
-from flexband.uncertainty.answers.allocation.worst_case import SIGNS, Points, WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import SAME, SIGNS, Points, WorstCase
 from flexband.uncertainty.answers.results import expected_error
 from flexband.uncertainty.evaluations.evaluations import Evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
@@ -23,7 +25,10 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verification import as_expanded
 
 ROUNDS, MOST_RUNS = 5, 6
-"""Most times that runs are made, and most runs at a time."""
+"""Most times that runs are made, and most runs at a time, at points that bind and at vertices."""
+
+MOST_VARIABLES = 8
+"""Interval variables up to which vertices are run."""
 
 AGREEMENT = 3e-6
 """Part of the scale up to which surrogate and runs agree."""
@@ -89,6 +94,9 @@ def confirmed(
         narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
         order = np.argsort(-allocated.multipliers, kind="stable")[:MOST_RUNS]
         xi, eta, owner = _run_points(narrow, worst, allocated, order)
+        further = _doubtful(worst, allocated, shift, -loosest, eta)
+        eta = np.concatenate([eta, further])
+        xi = np.concatenate([xi, np.zeros((len(further), xi.shape[1]))])
         values, missed = _runs(narrow, worst, response, evaluate, xi, eta)
         runs += len(xi)
         missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
@@ -98,12 +106,12 @@ def confirmed(
         kept = np.all(told[order] >= 0)
         if not surrogate.space.random_dimension:
             kept = kept and np.all(margins + missed >= 0)
-        scale, known = worst.scale[points.series[order]], shift[points.side, points.series][order]
-        wanted = np.maximum(-own, loosest[points.series[order]])
-        agree = np.all(np.abs(known - wanted) <= AGREEMENT * scale)
+        new = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
+        moved = np.abs(new - shift)[points.side[order], points.series[order]]
+        agree = np.all(moved <= AGREEMENT * worst.scale[points.series[order]])
         if (kept and agree) or k == ROUNDS - 1:
             break
-        shift = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
+        shift = new
         moved = worst.tightened(shift)
         allocated = search(moved, allocated.watched, allocated.x)
     return Confirmed(allocated, shift, told, runs, bool(kept))
@@ -130,6 +138,29 @@ def _run_points(
     both = np.concatenate([u, points.places], axis=1)
     _, first, owner = np.unique(both.round(6), axis=0, return_index=True, return_inverse=True)
     return of_normals(u[first], narrow.space.families), points.places[first], owner.ravel()
+
+
+def _doubtful(
+    worst: WorstCase, allocated: Allocated, shift: np.ndarray, error: np.ndarray, known: np.ndarray
+) -> np.ndarray:
+    """Return vertices at which the surrogate may be wrong about the limits, (places, m).
+
+    Parameters
+    ----------
+    error : what the surrogate may miss, (series,).
+    known : places of runs in any case.
+    """
+    own, m = worst.tolerances, known.shape[1]
+    if worst.sigmas or own.compensators or m > MOST_VARIABLES:
+        return np.zeros((0, m))
+    vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
+    bars = worst.bars_at(own.center(allocated.x) + own.radius(allocated.x) * vertices, allocated.x)
+    margins = SIGNS[:, None] * (bars - worst.bounds) - shift - error
+    least = (margins / worst.scale).min(axis=(1, 2))
+    distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
+    least[distance < SAME] = np.inf
+    order = np.argsort(least, kind="stable")[:MOST_RUNS]
+    return vertices[order[least[order] < 0]]
 
 
 def _runs(

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import LinearConstraint, minimize
 
 import flexband as fb
 from flexband.uncertainty.answers.allocation.grades import ISO_286
@@ -152,6 +153,20 @@ def test_refused_sizes(arguments, told):
 def test_grades_are_refused_where_a_size_is_free(sized):
     with pytest.raises(fb.InputError, match=r"must not be Grades where .* coupler, crank, rocker"):
         fb.allocate(sized, KEPT, {"crank": fb.Grades({"fine": (0.1, 1.0)})})
+
+
+def test_a_linear_analysis_of_the_function_generator_breaks_the_limit():
+    nominal = np.array(list(SIZES.values()))
+    steps = np.concatenate([np.zeros((1, 4)), 1e-5 * np.eye(4), -1e-5 * np.eye(4)])
+    zero, *moved = generator(*(nominal + steps).T).values
+    slopes = (np.array(moved[:4]) - moved[4:]).T / 2e-5
+    room = 0.8 - np.abs(zero)
+    found = minimize(
+        lambda t: (1 / t).sum(), np.full(4, 0.1), bounds=[(1e-3, 1.0)] * 4, method="SLSQP",
+        constraints=LinearConstraint(np.abs(slopes), -np.inf, room), options={"ftol": 1e-12},
+    )  # fmt: skip
+    assert found.fun == pytest.approx(25.715, abs=2e-3)
+    assert at_vertices(dict(zip(SIZES, found.x, strict=True))) > 0.8025
 
 
 def test_runs_correct_a_coarse_surrogate(four_bar):

@@ -74,3 +74,21 @@ def test_fields_and_a_choice(method, tmp_path, monkeypatch):
     found = bands["error_bar"] - bands["mean"]
     np.testing.assert_allclose(found, [-std, 3 * std], rtol=METHODS[method])
     assert np.all(bands["mean_choice"] == np.array([["1.0"], ["3.0"]]))
+
+
+@pytest.mark.parametrize("expansion", [fb.eole, fb.karhunen_loeve, fb.orthogonal_series])
+@pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
+def test_every_discretization_in_every_method(method, expansion):
+    """A field and an interval, of which the response is a linear function."""
+    field = fb.RandomField(3.0, 0.3, 1.0, (0.0, 1.0), terms=2, discretization=expansion)
+
+    def response(modulus, load):
+        return (modulus(X) @ WEIGHT)[:, None] * (1.0 + TIMES) + load[:, None]
+
+    inputs = {"modulus": field, "load": fb.Interval(0.5, 1.0)}
+    bands = fb.propagate(response, inputs, method)
+    mean = 3 * WEIGHT.sum() * (1.0 + TIMES)
+    std = np.linalg.norm(0.3 * field.expansion.basis(X) @ WEIGHT) * (1.0 + TIMES)
+    np.testing.assert_allclose(bands["mean"], [mean + 0.5, mean + 1], rtol=METHODS[method] / 10)
+    found = abs(bands["error_bar"] - bands["mean"])
+    np.testing.assert_allclose(found, [std, std], rtol=METHODS[method])

@@ -63,12 +63,15 @@ class StudyFolder:
         response : its fingerprint.
         """
         asked = any((self.path / name).exists() for name in (LEDGER, POINTS))
-        same = self._claimed().get("response") in (None, response)
-        if asked or same or is_locked(self.path / LOCKS[1]) or not self.runs.exists():
+        if asked or is_locked(self.path / LOCKS[1]):
             return False
         with suppress(StoreError, OSError, ValueError, KeyError):
-            done = DONE in open_runs(self.path)["status"].values
-            return not done and all(one.values is None for one in Journal(self.runs).read(0))
+            runs = open_runs(self.path)
+            other = runs.attrs["owner"]["response"] != response
+            failed = DONE not in runs["status"].values
+            return (
+                other and failed and all(one.values is None for one in Journal(self.runs).read(0))
+            )
         return False
 
     def read(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ if (self.document) flexband.workerSources.push(document.currentScript.textConten
  * @param value (x, gradient): the function, of values of about 1; it fills the gradient.
  */
 flexband.descend = function (value, x) {
-  const MAX_STEPS = 60, LEAST_GAIN = 1e-12, FIRST_STEP = 0.05, m = x.length;
+  const MAX_STEPS = 200, LEAST_GAIN = 1e-15, FIRST_STEP = 0.05, m = x.length;
   let gradient = new Float64Array(m), newGradient = new Float64Array(m);
   const trial = new Float64Array(m), hessian = Array.from({ length: m }, () => new Float64Array(m));
   let best = value(x, gradient), reach = 1, fresh = true;

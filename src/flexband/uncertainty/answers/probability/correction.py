@@ -16,7 +16,7 @@ what was not seen in so many runs may exist.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr
@@ -29,7 +29,7 @@ from flexband.uncertainty.answers.probability.estimates import (
     mixture_around,
 )
 from flexband.uncertainty.answers.probability.missed import Missed
-from flexband.uncertainty.answers.probability.subset import Rare, rare
+from flexband.uncertainty.answers.probability.subset import COUNT, Rare, rare
 
 Margins = Callable[[np.ndarray], np.ndarray]
 """u of shape (points, n) -> least margins, (points,)."""
@@ -99,7 +99,9 @@ def corrected(
         if k >= LEAST_ROUNDS and np.all(found < 0):
             break
         known = known.with_runs(at, found - least(at))
-        near = rare(margin, n, rng)
+        kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
+        near = rare(margin, n, rng, scouts=False)
+        near = replace(near, u=np.concatenate([near.u, kept[:COUNT]]))
     u, w, h = _samples(margin, near, accuracy, rng)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))

@@ -373,3 +373,10 @@ def test_values_of_the_other_sign_are_explained(response):
     assert any(re.search(text, line) for line in told)
     bands = fb.propagate(modulus, {"e": fb.LogNormal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
     np.testing.assert_allclose(bands["error_bar"], [0.5, 1.5], rtol=1e-5)
+
+
+def test_the_quantiles_of_a_scipy_distribution_are_computed_once():
+    assert as_input(ss.gamma(2.5)) is as_input(ss.gamma(2.5, loc=0.0))
+    assert as_input(ss.gamma(2.5)) is not as_input(ss.gamma(2.6))
+    with pytest.raises(fb.InputError, match="gamma a must be 1 number"):
+        as_input(ss.gamma([1.0, 2.0]))

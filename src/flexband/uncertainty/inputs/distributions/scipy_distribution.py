@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -109,7 +110,9 @@ def as_input(value: Any) -> Any:
     names = [*_shapes(generator), "loc", "scale"]
     parameters = {"loc": 0.0, "scale": 1.0}
     parameters |= dict(zip(names, value.args, strict=False)) | value.kwds
-    one = ScipyDistribution(generator.name, tuple((k, parameters[k]) for k in names))
+    given: Any = tuple((name, np.asarray(parameters[name])[()]) for name in names)
+    make = _made if all(np.ndim(value) == 0 for _, value in given) else ScipyDistribution
+    one = make(generator.name, given)
     loc, scale = (dict(one.parameters)[name] for name in ("loc", "scale"))
     if one.distribution == "norm":
         return Normal(loc, scale)
@@ -118,6 +121,12 @@ def as_input(value: Any) -> Any:
     if one.distribution == "lognorm" and loc == 0:
         return LogNormal.of_logarithm(np.log(scale), dict(one.parameters)["s"])
     return one
+
+
+@lru_cache(maxsize=64)
+def _made(distribution: str, parameters: tuple[tuple[str, float], ...]) -> ScipyDistribution:
+    """Return a distribution, the same again for the same numbers: quantiles may take seconds."""
+    return ScipyDistribution(distribution, parameters)
 
 
 def _named(name: str) -> Any:

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery inputs models references docs
+.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
 install: .venv/installed
 
@@ -47,6 +47,9 @@ paper: install
 gallery: install
 	$(BIN)/python examples/gallery.py
 	$(BIN)/python benchmarks/readme_pictures.py
+
+report-picture: install
+	$(BIN)/python benchmarks/report_picture.py
 
 inputs: install
 	$(BIN)/python benchmarks/inputs_pictures.py

@@ -70,9 +70,9 @@ def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911
         return "correlated", members
     if isinstance(one, RandomField) and is_number(one.mean) and is_number(one.std):
         told = f"mean {one.mean:g}, standard deviation {one.std:g}"  # pyright: ignore
-        return one.kind, f"{told}, correlation length {one.correlation_length:g} ({one.summary})"
+        return "random field", f"{told}, correlation length {one.correlation_length:g}"
     if isinstance(one, Field):
-        return one.kind, one.summary
+        return f"{'random' if one.random else 'interval'} field", one.summary
     return _of_distribution(name, one)
 
 

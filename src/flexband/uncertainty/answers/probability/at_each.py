@@ -82,6 +82,7 @@ class _Series:
 
 def at_each_time(
     state: LimitState,
+    m: int,
     known: Sequence[Rare],
     ends: Sequence[Estimate],
     rng: np.random.Generator,
@@ -90,9 +91,15 @@ def at_each_time(
 
     Parameters
     ----------
+    m : number of variables η.
     known, ends : rare samples and estimates at the least and the largest probability of leaving
-        the limits at any time, which bound those at each time.
+        the limits at any time, which bound those at each time. If there are no such samples, the
+        probabilities are zero, and η is that of the middle of the intervals.
     """
+    most = np.array([one.confidence()[1] for one in ends])[:, None]
+    if not any(len(one.u) for one in known):
+        none = np.zeros((2, state.width))
+        return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
     mixture = Mixture.of(known[0].u, rng) + Mixture.of(known[1].u, rng)
     samples = [_weighted(mixture, state.families, count, rng) for count in (SEARCHED, SAMPLES)]
     found, places = [], []
@@ -105,7 +112,6 @@ def at_each_time(
             first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
             error = np.sqrt(np.maximum(second - first**2, 0) / SAMPLES)
             own = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
-            most = np.array([one.confidence()[1] for one in ends])[:, None]
             found.append(np.stack([own[0], *interval(*own, most)]))
             places.append(eta)
     return np.concatenate(found, axis=2), np.concatenate(places, axis=1)

@@ -174,7 +174,9 @@ def _probability(
     each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
     places_of = np.full((2, each.shape[2], m), np.nan)
     if m:
-        each[:, :, state.series], places_of[:, state.series] = at_each_time(state, known, own, rng)
+        each[:, :, state.series], places_of[:, state.series] = at_each_time(
+            state, m, known, own, rng
+        )
     else:
         one = own[0]
         each[:, :, state.series] = np.stack([one.at_each, *one.confidence_at_each()])[:, None]

@@ -38,8 +38,8 @@ def compare_methods(
     Perturbation–Chebyshev uses the orders q, regression the larger of k and q as its total order,
     and the phase-resolved method the first of the orders; the adaptive method finds its own. Sobol'
     and Monte Carlo sampling have a quarter of the samples of the reference. Methods that would take
-    more than a million runs are left out. If the study leaves out its step or elements, the adaptive
-    method chooses them first.
+    more than a million runs are left out. A step or elements that the study leaves out are
+    chosen by the adaptive method.
     """
     from flexband.report import tables  # noqa: PLC0415
     from flexband.report.results import (  # noqa: PLC0415

@@ -105,7 +105,8 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
             best, least = x, cost
         if not len(points) or not others:
             break
-        tried, others = others[:STARTS], others[STARTS:]
+        count = len(others) if own.sizes else STARTS
+        tried, others = others[:count], others[count:]
         solved = (_solved(strict, points, start) for start in tried)
         x, points = min(solved, key=lambda pair: own.cost(pair[0]).sum())
         if own.cost(x).sum() > least - LEAST_SAVING * abs(least):
@@ -129,7 +130,8 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
     room, margins = (worst.least(at)[0] for at in (own.tighter(first, np.inf), loosest))
     with np.errstate(invalid="ignore"):
         part = np.where(margins < 0, room / (room - margins), 1.0).min()
-    return own.tighter(loosest, -np.log(max(part, 1e-300))), others[: RETRIES * STARTS]
+    start = own.tighter(loosest, -np.log(max(part, 1e-300)))
+    return start, [start, *others] if own.sizes else others
 
 
 def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> tuple[np.ndarray, Points]:

@@ -19,8 +19,9 @@ from flexband.uncertainty.inputs.sampling import sobol
 SAMPLES, IMPROVED = 1024, 16
 """Sizes that are tried, and those of them that are improved."""
 
-DISTANCE = 0.05
-"""Least distance of starts, in half the range of a size."""
+MOST, DISTANCE, APART = 9, 0.05, 0.3
+"""Most starts, least distance of those that were improved, in half the range of a size, and of
+others."""
 
 STEP = 1e-3
 """Step of differences in η."""
@@ -43,20 +44,25 @@ def starts(worst: WorstCase) -> np.ndarray:
 
     places = np.concatenate([np.zeros((1, count)), 2 * sobol(SAMPLES, count, 0) - 1])
     values = lacking(places, np.arange(0))
-    best = np.argsort(values, kind="stable")[:IMPROVED]
+    order = np.argsort(values, kind="stable")
+    best, all_places, all_values = order[:IMPROVED], places[order], values[order]
     which, gains = np.zeros(len(best), int), np.full(len(best), 1e-6)
     values, places = descend(lacking, which, places[best], values[best], gains)
     if values.min() > 0 and not own.compensators:  # no margins without any tolerance
         places[0] = _with_most_room(worst, places[values.argmin()], reach)
         values[0] = lacking(places[:1], which[:1])[0]
-    chosen: list[int] = []
-    for k in np.argsort(values, kind="stable").tolist():
-        if all(np.abs(places[k] - places[j]).max() > DISTANCE for j in chosen):
-            chosen.append(k)
+    order = np.argsort(values, kind="stable")
+    pairs = [*zip(places[order], values[order], [DISTANCE] * len(order), strict=True),
+             *zip(all_places, all_values, [APART] * len(all_places), strict=True)]  # fmt: skip
+    chosen: list[tuple[np.ndarray, float]] = []
+    for place, value, distance in pairs:
+        alone = all(np.abs(place - other).max() > distance for other, _ in chosen)
+        if not chosen or (alone and value < 0 and len(chosen) < MOST):
+            chosen.append((place, value))
     found = np.tile(high, (len(chosen), 1))
-    part = np.clip(-values[chosen], 1e-300, 1.0)[:, None]
+    part = np.clip([[-value] for _, value in chosen], 1e-300, 1.0)
     found[:, :-count] = np.maximum(np.log(part), low[:-count])
-    found[:, -count:] = reach * places[chosen]
+    found[:, -count:] = reach * np.array([place for place, _ in chosen])
     return found
 
 

@@ -8,6 +8,7 @@ than the tolerances that are sought.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,8 +96,10 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
                 new = strict.at_places(x, new, most)
             points = points.with_new(new, list(own.compensators.values()))
         if len(points) > before:
-            x, points = _solved(strict, points, x)
-            step = STEP
+            found = _solved(strict, points, x)
+            if own.sizes and _rank(strict, *found)[0]:  # sizes at which nothing keeps the margins
+                found = _best_of(strict, points, [first, *others])
+            (x, points), step = found, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
             x, step = own.tighter(x, step), 2 * step
@@ -107,8 +110,7 @@ def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> A
             break
         count = len(others) if own.sizes else STARTS
         tried, others = others[:count], others[count:]
-        solved = (_solved(strict, points, start) for start in tried)
-        x, points = min(solved, key=lambda pair: own.cost(pair[0]).sum())
+        x, points = _best_of(strict, points, tried)
         if own.cost(x).sum() > least - LEAST_SAVING * abs(least):
             break
     if np.isinf(least):
@@ -164,13 +166,22 @@ def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> tuple[np.ndarray
     )
     last, adjusted = problem.split(np.clip(found.x, low, high))
     last = _kept(worst, adjusted, last)
+    return min((last, adjusted), problem.split(first), key=lambda pair: _rank(worst, *pair))
 
-    def order(pair: tuple[np.ndarray, Points]) -> tuple[bool, float]:
-        """Return whether tolerances violate margins, which the least can, and their cost."""
-        margins = worst.values(pair[0][None], pair[1])[0]
-        return bool(np.any(margins < -2 * SLACK * scale)), cost(pair[0])
 
-    return min((last, adjusted), problem.split(first), key=order)
+def _best_of(
+    worst: WorstCase, points: Points, starts: Sequence[np.ndarray]
+) -> tuple[np.ndarray, Points]:
+    """Return the best of what searches from several starts find."""
+    found = (_solved(worst, points, start) for start in starts)
+    return min(found, key=lambda pair: _rank(worst, *pair))
+
+
+def _rank(worst: WorstCase, x: np.ndarray, points: Points) -> tuple[bool, float]:
+    """Return whether tolerances violate margins, which the least may do, and their cost."""
+    margins = worst.values(x[None], points)[0]
+    violated = bool(np.any(margins < -2 * SLACK * worst.scale[points.series]))
+    return violated, float(worst.tolerances.cost(x).sum())
 
 
 def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:

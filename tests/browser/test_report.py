@@ -163,3 +163,38 @@ def test_the_report_is_small_and_says_how_it_was_made(folder):
     assert len(text.encode()) < 6e6
     for part in ("AdaptivePCCI(tolerance=0.01", "interval error bar", "fitted", "numpy"):
         assert part in text
+
+
+@pytest.mark.parametrize(
+    ("response", "inputs", "method"),
+    [
+        ("np.exp(-np.outer(a, t)) + e[:, None]", "", "LHSScanning(20, 3)"),
+        ("a + e", "", "AdaptivePCCI()"),
+        ("np.exp(-np.outer(a * np.where(k == 'x', 1, 2), t)) + e[:, None]",
+         ', "k": fb.Choice("x", "y")', "ImprovedPCCI(2, 2)"),
+        ("a[:, None, None] * np.ones((3, 4)) + e[:, None, None]", "", "PCCI(1, 1)"),
+    ],
+    ids=["no surrogate", "a number", "choices", "two dims"],
+)  # fmt: skip
+def test_other_studies_have_a_report(tmp_path, opened, response, inputs, method):
+    (tmp_path / "study.py").write_text(
+        f"""
+import numpy as np
+import flexband as fb
+t = np.linspace(0, 1, 30)
+def response(a, e{", k" if inputs else ""}):
+    return {response}
+study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inputs}}},
+                 fb.{method}, limits=fb.Limit(below=9.0))
+""",
+        encoding="utf-8",
+    )
+    words = ["run", str(tmp_path / "study.py"), "--output", str(tmp_path), "--verify", "0"]
+    options = words[:-2] if method.startswith("LHS") else words
+    result = CliRunner().invoke(app, options)
+    assert result.exit_code == 0, result.output
+    page = opened(tmp_path / "report.html")
+    assert page.locator("#bands td").count() >= 6
+    for plot in page.locator("#charts .plot").all():
+        plot.scroll_into_view_if_needed()
+        plot.locator("svg.main-svg").first.wait_for()

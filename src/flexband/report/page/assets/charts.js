@@ -170,9 +170,9 @@ flexband.Chart = class {
       font: { color: color("ink"), family: "system-ui, sans-serif", size: 12 },
       margin: { l: 64, r: 12, t: 8, b: 44 }, hovermode: "x", uirevision: this.view,
       legend: { orientation: "h", y: 1.0, yanchor: "top", x: 0 },
-      legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 },
       xaxis: { ...axis, title: text(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
       yaxis: { ...axis, title: text(words[this.view]), domain },
+      ...(split && { legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 } }),
       ...(split && { yaxis2: { ...axis, title: text("part of the width"), domain: [0, split[0]] } }),
       shapes: this.cursor === undefined ? [] : [this.line()],
     };

@@ -93,6 +93,7 @@ OWN = {
     ("Grades", "size"): 0.1,
     **{(name, "samples"): 256 for name in ("p_box", "quantiles")},
     ("value_range", "probability"): 0.9,
+    ("tolerance_for", "name"): "a",
     ("elsewhere", "name"): "a",
     ("elsewhere", "outputs"): ["y"],
     ("elsewhere", "times"): (0.0, 1.0),

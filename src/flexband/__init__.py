@@ -106,6 +106,7 @@ if TYPE_CHECKING:
     )
     from flexband.uncertainty.answers.sensitivity.contributions import contributions
     from flexband.uncertainty.answers.sensitivity.sobol import sobol_indices
+    from flexband.uncertainty.answers.sensitivity.tolerance_for import tolerance_for
     from flexband.uncertainty.answers.value_range import value_range
     from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
     from flexband.uncertainty.inputs.correlated import Correlated

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 import xarray as xr
 
@@ -157,6 +158,41 @@ def narrow(
     print_table("Narrowed inputs", (header, rows))
     told = f"{100 * error:.2g} % of the new width" if isinstance(error, float) else str(error)
     print_text(f"{after.attrs['inputs']}\nexpected error: {told}")
+
+
+@app.command("tolerance")
+@reported_errors()
+def tolerance(
+    folder: Saved,
+    name: Annotated[str, typer.Argument(help="Name of the input.")],
+    share: Annotated[float, typer.Option(help="Part of the width that is wanted.")] = 0.5,
+    sigmas: Sigmas = 1.0,
+    as_json: Json = False,
+) -> None:
+    """Find the tolerance of an input with which the error bars have a part of their width.
+
+    All other inputs stay as they are. No runs are made and no file is written.
+    """
+    surrogate, _ = saved(folder)
+    found = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
+    names = ("width", "least_width", "factor", "tolerance")
+    if found["width"].ndim > ("output" in found.dims):
+        raise InputError(f"tolerance takes outputs over time alone; got dims {found['width'].dims}")
+    own = {one: [float(select(found[k], one)) for k in names] for one in outputs_of(found)}
+    if as_json:
+        print_json({one: dict(zip(names, values, strict=True)) for one, values in own.items()})
+        return
+    header = ["output", "width", "without the input", f"tolerance for {_percent(share)}", "part"]
+    rows = [
+        [
+            output or "response",
+            *(f"{v:.4g}" for v in values[:2]),
+            "none is small enough" if np.isnan(values[3]) else f"{values[3]:.4g}",
+            "" if np.isnan(values[2]) else _percent(values[2]),
+        ]
+        for output, values in own.items()
+    ]
+    print_table(f"Tolerance of {name}, all others as they are", (header, rows))
 
 
 def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:

@@ -64,7 +64,7 @@ class Tolerances:
             If a name is none of the inputs that have a tolerance: intervals, and distributions with
             a number `std` that are not correlated; or a grade is looser than the surrogate.
         """
-        allowed = _with_tolerance(space)
+        allowed = with_tolerance(space)
         for name in costs:
             if name not in allowed:
                 own = ", ".join(allowed) or "none"
@@ -186,7 +186,7 @@ class Tolerances:
         return found
 
 
-def _with_tolerance(space: Space) -> dict[str, float]:
+def with_tolerance(space: Space) -> dict[str, float]:
     """Return the tolerances of all inputs that have one, by name."""
     groups = [one for one in space.given.values() if isinstance(one, Correlated)]
     correlated = {name for group in groups for name in group.members}

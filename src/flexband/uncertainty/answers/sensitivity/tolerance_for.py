@@ -1,0 +1,130 @@
+"""The tolerance of one input with which an error bar has a given part of its width."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, numbers, shown
+from flexband.uncertainty.answers.allocation.tolerances import with_tolerance
+from flexband.uncertainty.answers.results import answer, check_free
+from flexband.uncertainty.answers.selection import surrogates_of
+from flexband.uncertainty.inputs.constants import is_number
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SCANNED, HALVINGS = 8, 12
+"""Parts of the tolerance that are tried, equally spaced, and halvings of the step between them."""
+
+LEAST = 1e-6
+"""Part of the tolerance that counts as none."""
+
+LONG_NAMES = {
+    "width": "largest width of the error bar",
+    "least_width": "largest width of the error bar with the input at its nominal value",
+    "factor": "part of the input's tolerance",
+    "tolerance": "tolerance of the input: half the width of an interval, or a standard deviation",
+}
+
+
+def tolerance_for(
+    surrogate: Any, name: str, share: float = 0.5, *, sigmas: float = 1.0
+) -> xr.Dataset:
+    """Return the tolerance of an input with which error bars have a part of their largest width.
+
+    All other inputs stay as they are. No runs are made.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns, of a response without choices.
+    name : an interval, a distribution with a number `std`, or a normal `RandomField`.
+    share : part of the largest width over time, between 0 and 1; 0.5 halves the band.
+    sigmas : k of the error bar.
+
+    Returns
+    -------
+    Dataset with the dims of the response but its last, time. `tolerance`, half the width of an
+    interval or a standard deviation, is the largest with which the width is at most `share` of what
+    it is, for it and for all smaller ones that are tried; NaN if there is none. `factor` is the
+    same as a part of the tolerance as it is; `width` and `least_width` are the largest widths with
+    the latter, and without any.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none or has choices, the name is none of these inputs, or `share` or
+        `sigmas` are out of their ranges.
+    """
+    several, k = surrogates_of(surrogate), checked_sigmas(sigmas)
+    if len(several) > 1:
+        raise InputError("tolerance_for takes a surrogate without choices, that of one option")
+    (own,) = several.values()
+    share = float(numbers("share", share))
+    if not 0 < share < 1:
+        raise InputError(f"share must be between 0 and 1; got {share:g}")
+    tolerance, one = _tolerance(own, name)
+    labels = own.labels
+    check_free("bound", labels)
+    shape, dims = labels.shape[1:-1], labels.dims[1:-1]
+
+    @cache
+    def width(factor: float) -> np.ndarray:
+        part = own.narrowed(**{name: _scaled(one, factor)}) if factor < 1 else own
+        _, lower, upper = part.extremes(k)
+        joint = upper.values[1] - lower.values[0]
+        return joint.max(axis=-1).reshape(shape)
+
+    before = width(1.0)
+    factors = np.linspace(0.0, 1.0, SCANNED + 1)
+    widths = np.stack([width(max(f, LEAST)) for f in factors[:-1]])
+    wanted = share * before
+    narrow = np.logical_and.accumulate(widths <= wanted, axis=0).sum(axis=0)
+    found = np.full(shape, np.nan)
+    for at in np.argwhere(narrow > 0):
+        place = tuple(at)
+        low, high = factors[narrow[place] - 1], factors[narrow[place]]
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            inside = width(max(middle, LEAST))[place] <= wanted[place]
+            low, high = (middle, high) if inside else (low, middle)
+        found[place] = low
+    data = {
+        "width": (dims, before),
+        "least_width": (dims, widths[0]),
+        "factor": (dims, found),
+        "tolerance": (dims, found * tolerance),
+    }
+    told = {"sigmas": k, "share": share, "input": name}
+    frame = labels.isel({labels.dims[-1]: 0}, drop=True) if len(labels.dims) > 1 else labels
+    result = answer(own, data, {}, told, LONG_NAMES, frame).drop_vars("bound")
+    for kind in ("factor", "tolerance"):
+        result[kind].attrs.pop("units", None)
+    return result
+
+
+def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
+    """Return the tolerance of an input, and the input."""
+    allowed = with_tolerance(surrogate.space)
+    for own, one in surrogate.space.inputs.items():
+        if isinstance(one, RandomField) and one.distribution == "normal" and is_number(one.std):
+            allowed[own] = float(one.std)  # pyright: ignore[reportArgumentType]
+    if not isinstance(name, str) or name not in allowed:
+        raise InputError(
+            "name must be an input with a tolerance, an interval, a distribution with a std or a "
+            f"normal RandomField, which are {', '.join(allowed) or 'none'}; got {shown(name)}"
+        )
+    return allowed[name], surrogate.space.inputs[name]
+
+
+def _scaled(one: Any, factor: float) -> Any:
+    """Return an input with a part of its tolerance."""
+    if not isinstance(one, Interval):
+        return replace(one, std=factor * one.std)
+    middle, radius = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
+    return Interval(middle - factor * radius, middle + factor * radius)

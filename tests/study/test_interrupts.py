@@ -70,7 +70,7 @@ def test_ctrl_c_ends_the_command(state, tmp_path):
         start = time.monotonic()
         process.send_signal(signal.SIGINT)
         output = "".join(process.communicate(timeout=30))
-        assert time.monotonic() - start < 2.0
+        assert time.monotonic() - start < 10.0  # of the 30 that it would sleep
         assert process.returncode == 130
     assert "flexband: stopped" in output
     assert "Traceback" not in output

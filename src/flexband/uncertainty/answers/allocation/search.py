@@ -130,7 +130,7 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
         others = list(rng.uniform(np.maximum(low, -3.0), high, (RETRIES * STARTS, len(high))))
     loosest = own.looser(first)
     room, margins = (worst.least(at)[0] for at in (own.tighter(first, np.inf), loosest))
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):
         part = np.where(margins < 0, room / (room - margins), 1.0).min()
     start = own.tighter(loosest, -np.log(max(part, 1e-300)))
     return start, [start, *others] if own.sizes else others

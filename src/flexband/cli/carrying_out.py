@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 import sys
 import time
@@ -15,11 +14,11 @@ import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.older import mark_older
+from flexband.cli.course import Course
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import (
     DOUBTFUL,
     WAITING,
-    Ending,
     in_words,
     print_json,
     print_remark,
@@ -28,72 +27,18 @@ from flexband.cli.messages import (
 )
 from flexband.cli.plan import Plan
 from flexband.cli.report import SHARES, report_on
-from flexband.errors import RunsNeeded, free_memory
+from flexband.errors import RunsNeeded
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
-from flexband.report.progress import Progress, progress_bars
+from flexband.report.progress import progress_bars
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
 from flexband.study.points import Points
 from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import evaluations
 from flexband.uncertainty.evaluations.reuse import located
-
-PERIOD = 0.5
-"""Time [s] between two writings of study.json."""
-
-
-class Course:
-    """How far a study is, written to its folder while it runs."""
-
-    def __init__(self, folder: StudyFolder, about: dict[str, Any]):
-        self.folder, self.about = folder, about
-        self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
-        self.bar: Progress = lambda done, total: None
-        self.before, self.sized = 0, False
-
-    def of(self, bar: Progress) -> Course:
-        """Return itself for further runs, whose progress a bar shows."""
-        self.bar, self.before = bar, self.about["done"]
-        return self
-
-    def __call__(self, done: int, total: int) -> None:
-        """Take progress: the first call comes when the store has been opened."""
-        self.bar(done, total)
-        done, total = self.before + done, self.before + total
-        new = self.about["total"] != total
-        self.about |= {"done": done, "total": total}
-        if not self.sized:
-            self.tell_size(total)
-        now = time.monotonic()
-        if new or done == total or now > self.written + PERIOD:
-            self.written = now
-            self.write("running")
-        goes_on = f"`flexband resume {shlex.quote(str(self.folder.path))}` goes on"
-        Ending.stopped = f"flexband: stopped; {goes_on}"
-
-    def tell_size(self, total: int) -> None:
-        """Tell how much memory the outputs take, once the store knows the size of one run's."""
-        outputs = GrowingArrays(self.folder.runs).arrays.get("outputs")
-        if outputs is None:
-            return
-        self.sized = True
-        size = 8e-6 * total * math.prod(outputs.shape[1:])
-        print_text(f"Outputs of {total} runs take {size:.3g} MB.", error=True)
-        if size > 1e-6 * free_memory():
-            print_remark(f"only {1e-6 * free_memory():.3g} MB of memory are free")
-
-    def write(self, state: str, **more: Any) -> None:
-        """Write study.json; print a remark, once, if that fails: the study goes on."""
-        self.about |= {"state": state, "elapsed": time.monotonic() - self.begin, **more}
-        try:
-            self.folder.write(self.about)
-        except OSError as error:
-            if not self.told:
-                print_remark(str(error))
-            self.told = True
 
 
 def carry_out(
@@ -250,6 +195,7 @@ def results(
         "label": label,
         "file": plan.file,
         "computed": computed(course.about),
+        "seconds": (time.monotonic() - course.begin) / (int(bands.attrs["runs"]) + new),
         "doubts": doubts(bands, checked, asked=bool(new)),
         "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
     }

@@ -17,6 +17,10 @@ from flexband.cli.messages import print_remark, print_text, reported_errors
 from flexband.errors import InputError, whole
 from flexband.study.study import Study
 
+SLOW = 3.0
+"""Mean time [s] of a run from which on the motion is not simulated again for its animation. That
+of a study in which the engine is compiled is less."""
+
 SHARES = "contributions.nc"
 DATA = ("bands.nc", "verification.nc", SHARES)
 MODEL = "surrogate.npz"
@@ -29,7 +33,7 @@ def report_on(
     surrogate: Any,
     checked: xr.Dataset | None,
     inputs: Mapping[str, Any],
-    about: Mapping[str, Any],
+    about: dict[str, Any],
 ) -> tuple[Path, list[str]]:
     """Write the report of a study that was carried out; return its path, and its answer in words.
 
@@ -38,7 +42,8 @@ def report_on(
     Parameters
     ----------
     inputs : fields with their domains.
-    about : `title`, `label`, `file`, `computed`, `remarks` and `doubts`.
+    about : `title`, `label`, `file`, `computed`, `remarks`, `doubts`, and `seconds` of a
+        run.
     """
     from flexband.report.page.given import given_by, write_given  # noqa: PLC0415
     from flexband.report.page.study import verdict, write_report  # noqa: PLC0415
@@ -52,7 +57,9 @@ def report_on(
     found = bands, checked, contributions
     names = [name for name, one in zip(DATA, found, strict=True) if one is not None]
     names += [MODEL] * (surrogate is not None)
-    given = {**about, **given_by(study, inputs, surrogate, Path(about["file"])), "files": names}
+    moving = about.pop("seconds") < SLOW
+    found = given_by(study, inputs, surrogate, Path(about["file"]), moving=moving)
+    given = {**about, **found, "files": names}
     save(lambda: write_given(folder, given))
     page = write_report(folder, given, bands, checked, contributions, surrogate)
     return page, verdict(about["doubts"], bands, checked, contributions, limits)

@@ -8,26 +8,20 @@ from html import escape
 from io import BytesIO
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
-from scipy.special import ndtri
 
 from flexband.errors import InputError, shown
 from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
+from flexband.report.page.inputs import statistics
 from flexband.report.tables import percent
 from flexband.study.study import Study
-from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
+from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import Input, Interval
-from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-NODES = 32
-"""Of the Gauss rule for the mean and the standard deviation of a distribution."""
 
 
 def load_ipython_extension(ipython: Any) -> None:
@@ -117,21 +111,12 @@ def _about(name: str, one: Any) -> tuple[str, ...]:
         return _given(one), "", "", *told
     if isinstance(one, Choice | Correlated):
         return repr(one), "", "", "", ""
-    space = Space(first_case({name or "input": one}))
-    if space.random_dimension != 1:
+    found = statistics(name, one)
+    if found is None:
         return repr(one), "", "", "", ""
-
-    def at(xi: np.ndarray) -> np.ndarray:
-        eta = np.zeros((len(xi), space.interval_dimension))
-        return np.asarray(space.values(xi, eta)[name or "input"])
-
-    ends = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
-    nodes, weights = space.families[0].gauss(NODES)
-    values = at(nodes[:, None])
-    mean = float(weights @ values)
-    std = float(np.sqrt(weights @ (values - mean) ** 2))
+    low, high, mean, std = found
     told = f"{one!r}, 90 % of values"
-    return told, f"{ends[0]:.4g}", f"{ends[1]:.4g}", f"{mean:.4g}", f"{std:.3g}"
+    return told, f"{low:.4g}", f"{high:.4g}", f"{mean:.4g}", f"{std:.3g}"
 
 
 def _given(one: Any) -> str:

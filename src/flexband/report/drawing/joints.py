@@ -130,7 +130,7 @@ def upward(scene: Scene, joint: Joint, place: np.ndarray) -> np.ndarray:
     It is that from a wall to the body if the joint is a weld, and up or down from a bearing.
     """
     held = scene.at(held_body(joint)) - place
-    if not np.any(held):
+    if np.linalg.norm(held) <= 1e-9 * (1.0 + np.linalg.norm(place)):  # the body's own centre
         held = np.array([0.0, 1.0])
     if isinstance(joint, Weld):
         return held

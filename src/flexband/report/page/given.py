@@ -31,7 +31,12 @@ FILE = "page.json"
 
 
 def given_by(
-    study: Study, inputs: Mapping[str, Any], surrogate: Any, file: Path | None
+    study: Study,
+    inputs: Mapping[str, Any],
+    surrogate: Any,
+    file: Path | None,
+    *,
+    moving: bool = True,
 ) -> dict[str, Any]:
     """Return what a report shows of a study's code.
 
@@ -40,6 +45,7 @@ def given_by(
     inputs : those of the study, fields with their domains.
     surrogate : of the study, if its method makes one.
     file : the study's, whose docstring is its question.
+    moving : whether the mechanism is simulated again to show its motion.
 
     Returns
     -------
@@ -65,8 +71,11 @@ def given_by(
     with without_warnings():
         _add(found, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
         _add(found, "description", "The mechanism", lambda: _in_words(mechanism()))
-        found["motion"], told = study_motion(study, surrogate)
-    found["hidden"] += told
+        if moving:
+            found["motion"], told = study_motion(study, surrogate)
+            found["hidden"] += told
+        else:
+            found["hidden"].append("The motion is not shown, since runs of this study take long.")
     return found
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.special import ndtri
 
 from flexband.report.tables import Table, outputs_of, percent, select
-from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
@@ -63,6 +63,10 @@ def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911
     if isinstance(one, Interval):
         middle, half = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
         return "interval", f"{one.lower:g} … {one.upper:g} ({middle:g} ± {half:.4g})"
+    if isinstance(one, Sizing):
+        return "size", f"free in {one.lower:g} … {one.upper:g}, tolerance ± {one.tolerance:g}"
+    if isinstance(one, Compensator):
+        return "compensator", f"adjusted in {one.lower:g} … {one.upper:g}"
     if isinstance(one, Choice):
         return "choice", " or ".join(map(str, one.options))
     if isinstance(one, Correlated):
@@ -79,19 +83,30 @@ def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911
 def _of_distribution(name: str, one: Any) -> tuple[str, str]:
     """Return the kind of a distribution, and its mean, standard deviation and usual range."""
     kind = type(one).__name__
+    found = statistics(name, one)
+    if found is None:
+        return kind, repr(one)
+    low, high, mean, std = found
+    told = f"mean {mean:.4g}, standard deviation {std:.3g}, 90 % in {low:.4g} … {high:.4g}"
+    intervals = [f"{k} in [{v.lower:g}, {v.upper:g}]" for k, v in one.intervals.items()]
+    return kind, "; ".join([told, *intervals])
+
+
+def statistics(name: str, one: Any) -> tuple[float, float, float, float] | None:
+    """Return the 5 % and 95 % quantiles, the mean and the standard deviation of a random number.
+
+    None of what is not one random number. Parameters that are intervals are at their midpoints.
+    """
     space = Space(first_case({name or "input": one}))
     if space.random_dimension != 1:
-        return kind, repr(one)
+        return None
 
     def at(xi: np.ndarray) -> np.ndarray:
         eta = np.zeros((len(xi), space.interval_dimension))
         return np.asarray(space.values(xi, eta)[name or "input"])
 
-    ends = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
+    low, high = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
     nodes, weights = space.families[0].gauss(NODES)
     values = at(nodes[:, None])
     mean = float(weights @ values)
-    std = float(np.sqrt(weights @ (values - mean) ** 2))
-    told = f"mean {mean:.4g}, standard deviation {std:.3g}, 90 % in {ends[0]:.4g} … {ends[1]:.4g}"
-    intervals = [f"{k} in [{v.lower:g}, {v.upper:g}]" for k, v in one.intervals.items()]
-    return kind, "; ".join([told, *intervals])
+    return low, high, mean, float(np.sqrt(weights @ (values - mean) ** 2))

@@ -24,7 +24,7 @@ flexband.starters.push(function (data) {
 flexband.timeSlider = function ({ name, unit, values }) {
   const x = values.values, row = flexband.element("label", { className: "tools screen-only" });
   const slider = flexband.element("input", { type: "range", max: x.length - 1, value: 0 });
-  const text = flexband.element("output");
+  const text = flexband.element("span");
   const show = (k) => {
     text.textContent = `${name} = ${flexband.number(x[k])} ${unit}`;
     slider.setAttribute("aria-valuetext", text.textContent);

@@ -39,7 +39,7 @@ flexband.MotionPlayer = class {
     this.slider = element("input", {
       type: "range", min: 0, max: count - 1, step: 1, value: 0, "aria-label": "time of the drawing",
     });
-    this.output = element("output", { className: "motion-time" });
+    this.output = element("span", { className: "motion-time" });
     const real = Number(this.duration.toPrecision(3));
     this.speed = this.select([["8 s", 8], ["30 s", 30], [`${real} s, real time`, 0]], 8);
     const factors = [...new Set([1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, this.options.factor])];

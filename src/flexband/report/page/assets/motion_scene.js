@@ -53,6 +53,7 @@ flexband.MotionScene = class {
         this.largestForce = Math.max(this.largestForce, Math.hypot(...this.vector("force", k, frame)));
       }
     }
+    if (this.largestForce < 1e-12) this.largestForce = 0; // rounding
     this.apart = new Float64Array(this.count); // largest deviation at each instant [m]
     for (let s = 0; s < this.samples; s++) {
       for (let k = 0; k < samples.points.length; k++) {

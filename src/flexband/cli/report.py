@@ -50,7 +50,7 @@ def report_on(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     contributions = contributions_of(surrogate, study.sigmas)
-    limits = limits_of(study, surrogate, folder)
+    limits, probability = limits_of(study, surrogate, folder)
     add_path(surrogate, bands, folder)
     if contributions is not None:
         save(lambda: write_netcdf(contributions, folder / SHARES))
@@ -62,21 +62,25 @@ def report_on(
     given = {**about, **found, "files": names}
     save(lambda: write_given(folder, given))
     page = write_report(folder, given, bands, checked, contributions, surrogate)
-    return page, verdict(about["doubts"], bands, checked, contributions, limits)
+    answer = verdict(about["doubts"], bands, checked, contributions, limits, probability)
+    return page, answer
 
 
-def limits_of(study: Study, surrogate: Any, folder: Path) -> xr.Dataset | None:
-    """Return whether the limits of a study are kept; print a remark if that is not known."""
-    if not study.limits:
-        return None
-    if surrogate is None:
+def limits_of(
+    study: Study, surrogate: Any, folder: Path
+) -> tuple[xr.Dataset | None, xr.Dataset | None]:
+    """Return whether the limits of a study are kept, and the probability of leaving them.
+
+    Print a remark if that is not known.
+    """
+    if study.limits and surrogate is None:
         print_remark("limits are not checked: the method expands no response")
-        return None
-    try:
-        return check(surrogate, study.limits, folder)[0]
-    except Exception as error:  # the bands are there
-        print_remark(f"limits are not checked: {error}")
-        return None
+    elif study.limits:
+        try:
+            return check(surrogate, study.limits, folder)
+        except Exception as error:  # the bands are there
+            print_remark(f"limits are not checked: {error}")
+    return None, None
 
 
 def add_path(surrogate: Any, bands: xr.Dataset, folder: Path) -> None:

@@ -18,6 +18,7 @@ from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
+from flexband.uncertainty.answers.probability.texts import told
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -70,22 +71,23 @@ def write_report(
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
     others, fixed = what_if.what_if(surrogate, bands)
     attrs = {str(k): v for k, v in bands.attrs.items()}
-    told = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]
+    heading = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]
     page = folder / FILE
     write_page(
         page,
         "study.html.j2",
         SCRIPTS,
         title=given["title"],
-        about=" · ".join(filter(None, told)),
+        about=" · ".join(filter(None, heading)),
         doubts=given["doubts"] or (limits is not None and limits.attrs["kept"] != "kept"),
-        verdict=verdict(given["doubts"], bands, checked, contributions, limits),
+        verdict=verdict(given["doubts"], bands, checked, contributions, limits, probability),
         drawing=given.get("drawing"),
         description=given.get("description", ""),
         question=given.get("question"),
         inputs=with_shares(given["inputs"], contributions),
         bands=tables.summary_table(bands, checked),
         limits=limits_table(limits, probability) if limits is not None else None,
+        limits_of=tables.deviations(limits) if limits is not None else "",
         limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(bands) if charts else [],
@@ -130,6 +132,7 @@ def verdict(
     checked: xr.Dataset | None,
     contributions: xr.Dataset | None,
     limits: xr.Dataset | None,
+    probability: xr.Dataset | None = None,
 ) -> list[str]:
     """Return what the first lines of the report say."""
     own, lines = bands.attrs, [f"Doubtful: {one}." for one in doubts]
@@ -145,13 +148,19 @@ def verdict(
         lines.append(f"{checked.attrs['verdict']}.")
     if limits is not None:
         lines += [limit_in_words(limits.isel(limit=k)) for k in range(limits.sizes["limit"])]
+    if probability is not None:
+        last = probability.isel(limit=-1)  # of leaving any limit
+        ends = [told(last.isel(bound=b)) for b in range(2)]
+        text = f"from {ends[0]} to {ends[1]}" if ends[0] != ends[1] else ends[0]
+        lines.append(f"The probability of leaving a limit at any time is {text}.")
     if contributions is not None:
-        shares = contributions["mean_share"]
-        largest = float(np.max(shares.isel(name=0).values))
-        name = str(contributions["name"].values[0])
+        share = contributions["mean_share"].isel(name=0)
+        parts = {k: float(tables.select(share, k).max()) for k in tables.outputs_of(share)}
+        output = max(parts, key=lambda k: parts[k])
         lines.append(
-            f"What matters most is {name}: without its uncertainty, an error bar would be "
-            f"{tables.percent(largest)} narrower."
+            f"What matters most is {contributions['name'].values[0]}: without its uncertainty, the "
+            f"error bar of {output or 'the response'} would be {tables.percent(parts[output])} "
+            "narrower, mean over time."
         )
     return lines
 
@@ -200,6 +209,7 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
         "runs_fitted": "fitted",
         "runs_checked": "held out",
         "runs_refined": "with half the step or twice the elements",
+        "runs_coarser": "with coarser steps or elements",
         "runs_repeated": "repeated",
         "runs_failed": "failed",
     }

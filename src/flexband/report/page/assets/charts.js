@@ -13,6 +13,7 @@ flexband.starters.push(function (data) {
     { rootMargin: "400px" },
   );
   made.forEach((chart) => seen.observe(chart.plot));
+  flexband.ready.then(() => made[0].tell(made[0].x[made[0].widest()])); // all parts are there
   const again = () => made.forEach((chart) => chart.drawn && chart.draw(true));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   addEventListener("beforeprint", () => made.forEach((chart) => chart.draw()));
@@ -140,7 +141,7 @@ flexband.Chart = class {
   matters() {
     const own = this.output.contributions, n = this.x.length;
     if (!own) return [];
-    const colors = ["#1f6fb2", "#d9730d", "#2f9e63", "#8e63c7", "#c2417c", "#8a6d3b", "#4aa8b5", "#7b8794"];
+    const colors = ["#2f9e63", "#8e63c7", "#b08900", "#c2417c", "#4aa8b5", "#8a6d3b", "#5a6fd6", "#7b8794"];
     const smooth = (y) => (this.rings ? flexband.smoothed(this.x, y, this.period()) : y);
     const found = own.names.slice(0, 8).map((name, k) => ({
       x: this.x, y: smooth(flexband.row(own.values, k, n)), name: flexband.plain(name), yaxis: "y2", mode: "lines",
@@ -155,7 +156,7 @@ flexband.Chart = class {
   }
 
   layout() {
-    const color = flexband.color, own = this.output.contributions;
+    const color = flexband.color, output = this.output, own = output.contributions;
     const narrow = this.plot.clientWidth < 600;  // where legends take several lines
     const split = own && (narrow ? [0.2, 0.42, 0.5, 0.78] : [0.26, 0.38, 0.46, 0.93]);
     const domain = split ? [split[2], split[3]] : [0, narrow ? 0.7 : 0.9];
@@ -173,7 +174,7 @@ flexband.Chart = class {
       xaxis: { ...axis, title: text(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
       yaxis: { ...axis, title: text(words[this.view]), domain },
       ...(split && { legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 } }),
-      ...(split && { yaxis2: { ...axis, title: text("part of the width"), domain: [0, split[0]] } }),
+      ...(split && { yaxis2: { ...axis, title: text(`part of the width${output.unit ? ` [${output.unit}]` : ""}`), domain: [0, split[0]] } }),
       shapes: this.cursor === undefined ? [] : [this.line()],
     };
   }
@@ -188,11 +189,7 @@ flexband.Chart = class {
     if (this.drawn && !changed) return;
     const first = !this.drawn;
     this.drawn = true;
-    const options = {
-      responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" },
-      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
-    };
-    Plotly.react(this.plot, this.traces(), this.layout(), options);
+    Plotly.react(this.plot, this.traces(), this.layout(), flexband.plotOptions);
     if (first) this.plot.on("plotly_hover", (event) => this.tell(event.points[0].x));
   }
 
@@ -250,6 +247,12 @@ flexband.Chart = class {
     };
     if (this.drawn) this.draw(true);
   }
+};
+
+/** Options of charts: no button that sends anything anywhere. */
+flexband.plotOptions = {
+  responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" },
+  modeBarButtons: [["toImage", "zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d"]],
 };
 
 /** Return a text in which Plotly finds no markup. */

@@ -40,7 +40,7 @@ flexband.starters.push(function ({ p_boxes: boxes, charts }) {
       margin: { l: 64, r: 12, t: 8, b: 44 }, hovermode: "x",
       xaxis: { ...axis, title: title(names[o]) },
       yaxis: { ...axis, title: title("probability of a value up to this"), range: [0, 1] },
-    }, { responsive: true, displaylogo: false });
+    }, flexband.plotOptions);
     const median = [upper, lower].map((f) => x[f.findIndex((v) => v >= 0.5)]);
     const size = x[n - 1] - x[0];
     caption.textContent = `The median of ${names[o]} at ${name} = ` +

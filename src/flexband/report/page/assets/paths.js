@@ -41,7 +41,7 @@ flexband.starters.push(function ({ path }) {
       margin: { l: 64, r: 12, t: 8, b: 44 }, legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
       xaxis: { ...axis, title: title(x) },
       yaxis: { ...axis, title: title(y), scaleanchor: "x", scaleratio: 1 },
-    }, { responsive: true, displaylogo: false });
+    }, flexband.plotOptions);
   }
   draw();
   document.addEventListener("flexband:time", ({ detail }) => {

@@ -109,7 +109,8 @@ flexband.starters.push(function (everything) {
   const keep = element("label", {}, symmetric, " keep the middle of intervals");
   panel.append(
     element("p", { text: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
-      "without new runs. The tracks end where its runs end (marks); wider ranges need new runs." }),
+      "without new runs. The tracks end where its runs end (marks); wider ranges need new runs. " +
+      "Limits, contributions and numbers on this page remain those of the study." }),
     element("div", { class: "what-if-inputs" },
       ...data.intervals.map(interval), ...data.scatters.map(scatter)),
     element("p", { class: "what-if-buttons screen-only" },

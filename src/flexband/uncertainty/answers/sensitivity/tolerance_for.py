@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, numbers, shown
+from flexband.errors import InputError, numbers, shown, without_warnings
 from flexband.uncertainty.answers.allocation.tolerances import with_tolerance
 from flexband.uncertainty.answers.results import answer, check_free
 from flexband.uncertainty.answers.selection import surrogates_of
@@ -75,7 +75,8 @@ def tolerance_for(
 
     @cache
     def width(factor: float) -> np.ndarray:
-        part = own.narrowed(**{name: _scaled(one, factor)}) if factor < 1 else own
+        with without_warnings():  # of inputs that are only tried
+            part = own.narrowed(**{name: _scaled(one, factor)}) if factor < 1 else own
         _, lower, upper = part.extremes(k)
         joint = upper.values[1] - lower.values[0]
         return joint.max(axis=-1).reshape(shape)

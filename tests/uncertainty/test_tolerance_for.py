@@ -61,3 +61,17 @@ def test_a_number_has_one_as_well():
 def test_what_is_refused(surrogate, name, share, message):
     with pytest.raises(fb.InputError, match=message):
         fb.tolerance_for(surrogate, name, share)
+
+
+def test_outputs_without_time_have_one_each_and_sizes_have_none():
+    def two(a, b):
+        values = np.stack([a, 100 * b], axis=1)
+        return xr.DataArray(values, dims=("sample", "output"), coords={"output": ["P", "Q"]})
+
+    own = fb.expand(two, dict.fromkeys("ab", fb.Interval(0, 1)), fb.PCCI(1, 1))
+    found = fb.tolerance_for(own, "a")["factor"]
+    assert float(found.sel(output="P")) == pytest.approx(0.5, abs=2e-4)
+    assert np.isnan(found.sel(output="Q"))
+    inputs = {"a": fb.Sizing(0.5, 1.0, tolerance=0.1), "b": fb.Interval(0, 1)}
+    with pytest.raises(fb.InputError, match="which are b; got 'a'"):
+        fb.tolerance_for(fb.expand(two, inputs, fb.PCCI(1, 1)), "a")

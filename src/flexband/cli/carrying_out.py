@@ -13,7 +13,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.older import mark_older
+from flexband.cli.answers.older import mark_older, stale
 from flexband.cli.course import Course
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import (
@@ -26,7 +26,7 @@ from flexband.cli.messages import (
     print_text,
 )
 from flexband.cli.plan import Plan
-from flexband.cli.report import SHARES, report_on
+from flexband.cli.report import GIVEN, SHARES, report_on
 from flexband.errors import RunsNeeded
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
@@ -167,7 +167,12 @@ def results(
             bands = surrogate.bands(study.sigmas)
         else:
             surrogate, files, bands = None, [], study.run(**options, progress=progress)
-    files += [data] * save(lambda: write_netcdf(bands, data))
+    changed = model not in files or course.folder.signed([model]) != earlier
+    if changed:  # before anything may end this process
+        mark_older(output)
+    if save(lambda: write_netcdf(bands, data)):
+        files.append(data)
+        (output / GIVEN).unlink(missing_ok=True)  # of other bands
     checked, new = None, plan.new_runs(study)
     if surrogate is not None and new:
         own = {k: options[k] for k in ("store", "executor", "failed")}
@@ -185,11 +190,6 @@ def results(
     else:
         inputs = surrogate.space.given if isinstance(surrogate, fb.Surrogate) else surrogate.given
     fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
-    shares = output / SHARES
-    older = [own for own in (model, checks) if own.exists() and own not in files]
-    older += [shares] * (surrogate is None and shares.exists())
-    if model not in files or course.folder.signed([model]) != earlier:
-        older += mark_older(output)
     about = {
         "title": plan.title,
         "label": label,
@@ -199,9 +199,13 @@ def results(
         "doubts": doubts(bands, checked, asked=bool(new)),
         "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
     }
-    page, answer = report_on(study, output, bands, surrogate, checked, inputs, about)
+    page, answer = reported(study, output, bands, surrogate, checked, inputs, about)
     kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
-    written = [f"Report: {page}", *(f"{kinds[own]} {own}" for own in files)]
+    written = [f"Report: {page}"] * bool(page) + [f"{kinds[own]} {own}" for own in files]
+    shares, drawn = output / SHARES, output / "contributions.png"
+    older = [own for own in (model, checks) if own.exists() and own not in files]
+    older += [shares] * (surrogate is None and shares.exists())
+    older += [drawn] * (changed and drawn.exists()) + stale(output)
     written += [f"Older:  {own}, of an earlier run" for own in older]
     return {
         "title": title,
@@ -213,6 +217,17 @@ def results(
         "written": written,
         "checksums": course.folder.signed(files),
     }
+
+
+def reported(study: Study, *results: Any) -> tuple[Path | None, list[str]]:
+    """Return what `report_on` does; if it fails, though not for lack of space, print a remark."""
+    try:
+        return report_on(study, *results)
+    except OSError:
+        raise
+    except Exception as error:  # the results are there
+        print_remark(f"the report is not written: {in_words(error)}")
+        return None, []
 
 
 def computed(about: Mapping[str, Any]) -> dict[str, str]:

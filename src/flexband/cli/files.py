@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -29,6 +29,14 @@ def check_folder(folder: Path) -> None:
         TemporaryFile(dir=folder).close()
     except OSError as error:
         raise InputError(f"--output must be a folder to write to; got {error}") from None
+
+
+def draw(figure: Callable[[], Any], file: Path, *, wanted: bool = True) -> bool:
+    """Write a figure; if none is wanted, delete the one that is there, which is older."""
+    if wanted:
+        return save(lambda: figure().savefig(file, dpi=150))
+    file.unlink(missing_ok=True)
+    return False
 
 
 def save(write: Callable[[], object]) -> bool:

@@ -22,6 +22,7 @@ SLOW = 3.0
 of a study in which the engine is compiled is less."""
 
 SHARES = "contributions.nc"
+GIVEN = "page.json"
 DATA = ("bands.nc", "verification.nc", SHARES)
 MODEL = "surrogate.npz"
 
@@ -46,7 +47,7 @@ def report_on(
         run.
     """
     from flexband.report.page.given import given_by, write_given  # noqa: PLC0415
-    from flexband.report.page.study import verdict, write_report  # noqa: PLC0415
+    from flexband.report.page.study import uncertain_ones, verdict, write_report  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     contributions = contributions_of(surrogate, study.sigmas)
@@ -62,7 +63,8 @@ def report_on(
     given = {**about, **found, "files": names}
     save(lambda: write_given(folder, given))
     page = write_report(folder, given, bands, checked, contributions, surrogate)
-    answer = verdict(about["doubts"], bands, checked, contributions, limits, probability)
+    uncertain = uncertain_ones(contributions, given["inputs"])
+    answer = verdict(about["doubts"], bands, checked, uncertain, limits, probability)
     return page, answer
 
 
@@ -84,16 +86,18 @@ def limits_of(
 
 
 def add_path(surrogate: Any, bands: xr.Dataset, folder: Path) -> None:
-    """Write the path of the most uncertain point, unless there is one that was asked for."""
+    """Write the path of the most uncertain point, unless another one was asked for."""
     from flexband.report.page.answers import read_answer  # noqa: PLC0415
     from flexband.report.page.paths import widest_path  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
-    if read_answer(folder, "path") is not None:
+    before = read_answer(folder, "path")
+    if before is not None and "automatic" not in before.attrs:
         return
     found = widest_path(surrogate, bands, bands.attrs["sigmas"])
     if found is not None:
-        save(lambda: write_netcdf(found, folder / "path.nc"))
+        told = found.assign_attrs(automatic="the most uncertain point")
+        save(lambda: write_netcdf(told, folder / "path.nc"))
 
 
 def contributions_of(surrogate: Any, sigmas: float) -> xr.Dataset | None:
@@ -133,6 +137,9 @@ def report(
     data = read(bands)
     checked, contributions = (read(one) if one.name in given["files"] else None for one in more)
     surrogate = fb.load_surrogate(folder / MODEL) if MODEL in given["files"] else None
+    sigmas = float(data.attrs["sigmas"])
+    if contributions is not None and contributions.attrs["sigmas"] != sigmas:  # asked for since
+        contributions = contributions_of(surrogate, sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)
     page = write_report(folder, given, data, checked, contributions, surrogate)

@@ -70,12 +70,12 @@ def run(
     as_json: Json = False,
     **values: Any,
 ) -> None:
-    """Run the study in FILE; write its bands, surrogate, figures and a report.
+    """Run the study in FILE; write its bands, surrogate and a report.
 
     Every run is recorded in the folder as soon as it is finished. A study that was stopped or
     killed goes on where it was; another method, or other limits of the inputs, use the runs that
-    serve them. Results of an earlier run in the same folder are replaced. Its pictures are removed
-    if the new report has none of their name; a surrogate or a verification that is left is named.
+    serve them. Results of an earlier run in the same folder are replaced; what is left of
+    them is named.
 
     Options of methods change the study's method, or the one given by --method.
     """

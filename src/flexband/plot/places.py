@@ -76,6 +76,6 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ax.plot(found["x_nominal"], found["y_nominal"], **LINES[0])
     ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
-    names, unit = found.attrs["outputs"], found["x"].attrs.get("units")
+    names, unit = [found[axis].attrs["output"] for axis in "xy"], found["x"].attrs.get("units")
     ax.set(xlabel=with_unit(symbol(names[0]), unit), ylabel=with_unit(symbol(names[1]), unit))
     return ax

@@ -33,7 +33,8 @@ class Study:
     Parameters
     ----------
     response, inputs, method, sigmas : as in `propagate`.
-    limits : a `Limit` or several, which `flexband run` checks with the surrogate of the method.
+    limits : a `Limit` or several, which `flexband run` checks with the surrogate of the method,
+        by μ ± 3σ.
 
     Raises
     ------

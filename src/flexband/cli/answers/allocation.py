@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import typer
-import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.limits import During, Side, limits_of
 from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
 
@@ -47,25 +46,26 @@ def allocate(
     written.
     """
     from flexband.report.figures import allocation_figure  # noqa: PLC0415
+    from flexband.report.page.answers import allocation_table  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    wanted, costs = limits_of(below or [], above or [], during), costs_of(cost)
+    limits, costs = limits_of(below or [], above or [], during), costs_of(cost)
     purpose = "confirms the tolerances; --no-confirm does without"
     response = response_in(place, purpose) if confirm else None
     found = fb.allocate(
-        surrogate, wanted, costs, response=response, sigmas=sigmas, probability=probability
+        surrogate, limits, costs, response=response, sigmas=sigmas, probability=probability
     )
     check_folder(place)
     save(lambda: write_netcdf(found, place / "allocation.nc"))
-    if "margin" in found and found["margin"].ndim == 2:
-        save(lambda: allocation_figure(found).savefig(place / "allocation.png", dpi=150))
+    wanted = "margin" in found and found["margin"].ndim == 2
+    draw(lambda: allocation_figure(found), place / "allocation.png", wanted=wanted)
     if as_json:
         dims = {"name", "sizing", "limit", "binding", "input"}
         plain = {k: v.values.tolist() for k, v in found.variables.items() if set(v.dims) <= dims}
         print_json({str(k): v for k, v in (plain | found.attrs).items()})
         return
-    print_table("Tolerances", table(found))
+    print_table("Tolerances", allocation_table(found))
     print_text(found.attrs["verdict"])
 
 
@@ -84,20 +84,3 @@ def costs_of(texts: list[str]) -> dict[str, Any]:
             forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
             raise InputError(f"--cost must be {forms}; got {text!r}") from None
     return found
-
-
-def table(found: xr.Dataset) -> tuple[list[str], list[list[str]]]:
-    """Return one row per tolerance: itself, its cost, and its part in the nearest limit."""
-    margins = "contribution" in found
-    told = "of the margin at the nearest limit" if margins else "of the relative change of P"
-    header = ["input", "tolerance", "largest", "cost", told]
-    nearest = found["contribution"].isel(binding=0) if margins else found["elasticity"]
-    share = nearest / nearest.sum()
-    rows = [
-        [
-            str(one["name"].values),
-            *(f"{float(one[k]):.4g}" for k in ("tolerance", "largest", "cost")),
-        ]
-        for one in (found.isel(name=k) for k in range(found.sizes["name"]))
-    ]
-    return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]

@@ -9,7 +9,8 @@ from typing import Any
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.files import save
+from flexband.cli.files import draw, save
+from flexband.uncertainty.answers.allocation.adjustment import compensators
 
 
 def check(
@@ -33,11 +34,13 @@ def check(
 
     checked, probability = fb.check_limits(surrogate, limits, sigmas=sigmas), None
     spaces = [one.space for one in getattr(surrogate, "surrogates", {"": surrogate}).values()]
-    if all(space.random_dimension for space in spaces):
-        probability = fb.failure_probability(surrogate, limits, **options)
     save(lambda: write_netcdf(checked, place / "limits.nc"))
+    if all(space.random_dimension and not compensators(space) for space in spaces):
+        probability = fb.failure_probability(surrogate, limits, **options)
     if probability is not None:
         save(lambda: write_netcdf(probability, place / "probability.nc"))
-    if checked["margin"].ndim <= 2:
-        save(lambda: limits_figure(checked, probability).savefig(place / "limits.png", dpi=150))
+    else:
+        (place / "probability.nc").unlink(missing_ok=True)
+    figure = place / "limits.png"
+    draw(lambda: limits_figure(checked, probability), figure, wanted=checked["margin"].ndim <= 2)
     return checked, probability

@@ -10,7 +10,7 @@ import typer
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
 
@@ -67,8 +67,8 @@ def derived(
     )  # fmt: skip
     check_folder(place)
     save(lambda: write_netcdf(found, place / "derived.nc"))
-    if found["range"].ndim == 2:
-        save(lambda: bounds_figure(found, "error_bar").savefig(place / "derived.png", dpi=120))
+    figure = place / "derived.png"
+    draw(lambda: bounds_figure(found, "error_bar"), figure, wanted=found["range"].ndim == 2)
     names = ("mean", "error_bar", "range")
     ends = {k: [float(found[k][0].min()), float(found[k][1].max())] for k in names}
     errors = {

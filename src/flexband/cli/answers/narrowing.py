@@ -12,7 +12,7 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
 from flexband.report.tables import outputs_of, select
@@ -37,8 +37,8 @@ def contributions(
     found = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
     check_folder(place)
     save(lambda: write_netcdf(found, place / "contributions.nc"))
-    if found["width"].ndim:
-        save(lambda: contributions_figure(found).savefig(place / "contributions.png", dpi=150))
+    figure = place / "contributions.png"
+    draw(lambda: contributions_figure(found), figure, wanted=found["width"].ndim > 0)
     names = [str(name) for name in found["name"].values]
     shares = {kind: _by_output(found[kind]) for kind in ("mean_share", "share_at_widest")}
     if as_json:
@@ -81,8 +81,8 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     found = fb.sobol_indices(surrogate)
     check_folder(place)
     save(lambda: write_netcdf(found, place / "sobol.nc"))
-    if found["defined"].ndim and drawable_outputs(found["total"].isel(name=0)):
-        save(lambda: bounds_figure(found, "total").savefig(place / "sobol.png", dpi=120))
+    wanted = found["defined"].ndim and drawable_outputs(found["total"].isel(name=0))
+    draw(lambda: bounds_figure(found, "total"), place / "sobol.png", wanted=bool(wanted))
     names = [str(name) for name in found["name"].values]
     kinds = ("first_order", "total")
     ends = {

@@ -15,8 +15,8 @@ ANSWERS = (
 """Names of the files that commands write. `flexband run` itself writes contributions."""
 
 
-def mark_older(folder: Path) -> list[Path]:
-    """Mark the answers in a folder as those of earlier results, and return their files.
+def mark_older(folder: Path) -> None:
+    """Mark the answers in a folder as those of earlier results.
 
     The data have an attribute "stale" then, which is gone when the question is asked again.
     """
@@ -25,9 +25,17 @@ def mark_older(folder: Path) -> list[Path]:
     for file in (folder / f"{name}.nc" for name in ANSWERS):
         if file.is_file():
             save(lambda file=file: write_netcdf(_marked(file), file))
-    names = [f"{name}.{kind}" for name in ANSWERS for kind in ("nc", "png")]
-    names.append("contributions.png")
-    return [folder / name for name in names if (folder / name).is_file()]
+
+
+def stale(folder: Path) -> list[Path]:
+    """Return the answers of earlier results in a folder, and their pictures."""
+    from flexband.report.page.answers import read_answer  # noqa: PLC0415
+
+    older: list[str] = []
+    for name in ANSWERS:
+        read_answer(folder, name, older)
+    files = (folder / f"{name}.{kind}" for name in older for kind in ("nc", "png"))
+    return [file for file in files if file.is_file()]
 
 
 def _marked(file: Path) -> xr.Dataset:

@@ -12,7 +12,7 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 
 ROWS = 20
@@ -92,8 +92,8 @@ def tell(
     data, picture = place / f"{file or name}.nc", place / f"{file or name}.png"
     written = [data] * save(lambda: write_netcdf(found, data))
     one = found[name]
-    if drawable_outputs(one.isel(probability=0) if "probability" in one.dims else one):
-        written += [picture] * save(lambda: bounds_figure(found, name).savefig(picture, dpi=120))
+    wanted = drawable_outputs(one.isel(probability=0) if "probability" in one.dims else one)
+    written += [picture] * draw(lambda: bounds_figure(found, name), picture, wanted=bool(wanted))
     header, rows = value_table(found) if "value" in found[name].dims else bounds_table(found, name)
     remark = found.attrs.get("surrogate_not_trusted")
     if as_json:

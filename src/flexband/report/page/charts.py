@@ -29,7 +29,7 @@ def chart_data(
     contributions: xr.Dataset | None = None,
     limits: xr.Dataset | None = None,
 ) -> dict[str, Any] | None:
-    """Return what charts.js draws, or None if outputs are no functions of one variable.
+    """Return what charts.js draws, or None if outputs are no functions of one increasing number.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def chart_data(
     if len(free) != 1 or bands.sizes[free[0]] < 2:
         return None
     x = bands[free[0]]
+    if x.dtype.kind not in "iuf" or not np.all(np.diff(x.values) > 0):
+        return None
     return {
         "x": {
             "name": free[0],

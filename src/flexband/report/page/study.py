@@ -68,6 +68,7 @@ def write_report(
     checked, contributions : results of `verify` and `contributions`.
     """
     answers, limits, probability = answers_in(folder)
+    uncertain = uncertain_ones(contributions, given["inputs"])
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
     others, fixed = what_if.what_if(surrogate, bands)
     attrs = {str(k): v for k, v in bands.attrs.items()}
@@ -80,11 +81,11 @@ def write_report(
         title=given["title"],
         about=" · ".join(filter(None, heading)),
         doubts=given["doubts"] or (limits is not None and limits.attrs["kept"] != "kept"),
-        verdict=verdict(given["doubts"], bands, checked, contributions, limits, probability),
+        verdict=verdict(given["doubts"], bands, checked, uncertain, limits, probability),
         drawing=given.get("drawing"),
         description=given.get("description", ""),
         question=given.get("question"),
-        inputs=with_shares(given["inputs"], contributions),
+        inputs=with_shares(given["inputs"], uncertain),
         bands=tables.summary_table(bands, checked),
         limits=limits_table(limits, probability) if limits is not None else None,
         limits_of=tables.deviations(limits) if limits is not None else "",
@@ -124,6 +125,15 @@ def nominal_of(surrogate: Surrogate | SurrogateOfChoices | None) -> xr.DataArray
             {k: c.variable for k, c in surrogate.labels.coords.items() if "sample" not in c.dims}
         )
     )
+
+
+def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:
+    """Return the contributions of inputs that are uncertain, and not chosen; None if none is."""
+    chosen = {row[0] for row in inputs[1] if row[1] in ("size", "compensator")}
+    if contributions is None:
+        return None
+    keep = [name not in chosen for name in contributions["name"].values.astype(str)]
+    return contributions.isel(name=np.flatnonzero(keep)) if any(keep) else None
 
 
 def verdict(

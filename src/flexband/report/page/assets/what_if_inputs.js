@@ -85,12 +85,12 @@ flexband.WhatIfInputs = class {
 
   /** Return the line of Python that computes the same. */
   python() {
-    const plain = /^[\p{L}_][\p{L}\p{N}_]*$/u, changes = this._changes();
+    const k = this.data.sigmas, plain = /^[\p{L}_][\p{L}\p{N}_]*$/u, changes = this._changes();
     const words = changes.filter(([name]) => plain.test(name)).map((own) => own.join("="));
     const others = changes.filter(([name]) => !plain.test(name));
     const items = others.map(([name, text]) => `${JSON.stringify(name)}: ${text}`);
     if (items.length) words.push(`**{${items.join(", ")}}`);
-    return `surrogate${words.length ? `.narrowed(${words.join(", ")})` : ""}.bands()`;
+    return `surrogate${words.length ? `.narrowed(${words.join(", ")})` : ""}.bands(${k === 1 ? "" : k})`;
   }
 
   /** Return the changes in short: "crank_length 0.197 … 0.203, youngs_modulus 50 %". */

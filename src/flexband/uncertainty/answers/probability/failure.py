@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, instance, numbers, whole
+from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.margins import error_of, labels_of
 from flexband.uncertainty.answers.probability.at_each import at_each_time
@@ -110,6 +111,11 @@ def failure_probability(
     if any(not one.space.random_dimension for one in surrogates.values()):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
+        )
+    if chosen := [k for one in surrogates.values() for k in compensators(one.space)]:
+        raise InputError(
+            f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
+            f"{chosen[0]}. check_limits and allocate adjust it"
         )
     if len(wanted) > 1:
         wanted[ANY] = joint(wanted)

@@ -13,6 +13,7 @@ from flexband.errors import InputError, numbers, shown, without_warnings
 from flexband.uncertainty.answers.allocation.tolerances import with_tolerance
 from flexband.uncertainty.answers.results import answer, check_free
 from flexband.uncertainty.answers.selection import surrogates_of
+from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Interval
@@ -71,7 +72,9 @@ def tolerance_for(
     tolerance, one = _tolerance(own, name)
     labels = own.labels
     check_free("bound", labels)
-    shape, dims = labels.shape[1:-1], labels.dims[1:-1]
+    over_time = labels.dims[-1] not in ("sample", "output")
+    dims = labels.dims[1:-1] if over_time else labels.dims[1:]
+    shape = labels.shape[1:-1] if over_time else labels.shape[1:]
 
     @cache
     def width(factor: float) -> np.ndarray:
@@ -79,7 +82,7 @@ def tolerance_for(
             part = own.narrowed(**{name: _scaled(one, factor)}) if factor < 1 else own
         _, lower, upper = part.extremes(k)
         joint = upper.values[1] - lower.values[0]
-        return joint.max(axis=-1).reshape(shape)
+        return joint.reshape(*shape, -1).max(axis=-1)
 
     before = width(1.0)
     factors = np.linspace(0.0, 1.0, SCANNED + 1)
@@ -102,7 +105,7 @@ def tolerance_for(
         "tolerance": (dims, found * tolerance),
     }
     told = {"sigmas": k, "share": share, "input": name}
-    frame = labels.isel({labels.dims[-1]: 0}, drop=True) if len(labels.dims) > 1 else labels
+    frame = labels.isel({labels.dims[-1]: 0}, drop=True) if over_time else labels
     result = answer(own, data, {}, told, LONG_NAMES, frame).drop_vars("bound")
     for kind in ("factor", "tolerance"):
         result[kind].attrs.pop("units", None)
@@ -111,7 +114,9 @@ def tolerance_for(
 
 def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
     """Return the tolerance of an input, and the input."""
+    inputs = surrogate.space.inputs
     allowed = with_tolerance(surrogate.space)
+    allowed = {k: v for k, v in allowed.items() if not isinstance(inputs[k], Sizing)}
     for own, one in surrogate.space.inputs.items():
         if isinstance(one, RandomField) and one.distribution == "normal" and is_number(one.std):
             allowed[own] = float(one.std)  # pyright: ignore[reportArgumentType]

@@ -83,8 +83,9 @@ def margins(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     margin = variable_of("found", found, "margin", "check_limits or allocate")
     ax = axes_of(ax)
     _each_limit(ax, margin, margin.transpose("limit", ...).values)
-    if "binding_at" in found:
-        ax.plot(found["binding_at"], np.zeros(found.sizes["binding"]), "k.")
+    if "binding_at" in found and margin.ndim == 2 and found["binding_at"].dtype.kind in "iuf":
+        free = {margin.dims[-1]: found["binding_at"]}
+        ax.plot(found["binding_at"], margin.min("limit").sel(free, method="nearest"), "k.")
     ax.axhline(0.0, color="0.5", linewidth=0.6)
     units = {str(u) for u in np.ravel(found["unit"].values)} if "unit" in found.coords else {""}
     ax.set(ylabel=with_unit("margin", units.pop() if len(units) == 1 else ""))
@@ -109,6 +110,8 @@ def probability(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
         If `found` is no result of `failure_probability`.
     """
     each = variable_of("found", found, "at_each_time", "failure_probability")
+    if "bound" not in each.dims:
+        raise InputError("found must be a result of failure_probability; got one of allocate")
     each = each.sel(bound="upper").transpose("limit", ...)
     others = list(each.dims[1:-1])
     least = each.where(each > 0).max(others) if others else each.where(each > 0)

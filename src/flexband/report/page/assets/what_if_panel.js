@@ -35,6 +35,9 @@ flexband.starters.push(function (everything) {
     return own;
   }
 
+  /** Return a number without the rounding of its last digits. */
+  const tidy = (number) => String(Number(number.toPrecision(12)));
+
   /** Return the controls of an interval: two ends on the track of what the runs cover. */
   function interval({ name, lower, upper }, k) {
     const value = element("output");
@@ -43,17 +46,17 @@ flexband.starters.push(function (everything) {
     const range = element("span", { class: "what-if-range" });
     update.push(() => {
       const [low, high] = inputs.ends(k), middle = Number(((low + high) / 2).toPrecision(8));
-      value.textContent = `${low} … ${high} (${middle} ± ${shown((high - low) / 2)})`;
+      value.textContent = `${tidy(low)} … ${tidy(high)} (${middle} ± ${shown((high - low) / 2)})`;
       thumbs.forEach((own, e) => {
         own.value = inputs.intervals[k][e];
-        own.setAttribute("aria-valuetext", String([low, high][e]));
+        own.setAttribute("aria-valuetext", tidy([low, high][e]));
       });
       const [from, to] = inputs.intervals[k].map((at) => at / STEPS);
       range.style.left = `${100 * from}%`;
       range.style.width = `${100 * (to - from)}%`;
     });
     const marks = element("div", { class: "what-if-marks" },
-      element("span", { text: `▏${lower}` }), element("span", { text: `${upper}▕` }));
+      element("span", { text: `▏${tidy(lower)}` }), element("span", { text: `${tidy(upper)}▕` }));
     const track = element("div", { class: "what-if-track screen-only" }, range, ...thumbs);
     marks.classList.add("screen-only");
     return element("div", { class: "what-if-input", role: "group", "aria-label": name },

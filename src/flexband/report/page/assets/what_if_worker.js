@@ -69,7 +69,7 @@ flexband.boundsWorkers = function (data) {
   }
 
   function started() {
-    let worker;
+    let worker, dead = false;
     try {
       worker = new Worker(URL.createObjectURL(text));
       worker.postMessage({ model: data });
@@ -77,9 +77,14 @@ flexband.boundsWorkers = function (data) {
       return here;
     }
     return (parts, times) => new Promise((resolve) => {
+      if (dead) {
+        resolve(here(parts, times));
+        return;
+      }
       worker.onmessage = ({ data: found }) => resolve(found);
       worker.onerror = (event) => {
         event.preventDefault();
+        dead = true; // it answers nothing from now on
         resolve(here(parts, times));
       };
       worker.postMessage({ parts, times });

@@ -178,7 +178,10 @@ def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> x
             break
         ratio = float(np.clip(stated / max(told.probability, 1e-300), *RATIO))
         aim = min(AIM * ratio * found.estimate.probability, 0.5)
-        found = replace(chance, probability=aim).cheapest(found.x)
+        try:
+            found = replace(chance, probability=aim).cheapest(found.x)
+        except InputError:  # no tolerances are that tight: what was found is not confirmed
+            break
     return chance_result(chance, found, told, runs)
 
 
@@ -191,7 +194,7 @@ def _start(chance: Chance) -> np.ndarray:
             chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
         )
         try:
-            check_feasible(chance.surrogate, worst, {"the limits": corridor})
+            check_feasible(chance.surrogate, worst, {"a limit": corridor})
             return cheapest(worst, Points.none(m)).x
         except InputError:
             if sigmas == 0.1 * k:

@@ -19,6 +19,9 @@ from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
+MOST_OUTPUTS = 3
+"""Of which a table tells how much an input matters for them."""
+
 NODES = 32
 """Of the Gauss rule for the mean and the standard deviation of a distribution."""
 
@@ -32,7 +35,7 @@ def inputs_table(given: Mapping[str, Any]) -> Table:
 def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     """Return the table of inputs with a column that tells how much each matters.
 
-    It is the part of the error bar's width that the input is worth, mean over time, of the output
+    It is the part of the error bar's width that the input is worth, mean over time, of the outputs
     that it matters most for.
 
     Parameters
@@ -49,11 +52,11 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
 
 
 def _matters(share: xr.DataArray) -> str:
-    """Return the largest share over the outputs, and of which output it is."""
+    """Return the shares of the outputs that the input matters for, the largest first."""
     shares = {name: float(select(share, name).max()) for name in outputs_of(share)}
-    name = max(shares, key=lambda k: shares[k])
-    told = percent(shares[name]) if shares[name] > 5e-4 else "0 %"
-    return f"{told} of {name}" if name and shares[name] > 5e-4 else told
+    largest = sorted(shares, key=lambda k: -shares[k])[:MOST_OUTPUTS]
+    told = [f"{percent(shares[k])} of {k}" if k else percent(shares[k]) for k in largest]
+    return ", ".join(t for t, k in zip(told, largest, strict=True) if shares[k] > 5e-4) or "0 %"
 
 
 def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911

@@ -65,11 +65,14 @@ def test_a_report_that_fails_does_not_lose_the_results(tmp_path, monkeypatch):
 
     study, out = tmp_path / "study.py", tmp_path / "out"
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
+    assert call("run", study, "--output", out).exit_code == 0
+    study.write_text(STUDY.format(upper=1.02), encoding="utf-8")
     monkeypatch.setattr("flexband.report.page.study.chart_data", broken)
     told = call("run", study, "--output", out)
     assert told.exit_code == 0, told.output
     assert "the report is not written: ValueError: no charts today" in " ".join(told.output.split())
     assert (out / "bands.nc").exists()
+    assert not (out / "report.html").exists()  # that of the bands before
 
 
 @pytest.mark.parametrize("values", ['["A", "B", "C"]', "[3.0, 2.0, 1.0]"])

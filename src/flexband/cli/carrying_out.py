@@ -26,7 +26,7 @@ from flexband.cli.messages import (
     print_text,
 )
 from flexband.cli.plan import Plan
-from flexband.cli.report import GIVEN, SHARES, report_on
+from flexband.cli.report import GIVEN, PAGE, SHARES, report_on
 from flexband.errors import RunsNeeded
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
@@ -131,7 +131,7 @@ def finished(folder: StudyFolder, own: str) -> dict[str, Any] | None:
         return None
     result = about.get("result")
     same = about.get("identity") == own and about.get("state") == "finished"
-    page = folder.path / "report.html"  # which answers may have been added to
+    page = folder.path / PAGE  # which answers may have been added to
     there = page.is_file() and bool(result) and folder.has(result["checksums"])
     return result if same and there else None
 
@@ -172,7 +172,8 @@ def results(
         mark_older(output)
     if save(lambda: write_netcdf(bands, data)):
         files.append(data)
-        (output / GIVEN).unlink(missing_ok=True)  # of other bands
+        for name in (GIVEN, PAGE):  # of other bands
+            (output / name).unlink(missing_ok=True)
     checked, new = None, plan.new_runs(study)
     if surrogate is not None and new:
         own = {k: options[k] for k in ("store", "executor", "failed")}

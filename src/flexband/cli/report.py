@@ -22,7 +22,7 @@ SLOW = 3.0
 of a study in which the engine is compiled is less."""
 
 SHARES = "contributions.nc"
-GIVEN = "page.json"
+GIVEN, PAGE = "page.json", "report.html"
 DATA = ("bands.nc", "verification.nc", SHARES)
 MODEL = "surrogate.npz"
 

@@ -10,6 +10,7 @@ import xarray as xr
 from flexband.report.figures import drawable_outputs
 from flexband.report.page.arrays import packed
 from flexband.report.tables import deviations, outputs_of, select
+from flexband.uncertainty.answers.results import ERRORS
 
 DIGITS = 2e-6
 """To which part of the largest width of an error bar numbers are rounded."""
@@ -17,7 +18,7 @@ DIGITS = 2e-6
 NARROW = 0.05
 """Width of an error bar, as a part of the nominal range, below which its deviation is shown."""
 
-ERRORS = {
+PARTS = {
     "error_bar_expansion_error": "expansion",
     "error_bar_discretization_error": "step and elements",
 }
@@ -77,14 +78,10 @@ def _output(
         "error_bar": packed(bar, quantum),
         "rings": bool("carriers" in one and np.any(one["carriers"].values > 0)),
     }
-    error = "error_bar_expected_error" if "error_bar_expected_error" in one else "truncation"
-    if error in one:
+    if error := next((name for name in ERRORS if name in one), None):
         found["error"] = packed(one[error].values, quantum)
-        found["errors"] = {
-            words: packed(one[part].values, quantum)
-            for part, words in ERRORS.items()
-            if part in one
-        }
+        parts = {words: one[part].values for part, words in PARTS.items() if part in one}
+        found["errors"] = {words: packed(values, quantum) for words, values in parts.items()}
     if "error_bar_at" in one:
         found["worst"] = packed(one["error_bar_at"].transpose("input", "bound", ...).values)
     if nominal is not None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import json
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,7 @@ def given_by(
     if not isinstance(response, DynamicResponse | StaticResponse):
         return found
 
+    @cache
     def mechanism() -> Mechanism:
         return nominal_mechanism(response, inputs)
 

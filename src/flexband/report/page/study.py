@@ -19,6 +19,7 @@ from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
 from flexband.uncertainty.answers.probability.texts import told
+from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -32,9 +33,6 @@ SCRIPTS = (
 
 ROWS = 25
 """Of a table of numbers."""
-
-ERRORS = ("error_bar_expected_error", "truncation")
-"""Variables that tell the error, the best first."""
 
 TERMS = {
     "nominal": "the response with every interval at its midpoint and every random input in the "

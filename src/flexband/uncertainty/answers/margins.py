@@ -12,14 +12,12 @@ from flexband.errors import InputError, instance
 from flexband.uncertainty.answers.allocation.adjustment import Adjusted, compensators, limited
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.peaks import drops, spacing
+from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 KEPT, NOT_KEPT, UNDECIDED = "kept", "not kept", "undecided"
-
-ERRORS = ("error_bar_expected_error", "truncation")
-"""Variables of bands that tell their error, the best first."""
 
 
 def labels_of(surrogate: Surrogate | SurrogateOfChoices) -> xr.DataArray:

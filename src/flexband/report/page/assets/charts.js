@@ -156,25 +156,24 @@ flexband.Chart = class {
   }
 
   layout() {
-    const color = flexband.color, output = this.output, own = output.contributions;
+    const output = this.output, own = output.contributions;
     const narrow = this.plot.clientWidth < 600;  // where legends take several lines
     const split = own && (narrow ? [0.2, 0.42, 0.5, 0.78] : [0.26, 0.38, 0.46, 0.93]);
     const domain = split ? [split[2], split[3]] : [0, narrow ? 0.7 : 0.9];
-    const axis = { gridcolor: color("line"), zerolinecolor: color("line"), linecolor: color("line") };
     const { name, unit } = this.charts.x;
     const deviation = `deviation from nominal${this.output.unit ? ` [${this.output.unit}]` : ""}`;
     const envelope = this.output.narrow ? deviation : this.title;
     const words = { values: this.title, deviation, envelope };
-    const text = (t) => ({ text: flexband.plain(t), font: { size: 12 } });
+    const axis = flexband.plotAxis, part = output.unit ? ` [${output.unit}]` : "";
     return {
-      paper_bgcolor: "transparent", plot_bgcolor: "transparent", dragmode: "zoom",
-      font: { color: color("ink"), family: "system-ui, sans-serif", size: 12 },
-      margin: { l: 64, r: 12, t: 8, b: 44 }, hovermode: "x", uirevision: this.view,
+      ...flexband.plotLayout(), dragmode: "zoom", hovermode: "x", uirevision: this.view,
       legend: { orientation: "h", y: 1.0, yanchor: "top", x: 0 },
-      xaxis: { ...axis, title: text(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
-      yaxis: { ...axis, title: text(words[this.view]), domain },
-      ...(split && { legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 } }),
-      ...(split && { yaxis2: { ...axis, title: text(`part of the width${output.unit ? ` [${output.unit}]` : ""}`), domain: [0, split[0]] } }),
+      xaxis: { ...axis(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
+      yaxis: { ...axis(words[this.view]), domain },
+      ...(split && {
+        legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 },
+        yaxis2: { ...axis(`part of the width${part}`), domain: [0, split[0]] },
+      }),
       shapes: this.cursor === undefined ? [] : [this.line()],
     };
   }
@@ -247,6 +246,20 @@ flexband.Chart = class {
     };
     if (this.drawn) this.draw(true);
   }
+};
+
+/** Return what layouts of all charts have in common, in the colours of the page. */
+flexband.plotLayout = () => ({
+  paper_bgcolor: "transparent", plot_bgcolor: "transparent",
+  font: { color: flexband.color("ink"), family: "system-ui, sans-serif", size: 12 },
+  margin: { l: 64, r: 12, t: 8, b: 44 },
+});
+
+/** Return an axis with a title. */
+flexband.plotAxis = function (title) {
+  const line = flexband.color("line");
+  const text = { text: flexband.plain(title), font: { size: 12 } };
+  return { gridcolor: line, zerolinecolor: line, linecolor: line, title: text };
 };
 
 /** Options of charts: no button that sends anything anywhere. */

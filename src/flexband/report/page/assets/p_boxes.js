@@ -32,14 +32,10 @@ flexband.starters.push(function ({ p_boxes: boxes, charts }) {
       { x, y: lower, name: "lowest", line, mode: "lines" },
       { x, y: upper, name: "highest", line, mode: "lines", fill: "tonexty", fillcolor: color("shade") },
     ];
-    const axis = { gridcolor: color("line"), zerolinecolor: color("line") };
-    const title = (text) => ({ text: flexband.plain(text), font: { size: 12 } });
     Plotly.react(plot, traces, {
-      paper_bgcolor: "transparent", plot_bgcolor: "transparent", showlegend: false,
-      font: { color: color("ink"), family: "system-ui, sans-serif", size: 12 },
-      margin: { l: 64, r: 12, t: 8, b: 44 }, hovermode: "x",
-      xaxis: { ...axis, title: title(names[o]) },
-      yaxis: { ...axis, title: title("probability of a value up to this"), range: [0, 1] },
+      ...flexband.plotLayout(), showlegend: false, hovermode: "x",
+      xaxis: flexband.plotAxis(names[o]),
+      yaxis: { ...flexband.plotAxis("probability of a value up to this"), range: [0, 1] },
     }, flexband.plotOptions);
     const median = [upper, lower].map((f) => x[f.findIndex((v) => v >= 0.5)]);
     const size = x[n - 1] - x[0];

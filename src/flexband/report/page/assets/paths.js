@@ -25,8 +25,7 @@ flexband.starters.push(function ({ path }) {
   }
 
   function draw() {
-    const color = flexband.color, axis = { gridcolor: color("line"), zerolinecolor: color("line") };
-    const title = (name) => ({ text: flexband.plain(`${name} [${path.unit}]`), font: { size: 12 } });
+    const color = flexband.color, axis = (name) => flexband.plotAxis(`${name} [${path.unit}]`);
     const [first, second] = region(0);
     Plotly.react(plot, [
       { x: all[0], y: all[1], mode: "lines", name: `regions ${path.bar}`, fill: "toself",
@@ -36,11 +35,9 @@ flexband.starters.push(function ({ path }) {
       { x: first, y: second, mode: "lines", name: "at the cursor", fill: "toself",
         line: { color: color("second"), width: 2 }, hoverinfo: "skip" },
     ], {
-      paper_bgcolor: "transparent", plot_bgcolor: "transparent",
-      font: { color: color("ink"), family: "system-ui, sans-serif", size: 12 },
-      margin: { l: 64, r: 12, t: 8, b: 44 }, legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
-      xaxis: { ...axis, title: title(x) },
-      yaxis: { ...axis, title: title(y), scaleanchor: "x", scaleratio: 1 },
+      ...flexband.plotLayout(), legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
+      xaxis: axis(x),
+      yaxis: { ...axis(y), scaleanchor: "x", scaleratio: 1 },
     }, flexband.plotOptions);
   }
   draw();

@@ -16,14 +16,7 @@ flexband.starters.push(function (everything) {
   }
   const update = []; // functions that show the state of the sliders
 
-  /** Return an element with properties, attributes and children; texts are never HTML. */
-  function element(tag, { text, ...attributes } = {}, ...children) {
-    const own = document.createElement(tag);
-    if (text !== undefined) own.textContent = text;
-    for (const [name, value] of Object.entries(attributes)) own.setAttribute(name, value);
-    own.append(...children);
-    return own;
-  }
+  const element = flexband.element;
 
   function slider(label, min, max, onInput) {
     const own = element("input", { type: "range", min, max, step: "any", "aria-label": label });
@@ -43,7 +36,7 @@ flexband.starters.push(function (everything) {
     const value = element("output");
     const thumbs = ["lower", "upper"].map((end, e) => slider(
       `${end} end of ${name}`, 0, STEPS, (to) => inputs.move(k, e, to, symmetric.checked)));
-    const range = element("span", { class: "what-if-range" });
+    const range = element("span", { className: "what-if-range" });
     update.push(() => {
       const [low, high] = inputs.ends(k), middle = Number(((low + high) / 2).toPrecision(8));
       value.textContent = `${tidy(low)} … ${tidy(high)} (${middle} ± ${shown((high - low) / 2)})`;
@@ -55,12 +48,12 @@ flexband.starters.push(function (everything) {
       range.style.left = `${100 * from}%`;
       range.style.width = `${100 * (to - from)}%`;
     });
-    const marks = element("div", { class: "what-if-marks" },
-      element("span", { text: `▏${tidy(lower)}` }), element("span", { text: `${tidy(upper)}▕` }));
-    const track = element("div", { class: "what-if-track screen-only" }, range, ...thumbs);
+    const marks = element("div", { className: "what-if-marks" },
+      element("span", { textContent: `▏${tidy(lower)}` }), element("span", { textContent: `${tidy(upper)}▕` }));
+    const track = element("div", { className: "what-if-track screen-only" }, range, ...thumbs);
     marks.classList.add("screen-only");
-    return element("div", { class: "what-if-input", role: "group", "aria-label": name },
-      element("div", { class: "what-if-name" }, element("strong", { text: name }), value),
+    return element("div", { className: "what-if-input", role: "group", "aria-label": name },
+      element("div", { className: "what-if-name" }, element("strong", { textContent: name }), value),
       track, marks);
   }
 
@@ -76,28 +69,28 @@ flexband.starters.push(function (everything) {
       value.textContent = `${of} ${shown(size * inputs.scales[k])}, ${part} % of the study's`;
       thumb.setAttribute("aria-valuetext", value.textContent);
     });
-    const marks = element("div", { class: "what-if-marks screen-only" },
-      element("span", { text: least ? `${100 * least} %` : "no scatter" }),
-      element("span", { text: "100 %▕" }));
-    return element("div", { class: "what-if-input", role: "group", "aria-label": name },
-      element("div", { class: "what-if-name" }, element("strong", { text: name }), value),
-      element("div", { class: "what-if-track screen-only" }, thumb), marks);
+    const marks = element("div", { className: "what-if-marks screen-only" },
+      element("span", { textContent: least ? `${100 * least} %` : "no scatter" }),
+      element("span", { textContent: "100 %▕" }));
+    return element("div", { className: "what-if-input", role: "group", "aria-label": name },
+      element("div", { className: "what-if-name" }, element("strong", { textContent: name }), value),
+      element("div", { className: "what-if-track screen-only" }, thumb), marks);
   }
 
   const symmetric = element("input", { type: "checkbox" });
   symmetric.checked = true;
-  const reset = element("button", { type: "button", text: "Reset" });
-  const copy = element("button", { type: "button", class: "screen-only", text: "Copy" });
+  const reset = element("button", { type: "button", textContent: "Reset" });
+  const copy = element("button", { type: "button", className: "screen-only", textContent: "Copy" });
   const python = element("code");
-  const status = element("p", { class: "what-if-status", role: "status" });
+  const status = element("p", { className: "what-if-status", role: "status" });
   const rows = data.outputs.map(({ name }) => {
     const cells = ["", "", "", ""].map(() => element("td"));
-    return { cells, row: element("tr", {}, element("th", { scope: "row", text: name }), ...cells) };
+    return { cells, row: element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells) };
   });
   const heads = ["output", "study", "now", "change", "expected error"];
   const cells = heads.map((text) => element("th", { scope: "col", text }));
-  const table = element("table", { class: "what-if-table" },
-    element("caption", { text: "Largest width of the error bar" }),
+  const table = element("table", { className: "what-if-table" },
+    element("caption", { textContent: "Largest width of the error bar" }),
     element("thead", {}, element("tr", {}, ...cells)),
     element("tbody", {}, ...rows.map(({ row }) => row)));
 
@@ -111,17 +104,17 @@ flexband.starters.push(function (everything) {
   ];
   const keep = element("label", {}, symmetric, " keep the middle of intervals");
   panel.append(
-    element("p", { text: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
+    element("p", { textContent: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
       "without new runs. The tracks end where its runs end (marks); wider ranges need new runs. " +
       "Limits, contributions and numbers on this page remain those of the study." }),
-    element("div", { class: "what-if-inputs" },
+    element("div", { className: "what-if-inputs" },
       ...data.intervals.map(interval), ...data.scatters.map(scatter)),
-    element("p", { class: "what-if-buttons screen-only" },
+    element("p", { className: "what-if-buttons screen-only" },
       ...(data.intervals.length ? [keep] : []), reset),
-    element("div", { class: "what-if-scroll" }, table),
+    element("div", { className: "what-if-scroll" }, table),
     status,
-    element("p", { class: "what-if-python" }, "The same in Python: ", python, " ", copy),
-    ...notes.map((text) => element("p", { class: "what-if-note", text })));
+    element("p", { className: "what-if-python" }, "The same in Python: ", python, " ", copy),
+    ...notes.map((text) => element("p", { className: "what-if-note", text })));
 
   /** Show how wide the error bars are; of some of the times only, this is about. */
   function widths({ times, error_bar: [lower, upper], done }) {

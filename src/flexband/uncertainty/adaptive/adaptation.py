@@ -12,6 +12,7 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, Choice, Fit, GrowingDesign, Runs
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
+from flexband.uncertainty.adaptive.made import MadeRuns
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import Family
@@ -51,7 +52,7 @@ class Adaptation:
     Attributes
     ----------
     design : where the runs are that are fitted.
-    made : all runs, those of the design first, then those held out.
+    made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
     finer, of_finer : first runs of the design on finer discretizations, by the name of what is
@@ -75,8 +76,8 @@ class Adaptation:
         if len(known[0]):
             held = known[2].reshape(-1, *runs.values.shape[1:])
             runs = Runs.joined(runs, Runs(known[0], known[1], held))
-        self.made = succeeded(runs, count)
-        self.generic = len(self.made.values) - count
+        self.made = MadeRuns(succeeded(runs, count), count, most)
+        self.generic = len(self.held.values)
         self.places = np.zeros((0, m))
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
@@ -106,17 +107,17 @@ class Adaptation:
     @property
     def fitted(self) -> Runs:
         """The runs of the design."""
-        return self.made.which(slice(len(self.design)))
+        return self.made.fitted
 
     @property
     def held(self) -> Runs:
         """The runs held out."""
-        return self.made.which(slice(len(self.design), None))
+        return self.made.held
 
     @property
     def left(self) -> int:
         """Runs that the budget still allows."""
-        return self.most - len(self.made.values)
+        return self.most - self.made.count
 
     @property
     def refined(self) -> int:
@@ -126,12 +127,12 @@ class Adaptation:
     @property
     def runs(self) -> int:
         """Number of runs."""
-        return len(self.made.values) + self.refined
+        return self.made.count + self.refined
 
     def _judge(self, in_use: Sequence[Fit] = ()) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
         self.of_finer, self.stages = None, []  # and the memory of the earlier runs is free
-        F = self.made.values
+        F = self.made.all.values
         self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages]
         self.choice = Choice.of([*fits, *in_use], self.fitted, self.held)
@@ -159,7 +160,7 @@ class Adaptation:
         if len(design) == known:
             return "all orders are in use"
         xi, eta = (v[known:] for v in design.points)
-        self.made = Runs.joined(self.fitted, self._run(xi, eta, len(xi)), self.held)
+        self.made.fit(self._run(xi, eta, len(xi)))
         self.design = design
         self._judge(self.choice.fits)
         return ""
@@ -178,7 +179,7 @@ class Adaptation:
         self.places = np.concatenate([self.places, places])
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
         xi, _ = generic_points(len(self.held.values), len(eta), m, families)
-        self.made = Runs.joined(self.made, self._run(xi, eta))
+        self.made.hold(self._run(xi, eta))
         self._judge(self.choice.fits)
         return True
 
@@ -205,8 +206,8 @@ class Adaptation:
                     raise
                 warn(f"the discretization error is not estimated: {error}")
                 self.finer = {}
-        coarse, few = len(self.made.values), len(few[0])
-        runs = [self.made.values, *self.finer.values()]
+        coarse, few = self.made.count, len(few[0])
+        runs = [self.made.all.values, *self.finer.values()]
         stages = self._split(np.concatenate(runs)) if self.finer else []
         self.of_finer = {}
         for k, name in enumerate(self.finer):
@@ -229,7 +230,7 @@ def succeeded(runs: Runs, needed: int) -> Runs:
             "scanning methods go on without them",
             dict.fromkeys(failed.tolist(), (0.0, "failed")),
         )
-    return Runs(*(v[good] for v in runs))
+    return runs if good.all() else Runs(*(v[good] for v in runs))
 
 
 def _first_design(m: int, families: Sequence[Family], most: int) -> GrowingDesign:

@@ -32,17 +32,17 @@ def discretization_error(
     stages : coarse runs of the design, and among others some on a finer discretization.
     fine : the first runs of the design on the finer discretization.
     """
-    carriers = np.minimum(choice.carriers, len(stages) - 1)
+    carriers, times = np.minimum(choice.carriers, len(stages) - 1), stages[0].base.shape[-1]
+    thin = slice(None, None, -(-times // MOST_TIMES))
     here, there = [], []
     for k in np.unique(carriers):
-        fit = Fit.of(design, stages[k])
-        before, after = stages[k].runs(slice(fine.stop - fine.start)), stages[k].runs(fine)
+        stage = stages[k].at(thin)
+        fit = Fit.of(design, stage)
+        before, after = stage.runs(slice(fine.stop - fine.start)), stage.runs(fine)
         moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
-        finer = fit._replace(parts=fit.parts + moved)
+        finer = fit._replace(parts=fit.formed + moved)
         own = np.flatnonzero(carriers == k)
         here.append(fit.of_outputs(own).expansion)
         there.append(finer.of_outputs(own).expansion)
-    times = stages[0].base.shape[-1]
-    thin = slice(None, None, -(-times // MOST_TIMES))
-    bounds = (stacked(extremes_of(own, thin)) for own in (here, there))
+    bounds = (stacked(extremes_of(own)) for own in (here, there))
     return RICHARDSON * at_all_times(apart(*bounds), thin, times)

@@ -44,7 +44,7 @@ class ExpectedError:
     @cached_property
     def extremes(self) -> list[Extremes]:
         """Bounds of μ, μ − σ and μ + σ at some of the times."""
-        return extremes_of(self.choice.expansions(), _scattered(self.values.shape[-1]))
+        return extremes_of(self.choice.expansions(_scattered(self.values.shape[-1])))
 
     @cached_property
     def width(self) -> np.ndarray:

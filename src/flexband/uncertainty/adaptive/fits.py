@@ -10,6 +10,7 @@ import numpy as np
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
@@ -46,7 +47,7 @@ class Design(Protocol):
 
     def __len__(self) -> int: ...
 
-    def fit(self, stage: Stage) -> HybridExpansion:
+    def fit(self, stage: Stage) -> HybridExpansion | Interpolation:
         """Return the expansion of the parts of runs at these points."""
         ...
 
@@ -78,7 +79,7 @@ class Fit(NamedTuple):
     """
 
     outputs: np.ndarray
-    parts: HybridExpansion
+    parts: HybridExpansion | Interpolation
     columns: PartColumns
     frequencies: list[float]
 
@@ -97,9 +98,19 @@ class Fit(NamedTuple):
         return Fit(outputs, parts, columns, self.frequencies)
 
     @property
+    def formed(self) -> HybridExpansion:
+        """The parts, with all of their coefficients."""
+        return self.parts.formed() if isinstance(self.parts, Interpolation) else self.parts
+
+    def at(self, times: slice | np.ndarray) -> Fit:
+        """Return the fit at some of the times."""
+        rows = self.columns.width
+        return self._replace(parts=self.parts.of_rows(rows, np.arange(rows), times))
+
+    @property
     def expansion(self) -> Expansion:
         """The expansion of its outputs."""
-        return expansion_of(self.outputs, self.parts, self.columns)
+        return expansion_of(self.outputs, self.formed, self.columns)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
@@ -115,8 +126,7 @@ class Fit(NamedTuple):
         ----------
         runs, thin : all runs at some of the times, and which these are.
         """
-        orders, all_rows = np.array(self.parts.random_orders, dtype=int), self.columns.width
-        parts = self.parts.of_rows(all_rows, np.arange(all_rows), thin)
+        orders, parts = np.array(self.parts.random_orders, dtype=int), self.at(thin).parts
         own = runs.values[:, self.outputs]
         low, high = own.min(axis=0), own.max(axis=0)
         x = np.tile(np.concatenate([-FAR, FAR]), SWEEPS)
@@ -184,19 +194,36 @@ class Choice(NamedTuple):
         missed, overshoot = np.empty(shape), np.empty(shape[1:])
         least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
         for k, fit in enumerate(fits):
-            miss = held.values[:, fit.outputs] - fit.evaluate(held.xi, held.eta)
+            miss = fit.evaluate(held.xi, held.eta)
+            for own, output in enumerate(fit.outputs):
+                np.subtract(held.values[:, output], miss[:, own], out=miss[:, own])
             far = at_all_times(fit.overshoot(seen, thin), thin, shape[-1])
             error = np.hypot(rms(miss), rms(far[None])) / GAIN ** len(fit.frequencies)
             better = (error < least[fit.outputs]) | (k == 0)
             own = fit.outputs[better]
             least[own], best[own] = error[better], k
-            missed[:, own], overshoot[own] = miss[:, better], far[better]
+            for output, part in zip(own, np.flatnonzero(better), strict=True):
+                missed[:, output] = miss[:, part]
+            overshoot[own] = far[better]
         chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
         return Choice(chosen, missed, overshoot)
 
-    def expansions(self) -> list[Expansion]:
-        """Return the expansions of all outputs, one for each fit."""
-        return [fit.expansion for fit in self.fits]
+    def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
+        """Return the expansions of all outputs at some of the times, one for each fit."""
+        return [fit.at(times).expansion for fit in self.fits]
+
+    def in_place_of_runs(self) -> list[Expansion]:
+        """Return the expansions of all outputs; where it can be, they take the memory of the runs.
+
+        Neither the runs nor the fits can be used afterwards.
+        """
+        linear = [fit for fit in self.fits if isinstance(fit.parts, Interpolation)]
+        found = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
+        if linear:
+            outputs = np.sort(np.concatenate([fit.outputs for fit in linear]))
+            parts = [fit.parts for fit in linear if isinstance(fit.parts, Interpolation)]
+            found.append(expansion_of(outputs, in_place(parts), linear[0].columns))
+        return found
 
     @property
     def carriers(self) -> np.ndarray:

@@ -24,6 +24,7 @@ from flexband.uncertainty.expansions.index_sets import (
     first_terms,
     lower_terms,
 )
+from flexband.uncertainty.expansions.interpolation import Interpolation
 from flexband.uncertainty.expansions.regression import MERIT_PER_ORDER, candidates, principal
 from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.decomposition import Stage
@@ -93,8 +94,12 @@ class NestedDesign:
     def __len__(self) -> int:
         return len(self.index)
 
-    def fit(self, stage: Stage) -> HybridExpansion:
+    def fit(self, stage: Stage) -> HybridExpansion | Interpolation:
         """Return the expansion of the parts of runs at these points: it interpolates them."""
+        if not stage.carriers:
+            rows = np.arange(stage.base.shape[1])
+            families = tuple(self.families)
+            return Interpolation(families, self.index, self.inverse, stage.base, rows)
         return self._expanded(PartColumns.of_stage(stage).pack(stage))
 
     @property

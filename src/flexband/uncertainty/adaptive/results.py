@@ -16,7 +16,10 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def surrogate_of(course: Adaptation) -> Surrogate:
-    """Return the best surrogate of the runs; `AdaptivePCCI.expand` lists what it tells."""
+    """Return the best surrogate of the runs; `AdaptivePCCI.expand` lists what it tells.
+
+    The course ends: its coefficients may take the memory of its runs.
+    """
     choice, error, labels = course.choice, course.error, course.labels
     finer = course.discretization()
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
@@ -57,7 +60,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         error.window,
     )
     _warn_of_unexplained(course)
-    return Surrogate(course.space, labels, tuple(choice.expansions()), told, held)
+    return Surrogate(course.space, labels, tuple(choice.in_place_of_runs()), told, held)
 
 
 def _warn_of_unexplained(course: Adaptation) -> None:

@@ -76,6 +76,8 @@ class Expansion(Protocol):
 
 def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: int) -> np.ndarray:
     """Return one array of values per expansion as one array, along the axis of the outputs."""
+    if len(values) == 1:
+        return values[0]
     order = np.argsort(np.concatenate([expansion.outputs for expansion in expansions]))
     return np.take(np.concatenate(values, axis), order, axis)
 

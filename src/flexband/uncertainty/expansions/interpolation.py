@@ -1,0 +1,92 @@
+"""Expansions whose coefficients are linear in runs, and are formed only where they are needed.
+
+Coefficients take as much memory as the runs. While fits are compared, only few of them are needed
+at a time; in the end they take the place of the runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+
+
+@dataclass(frozen=True)
+class Interpolation:
+    """The hybrid expansion through runs, Eq. (11), with the coefficients β = inverse · values.
+
+    Attributes
+    ----------
+    families, index : as of `HybridExpansion`.
+    inverse : the coefficients of the expansion through one run each, shape (terms, runs).
+    values : of the runs, which are not copied, shape (runs, rows, times).
+    rows : the numbers of those that are expanded.
+    """
+
+    families: tuple[Family, ...]
+    index: np.ndarray
+    inverse: np.ndarray
+    values: np.ndarray
+    rows: np.ndarray
+
+    @cached_property
+    def polynomials(self) -> HybridExpansion:
+        """The expansion of no series, which has the polynomials only."""
+        return HybridExpansion(self.families, self.index, np.zeros((len(self.index), 0)))
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """The highest order in each variable, η first."""
+        return self.polynomials.orders
+
+    @property
+    def random_orders(self) -> tuple[int, ...]:
+        """The highest order of every random variable."""
+        return self.polynomials.random_orders
+
+    def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return its series at points of shape (points, n) and (points, m)."""
+        return self._combined(self.polynomials.terms(xi, eta) @ self.inverse)
+
+    def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> Interpolation:
+        """Return the expansion of some of its rows, by place, at some of the times."""
+        del rows
+        return replace(self, values=self.values[..., times], rows=self.rows[which])
+
+    def formed(self) -> HybridExpansion:
+        """Return the expansion with its coefficients."""
+        return replace(self.polynomials, coefficients=self._combined(self.inverse))
+
+    def _combined(self, factors: np.ndarray) -> np.ndarray:
+        """Return sums of the runs with these factors, shape (sums, rows × times)."""
+        if len(self.rows) == self.values.shape[1]:
+            return factors @ self.values.reshape(len(self.values), -1)
+        found = np.empty((len(factors), len(self.rows), self.values.shape[2]))
+        for k, row in enumerate(self.rows):
+            found[:, k] = factors @ self.values[:, row]
+        return found.reshape(len(found), -1)
+
+
+def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
+    """Return one expansion of the rows of all parts, whose coefficients take the place of the runs.
+
+    Parameters
+    ----------
+    parts : of different rows, through the first of the same runs each, with terms that are the
+        first of the same terms. Further terms become zero.
+    """
+    longest = max(parts, key=lambda own: len(own.index))
+    values = longest.values
+    for own in parts:
+        terms = len(own.index)
+        for row in own.rows:
+            values[:terms, row] = own.inverse @ own.values[:, row]
+            values[terms:, row] = 0.0
+    whole = replace(longest.polynomials, coefficients=values.reshape(len(values), -1))
+    rows = np.sort(np.concatenate([own.rows for own in parts]))
+    return whole.of_rows(values.shape[1], rows, slice(None))

@@ -301,3 +301,46 @@ def test_a_study_that_exits_has_not_succeeded(file, tmp_path):
         out = tmp_path / function
         assert "the response called sys.exit(0)" in call("run", file, "-o", out, status=1)
         assert not (out / "bands.nc").exists()
+
+
+COARSE = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+TIMES = np.linspace(0.0, 1.0, 51)
+
+class Swing:
+    def __init__(self, h=1.0):
+        self.h = h
+
+    def left_out(self, x, e):
+        return ["step"]
+
+    def refinements(self, x, e):
+        return {"step": Swing(self.h / 2)}
+
+    def __call__(self, x, e):
+        wave = np.sin((3 + 0.1 * e + 0.1 * x)[:, None] * (1 - 0.02 * self.h**2) * TIMES)
+        found = xr.DataArray(wave, dims=("sample", "time"), coords={"time": TIMES})
+        if self.h > 0.9:
+            why = {k: (0.1, "the step is too long") for k in range(0, len(x), 2)}
+            raise fb.SimulationError("no convergence", why, found)
+        return found
+
+inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+study = fb.Study(Swing(), inputs, fb.AdaptivePCCI(0.01))
+"""
+
+
+def test_runs_of_a_coarse_trial_are_not_counted_as_failed(tmp_path):
+    file, out = tmp_path / "swing.py", tmp_path / "out"
+    file.write_text(COARSE, encoding="utf-8")
+    call("run", file, "-o", out)
+    state = state_of(out)
+    assert state["failed"] == 0
+    assert state["replaced"] == len(state["failures"]) > 0
+    told = call("status", out)
+    assert ", 0 failed" in told
+    assert f"{state['replaced']} more failed on a coarse discretization" in told
+    assert "failed: run" not in told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -82,6 +83,7 @@ def state_of(folder: Path) -> dict[str, Any]:
         about["reason"] = f"{about.get('process', 'its process')} ended without a word"
     elif alive:
         state = "running"
+    replaced = [one for one in runs["failures"] if one["replaced"]]
     total, done = about.get("total"), about.get("done", runs["done"])
     elapsed = max(0.0, float(about.get("elapsed", 0.0)))
     rate = runs["made"] / elapsed if elapsed > 0 and runs["made"] else None
@@ -99,7 +101,8 @@ def state_of(folder: Path) -> dict[str, Any]:
         "done": done,
         "total": total,
         "recorded": runs["done"],
-        "failed": len(runs["failures"]),
+        "failed": len(runs["failures"]) - len(replaced),
+        "replaced": len(replaced),
         "rate": rate,
         "elapsed": elapsed,
         "left": left,
@@ -110,7 +113,10 @@ def state_of(folder: Path) -> dict[str, Any]:
 
 
 def _runs(folder: StudyFolder) -> dict[str, Any]:
-    """Return the numbers of recorded runs, and what failed."""
+    """Return the numbers of recorded runs, and what failed.
+
+    A run that failed is replaced if the same point was run on a finer discretization.
+    """
     arrays = GrowingArrays(folder.runs)
     if "status" not in arrays.arrays or not arrays.runs:
         return {"done": 0, "made": 0, "failures": []}
@@ -118,19 +124,30 @@ def _runs(folder: StudyFolder) -> dict[str, Any]:
     failed = np.flatnonzero(status == FAILED)
     names = arrays.read("input").tolist()
     inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
-    settings = arrays.read("setting", failed)
+    settings: Any = arrays.read("setting")
+    done: dict[bytes, list[Counter[str]]] = {}
+    rows = np.flatnonzero(status == DONE)
+    for k, row in zip(rows, arrays.read("inputs", rows), strict=True):
+        done.setdefault(row.tobytes(), []).append(parts_of(settings[k]))
+
+    def replaced(k: Any, row: np.ndarray) -> bool:
+        return any(parts_of(settings[k]) < finer for finer in done.get(row.tobytes(), []))
+
     last = len(arrays.attrs.get("sessions", [])) - 1
     return {
         "done": int((status == DONE).sum()),
         "made": int(((session == last) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
         "failures": [
-            {"run": int(k), "inputs": dict(zip(names, row, strict=True)), "setting": setting,
-             "reason": reason}
-            for k, row, setting, reason in zip(
-                failed, inputs.tolist(), settings, reasons, strict=True
-            )
+            {"run": int(k), "inputs": dict(zip(names, row.tolist(), strict=True)),
+             "setting": settings[k], "reason": reason, "replaced": replaced(k, row)}
+            for k, row, reason in zip(failed, inputs, reasons, strict=True)
         ],
     }  # fmt: skip
+
+
+def parts_of(setting: str) -> Counter[str]:
+    """Return the options of a setting, and how often each part of the discretization is halved."""
+    return Counter(filter(None, setting.split("; ")))
 
 
 def lines(found: dict[str, Any]) -> list[str]:
@@ -141,7 +158,8 @@ def lines(found: dict[str, Any]) -> list[str]:
         about += f" ({found['reason']})"
     elif state == "running" and found["process"]:
         about += f", by {found['process']}"
-    total = "" if found["total"] is None else f" of {found['total']}"
+    most = "at most " if state == "running" else ""
+    total = "" if found["total"] is None else f" of {most}{found['total']}"
     told = [about, f"{found['done']}{total} runs done, {found['failed']} failed"]
     if found["recorded"] != found["done"]:
         told[-1] += f"; {found['recorded']} recorded"
@@ -150,12 +168,18 @@ def lines(found: dict[str, Any]) -> list[str]:
         speed = f"{rate:.3g} runs per second" if rate >= 1 else f"{duration(1 / rate)} per run"
         left = "" if found["left"] is None else f", about {duration(found['left'])} left"
         told.append(f"{speed}{left}")
-    for one in found["failures"][:SHOWN]:
+    if found["replaced"]:
+        told.append(
+            f"{found['replaced']} more failed on a coarse discretization that was tried first, and "
+            "were made again on a finer one"
+        )
+    failures = [one for one in found["failures"] if not one["replaced"]]
+    for one in failures[:SHOWN]:
         own = ", ".join(f"{name} = {value:.9g}" for name, value in one["inputs"].items())
         where = f" ({one['setting']})" if one["setting"] else ""
         told.append(f"failed: run {one['run']}{where}: {own}: {one['reason']}")
-    if len(found["failures"]) > SHOWN:
-        told.append(f"… and {len(found['failures']) - SHOWN} more failed runs (--json lists all)")
+    if len(failures) > SHOWN:
+        told.append(f"… and {len(failures) - SHOWN} more failed runs (--json lists all)")
     if found["doubts"]:
         told.append(f"Doubts: {'; '.join(found['doubts'])}")
     if state == "waiting" and found["points"]:

@@ -56,6 +56,7 @@ ROOMS = [
     "uncertainty.propagate",
     "uncertainty.answers",
     "study",
+    "report.numbers",
     "report.tables",
     "report.drawing",
     "plot",

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexband.report.tables import percent, remarks, summary_table
+import flexband as fb
+from flexband.cli.messages import print_table
+from flexband.report.numbers import number, percent
+from flexband.report.tables import error_in_words, remarks, summary_table
 from flexband.uncertainty.surrogates.diagnostics import trust
 
 
@@ -23,11 +26,48 @@ def bands(**variables):
 
 
 def test_a_summary_has_ranges_and_the_largest_width():
-    error = ("output", "time"), np.full((2, 3), 0.04)
-    header, rows = summary_table(bands(error_bar_expected_error=error))
-    assert rows[0] == ["u [m]", "-1 … 1", "-2 … 2", "4", "1 s", "1 %"]
+    own = bands(relative_expected_error=("output", [0.03, 0.01]))
+    header, rows = summary_table(own)
+    assert rows[0] == ["u [m]", "-1 … 1", "-2 … 2", "4", "1 s", "3 %"]
     assert rows[1][-1] == ""  # no width to compare with
-    assert len(header) == len(rows[0])
+    assert header[-1] == "expected error, mean over time"
+    assert error_in_words(own) == (
+        "The ends of the error bars are expected to be off by 3 % of the bars' width for u, mean "
+        "over time; for the other outputs by less."
+    )
+    assert "not estimated" in error_in_words(bands())
+    header, rows = summary_table(bands(truncation=(("output", "time"), np.full((2, 3), 0.04))))
+    assert (header[-1], rows[0][-1]) == ("largest truncation indicator", "1 %")
+
+
+@pytest.mark.parametrize("sigmas", [1.0, 3.0])
+@pytest.mark.parametrize("method", [fb.AdaptivePCCI(), fb.PhaseResolvedPCCI(), fb.RegressionPCCI()])
+def test_the_table_and_the_first_line_tell_the_same_error(method, sigmas):
+    def response(a, b):
+        y = np.exp(-np.outer(a, np.linspace(0, 1, 30)))
+        both = np.stack([y * b[:, None] ** 2, np.sin(y + b[:, None])], axis=1)
+        return xr.DataArray(both, {"output": ["u", "v"]}, ("sample", "output", "time"))
+
+    inputs = {"a": fb.Interval(0.5, 1.0), "b": fb.Normal(1.0, 0.1)}
+    found = fb.propagate(response, inputs, method, sigmas=sigmas)
+    width = (found["error_bar"][1] - found["error_bar"][0]).mean("time")
+    own = found["error_bar_expected_error"].mean("time") / width
+    told = found["relative_expected_error"]
+    np.testing.assert_allclose(told, own, rtol=0.1)  # widths at fewer times
+    if "expected_error" in found.attrs:
+        assert float(told.max()) == pytest.approx(found.attrs["expected_error"])
+    column = [row[5] for row in summary_table(found)[1]]
+    assert column == [percent(float(v)) for v in told]
+    assert f"off by {percent(float(told.max()))} of" in error_in_words(found)
+
+
+def test_numbers_are_those_of_engineers():
+    texts = {2.8e9: "2.8e9", 7.668e-5: "7.668e-5", 0.000123456: "0.0001235", 123456: "123500",
+             -957: "-957", 0.0: "0", -1e6: "-1e6", np.inf: "inf", 9.9999e-5: "0.0001"}  # fmt: skip
+    assert {v: number(v) for v in texts} == texts
+    assert number(1.221e-16, scale=0.3) == "0"
+    assert number(1e-4, scale=1e3) == "0.0001"
+    assert number(0.1234567, 6) == "0.123457"
 
 
 def test_per_cents_have_no_exponents():
@@ -61,7 +101,7 @@ def told(expansion, discretization, refined):
 def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     lines = remarks(told(error, "not estimated", 0))
     assert lines[0] == (
-        f"Expected error, averaged over time: {100 * error:g} % of the error bar's width "
+        f"Expected error, mean over time: {100 * error:g} % of the error bar's width "
         "(16 held-out runs)"
     )
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
@@ -73,7 +113,7 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
 @pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (1.28, True), (0.002, False)])
 def test_a_coarse_discretization_is_mentioned(error, coarse):
     lines = remarks(told(0.004, error, 5))
-    assert lines[0].startswith(f"Expected error, averaged over time: {percent(0.004 + error)} ")
+    assert lines[0].startswith(f"Expected error, mean over time: {percent(0.004 + error)} ")
     assert lines[1] == (
         f"Of this, the expansion 0.4 %, discretization {percent(error)} (5 runs on "
         "finer discretizations)"
@@ -145,4 +185,20 @@ def test_a_verification_is_a_column_and_a_remark():
 
 def test_the_share_that_runs_may_not_have_seen_is_told():
     lines = remarks(told(0.001, "not estimated", 0).assign_attrs(runs_generic=8))
-    assert lines[2].startswith("What happens in less than 31 % of the input space may be unseen (8")
+    assert "8 of the held-out runs" in lines[2]
+    assert "one that fills 31 % of the space with a probability of 95 %" in lines[2]
+
+
+@pytest.mark.parametrize("width", [80, 200])
+def test_cells_are_never_cut_or_wrapped(width, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(width))
+    header = ["output", "interval mean", "error bar", "largest width", "at", "expected error", "ok"]
+    row = ["-0.0002497 … 0.0003095", "-0.0002668 … 0.0003336", "7.668e-5", "0.03775 s", "0.81 %"]
+    rows = [[f"output {k} [m]", *row, "yes"] for k in range(8)]
+    print_table("many", (header, rows))
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= width
+    for k, cells in enumerate(rows):
+        own = " ".join(line for line in lines if f"output {k} " in line)
+        assert all(cell in own for cell in cells)
+        assert own.count(f"output {k} ") == (2 if width == 80 else 1)

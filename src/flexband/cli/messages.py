@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import typer
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
@@ -101,10 +102,36 @@ def _finite(content: Any) -> Any:
 
 
 def print_table(title: str, content: tuple[list[str], list[list[str]]]) -> None:
-    """Print a table; its first column is left-aligned and never wrapped."""
-    (first, *others), rows = content
-    columns = [Column(first, no_wrap=True), *(Column(cell, justify="right") for cell in others)]
-    table = RichTable(*columns, title=title)
-    for row in rows:
-        table.add_row(*row)
-    Console(markup=False, emoji=False).print(table)
+    """Print a table; columns that the terminal is too narrow for follow below in a further one.
+
+    Cells are never wrapped. The first column, which is left-aligned, is that of every table.
+    """
+    header, rows = content
+    console = Console(markup=False, emoji=False)
+    widths = _widths(header, rows)
+    if sum(widths) + 3 * len(widths) + 1 > console.width:
+        widths = _widths([max(head.split() or [""], key=cell_len) for head in header], rows)
+    print_text(title)
+    for part in _parts(widths, console.width):
+        columns = [
+            Column(header[c], width=widths[c], justify="right" if c else "left") for c in part
+        ]
+        table = RichTable(*columns)
+        for row in rows:
+            table.add_row(*(row[c] for c in part))
+        console.print(table)
+
+
+def _widths(header: list[str], rows: list[list[str]]) -> list[int]:
+    """Return the width of every column whose cells are not wrapped."""
+    return [max(1, *map(cell_len, column)) for column in zip(header, *rows, strict=True)]
+
+
+def _parts(widths: list[int], most: int) -> list[list[int]]:
+    """Return the columns of tables that are not wider than `most` characters, if possible."""
+    parts = [[0]]
+    for c in range(1, len(widths)):
+        if len(parts[-1]) > 1 and sum(widths[k] + 3 for k in [*parts[-1], c]) + 1 > most:
+            parts.append([0])
+        parts[-1].append(c)
+    return parts

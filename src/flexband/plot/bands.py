@@ -21,7 +21,7 @@ from flexband.plot.series import (
     with_unit,
 )
 from flexband.plot.style import DARK, LIGHT, LINES, MIDDLE, axes_of
-from flexband.report.tables import percent
+from flexband.report.numbers import percent
 
 
 def bands(bands: xr.Dataset, output: str | None = None, *, ax: Axes | None = None) -> Axes:

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from flexband.errors import InputError, shown
 from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
+from flexband.report.numbers import percent
 from flexband.report.page.inputs import statistics
-from flexband.report.tables import percent
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.correlated import Correlated

@@ -8,9 +8,11 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
+from flexband.report.numbers import number, percent
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.surrogates.sigmas import NO_WIDTH
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
@@ -37,29 +39,35 @@ def deviations(bands: xr.Dataset) -> str:
 def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
-    The next column, for PCCI methods, is the largest expected error as a share of that width, and
-    the last whether new runs confirm it.
+    The next column is its expected error, mean over time, in parts of the mean width, or, for PCCI
+    methods, the largest indicator of the truncation error in parts of the largest width. The last
+    one is whether new runs confirm it.
 
     Parameters
     ----------
     checked : result of `verify`.
     """
     bar = f"error bar μ ± {deviations(bands)}"
-    header = ["output", "interval mean", bar, "max width", "at", "expected error"]
-    rows = []
+    shares, rows = expected_errors(bands), []
+    kind = f"expected error{_averaged(bands)}" if shares else "largest truncation indicator"
+    header = ["output", "interval mean", bar, "largest width", "at", kind]
     for name in outputs_of(bands):
         one = select(bands, name)
         unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
         bar = one["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
-        widest, at, error = float(width.max()), "", ""
+        widest, scale, at, error = float(width.max()), float(abs(bar).max()), "", ""
         if width.dims == ("time",):
             at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
-        for indicator in ("truncation", "error_bar_expected_error"):
-            if indicator in one and widest > 0:
-                error = percent(float(one[indicator].max()) / widest)
-        spans = [f"{float(v.min()):.4g} … {float(v.max()):.4g}" for v in (one["mean"], bar)]
-        rows.append([f"{name or 'response'}{unit}", *spans, f"{widest:.4g}", at, error])
+        if widest > NO_WIDTH * scale and shares:
+            error = percent(shares[name])
+        elif widest > NO_WIDTH * scale and "truncation" in one:
+            error = percent(float(one["truncation"].max()) / widest)
+        ends = [
+            number(float(v), scale=scale) for b in (one["mean"], bar) for v in (b.min(), b.max())
+        ]
+        spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
+        rows.append([f"{name or 'response'}{unit}", *spans, number(widest, scale=scale), at, error])
         if checked is not None and "confirmed" in checked:
             own = select(checked["confirmed"], name).values.all()
             rows[-1].append("yes" if own else "NO")
@@ -68,9 +76,35 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     return header, rows
 
 
-def percent(part: float) -> str:
-    """Return a part in per cent, with two digits below 100 %."""
-    return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"
+def expected_errors(bands: xr.Dataset) -> dict[str, float]:
+    """Return the expected error of every output, in parts of the error bar's width; or nothing.
+
+    It is the mean over time of the error, as a part of the mean over time of the width.
+    """
+    share = bands.get("relative_expected_error")
+    if share is None:
+        return {}
+    return {name: float(select(share, name).max()) for name in outputs_of(bands["mean"])}
+
+
+def error_in_words(bands: xr.Dataset) -> str:
+    """Return how far the ends of the error bars are expected to be off, as a sentence."""
+    shares = expected_errors(bands)
+    if not shares:
+        return "The error of these bands is not estimated by this method."
+    worst = max(shares, key=lambda name: shares[name])
+    of = f" for {worst}" if len(shares) > 1 else ""
+    others = "; for the other outputs by less" if len(shares) > 1 else ""
+    return (
+        f"The ends of the error bars are expected to be off by {percent(shares[worst])} of the "
+        f"bars' width{of}{_averaged(bands)}{others}."
+    )
+
+
+def _averaged(bands: xr.Dataset) -> str:
+    """Return over what expected errors are averaged, in words after a comma; or nothing."""
+    dims = [str(dim) for dim in bands["mean"].dims if dim != "bound"]
+    return f", mean over {dims[-1] if dims[-1] != 'output' else 'outputs'}" if dims else ""
 
 
 def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
@@ -88,7 +122,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     if "expected_error" in bands.attrs:
         own = bands.attrs
         lines.append(
-            f"Expected error, averaged over time: {percent(own['expected_error'])} of the error "
+            f"Expected error{_averaged(bands)}: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
         if own.get("refined"):
@@ -102,8 +136,10 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         if "runs_generic" in own:
             share = 1 - 0.05 ** (1 / own["runs_generic"])
             lines.append(
-                f"What happens in less than {percent(share)} of the input space may be unseen "
-                f"({own['runs_generic']} held-out runs are at generic points; 95 % confidence)"
+                "An effect in a small part of the inputs' ranges, such as a stop that is rarely "
+                f"reached, may be unseen: {own['runs_generic']} of the held-out runs are spread "
+                f"over all inputs, and meet one that fills {percent(share)} of the space with a "
+                "probability of 95 %"
             )
         if own.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in own else ""

@@ -113,7 +113,11 @@ class Study:
         return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
 
     def nominal(self) -> xr.DataArray:
-        """Return the response with every input at its mean or midpoint: ξ = 0, η = 0."""
+        """Return the response with every input at its nominal value: ξ = 0, η = 0.
+
+        That is the midpoint of an interval, and the mean of a random input; of a `LogNormal`, and
+        of distributions with heavy tails, the median.
+        """
         space = Space(first_case(self.located().inputs))
         nominal = space.nominal()
         found = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)

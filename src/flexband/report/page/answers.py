@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from flexband.report.tables import Table
+from flexband.report.numbers import number
+from flexband.report.tables import Table, summary_table
 from flexband.uncertainty.answers.probability.texts import told
 
 TITLES = {
@@ -18,7 +19,7 @@ TITLES = {
     "p_box": "Distribution function",
     "range": "Range of values",
     "derived": "Quantities made of outputs",
-    "narrowed": "Narrower inputs",
+    "narrowed": "Bands with narrower inputs",
 }
 """Answers by the names of their files."""
 
@@ -46,9 +47,11 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
         answer = read_answer(folder, name, older)
         if answer is None:
             continue
-        texts = (answer.attrs.get(k) for k in ("verdict", "inputs", "surrogate_not_trusted"))
+        inputs = "changes" if "changes" in answer.attrs else "inputs"
+        texts = (answer.attrs.get(k) for k in ("verdict", inputs, "surrogate_not_trusted"))
         remarks = [str(text) for text in texts if text]
-        table = allocation_table(answer) if name == "allocation" else None
+        tables = {"allocation": allocation_table, "narrowed": summary_table}
+        table = tables[name](answer) if name in tables else None
         found.append(Answer(title, table, remarks, _pictures(folder, name, title)))
     if limits is not None and (pictures := _pictures(folder, "limits", "Margins over time")):
         found.insert(0, Answer("Limits over time", None, [], pictures))
@@ -94,7 +97,7 @@ def allocation_table(found: xr.Dataset) -> Table:
     rows = [
         [
             str(one["name"].values),
-            *(f"{float(one[k]):.4g}" for k in ("tolerance", "largest", "cost")),
+            *(number(one[k]) for k in ("tolerance", "largest", "cost")),
         ]
         for one in (found.isel(name=k) for k in range(found.sizes["name"]))
     ]
@@ -103,7 +106,7 @@ def allocation_table(found: xr.Dataset) -> Table:
 
 def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
     """Return one row per limit: verdict, least margin, and the probability of leaving it."""
-    header = ["limit", "verdict", "least margin", "expected error"]
+    header = ["limit", "verdict", "least margin", "its expected error"]
     every: Any = checked if probability is None else probability
     if probability is not None:
         header += ["probability, lower", "upper"]
@@ -112,7 +115,7 @@ def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
         row = [name, "", "", ""]
         if k < checked.sizes["limit"]:
             one = checked.isel(limit=k)
-            numbers = [f"{float(one[v]):.4g}" for v in ("least_margin", "least_margin_error")]
+            numbers = [number(one["least_margin"]), number(one["least_margin_error"], 2)]
             row = [name, str(one["verdict"].values), *numbers]
         if probability is not None:
             row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]

@@ -34,7 +34,7 @@ def chart_data(
 
     Parameters
     ----------
-    nominal : the response with every input at its mean or midpoint, dims (output, time).
+    nominal : the response with every input at its nominal value, dims (output, time).
     contributions, limits : results of `contributions` and `check_limits`.
     """
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.report.tables import Table, outputs_of, percent, select
+from flexband.report.numbers import number, percent
+from flexband.report.tables import Table, outputs_of, select
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
@@ -48,7 +49,9 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     own = contributions["mean_share"]
     names = [str(name) for name in own["name"].values]
     told = [_matters(own.isel(name=names.index(r[0]))) if r[0] in names else "" for r in rows]
-    return [*header, "matters"], [[*row, one] for row, one in zip(rows, told, strict=True)]
+    return [*header, "matters, mean over time"], [
+        [*row, one] for row, one in zip(rows, told, strict=True)
+    ]
 
 
 def _matters(share: xr.DataArray) -> str:
@@ -62,25 +65,30 @@ def _matters(share: xr.DataArray) -> str:
 def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911
     """Return the kind of an input and what is known of it, in words."""
     if isinstance(one, Constant) or is_number(one):
-        return "constant", f"{getattr(one, 'constant', one):g}"
+        return "constant", number(getattr(one, "constant", one), 6)
     if isinstance(one, Interval):
         middle, half = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
-        return "interval", f"{one.lower:g} … {one.upper:g} ({middle:g} ± {half:.4g})"
+        return "interval", f"{_range(one)} ({number(middle, 6, half)} ± {number(half)})"
     if isinstance(one, Sizing):
-        return "size", f"free in {one.lower:g} … {one.upper:g}, tolerance ± {one.tolerance:g}"
+        return "size", f"free in {_range(one)}, tolerance ± {number(one.tolerance, 6)}"
     if isinstance(one, Compensator):
-        return "compensator", f"adjusted in {one.lower:g} … {one.upper:g}"
+        return "compensator", f"adjusted in {_range(one)}"
     if isinstance(one, Choice):
         return "choice", " or ".join(map(str, one.options))
     if isinstance(one, Correlated):
         members = "; ".join(f"{k}: {known_of(k, own)[1]}" for k, own in one.members.items())
         return "correlated", members
     if isinstance(one, RandomField) and is_number(one.mean) and is_number(one.std):
-        told = f"mean {one.mean:g}, standard deviation {one.std:g}"  # pyright: ignore
+        told = f"mean {number(one.mean, 6)}, standard deviation {number(one.std, 6)}"  # pyright: ignore
         return "random field", f"{told}, correlation length {one.correlation_length:g}"
     if isinstance(one, Field):
         return f"{'random' if one.random else 'interval'} field", one.summary
     return _of_distribution(name, one)
+
+
+def _range(one: Any) -> str:
+    """Return the ends of an interval."""
+    return f"{number(one.lower, 6)} … {number(one.upper, 6)}"
 
 
 def _of_distribution(name: str, one: Any) -> tuple[str, str]:
@@ -90,8 +98,11 @@ def _of_distribution(name: str, one: Any) -> tuple[str, str]:
     if found is None:
         return kind, repr(one)
     low, high, mean, std = found
-    told = f"mean {mean:.4g}, standard deviation {std:.3g}, 90 % in {low:.4g} … {high:.4g}"
-    intervals = [f"{k} in [{v.lower:g}, {v.upper:g}]" for k, v in one.intervals.items()]
+    ends = f"{number(low)} … {number(high)}"
+    told = f"mean {number(mean)}, standard deviation {number(std, 3)}, 90 % in {ends}"
+    intervals = [
+        f"{k} in [{number(v.lower, 6)}, {number(v.upper, 6)}]" for k, v in one.intervals.items()
+    ]
     return kind, "; ".join([told, *intervals])
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 
 from flexband.report import tables
 from flexband.report.figures import bounds
+from flexband.report.numbers import number
 from flexband.report.page.answers import answers_in, limits_table, read_answer
 from flexband.report.page.charts import chart_data
 from flexband.report.page.inputs import with_shares
@@ -35,10 +36,11 @@ ROWS = 25
 """Of a table of numbers."""
 
 TERMS = {
-    "nominal": "the response with every interval at its midpoint and every random input in the "
-    "middle of its distribution",
-    "expected error": "how far the end of an error bar is expected to be off; it is found by runs "
-    "that were not fitted, and by runs with half the step and twice the elements",
+    "nominal": "the response with every interval at its midpoint and every random input at its "
+    "mean; at its median if it is a LogNormal or has heavy tails",
+    "expected error": "how far the ends of an error bar are expected to be off; in per cent: its "
+    "mean over time, in parts of the mean width of the bar; below a chart: at the cursor. It is "
+    "found by runs that were not fitted, and by runs with half the step and twice the elements",
     "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
     "expected",
     "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
@@ -143,15 +145,8 @@ def verdict(
     probability: xr.Dataset | None = None,
 ) -> list[str]:
     """Return what the first lines of the report say."""
-    own, lines = bands.attrs, [f"Doubtful: {one}." for one in doubts]
-    if "expected_error" in own:
-        error = tables.percent(float(own["expected_error"]))
-        lines.append(
-            f"The ends of the error bars are expected to be off by {error} of the bars' width, "
-            "averaged over time."
-        )
-    else:
-        lines.append("The error of these bands is not estimated by this method.")
+    lines = [f"Doubtful: {one}." for one in doubts]
+    lines.append(tables.error_in_words(bands))
     if checked is not None:
         lines.append(f"{checked.attrs['verdict']}.")
     if limits is not None:
@@ -176,11 +171,11 @@ def verdict(
 def limit_in_words(one: xr.Dataset) -> str:
     """Return whether a limit is kept, and where its margin is least."""
     unit = f" {one['unit'].values}" if "unit" in one.coords else ""
-    margin = f"least margin {float(one['least_margin']):.4g}{unit}"
+    margin = f"least margin {number(one['least_margin'])}{unit}"
     if "least_margin_at" in one and one["least_margin_at"].dtype.kind == "f":
         free = str(one["margin"].dims[-1])
         unit = " s" if free == "time" else ""
-        margin += f" at {free} {float(one['least_margin_at']):.4g}{unit}"
+        margin += f" at {free} {number(one['least_margin_at'])}{unit}"
     kept = {"kept": "is kept", "not kept": "is NOT kept"}
     words = kept.get(str(one["verdict"].values), "is not certainly kept")
     return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}."
@@ -199,7 +194,11 @@ def numbers(bands: xr.Dataset) -> list[tuple[str, tables.Table]]:
         header = [str(free), "lowest mean", "highest mean", "bar from", "to"]
         if error is not None:
             columns, header = [*columns, error], [*header, "expected error"]
-        rows = [[f"{float(v):.5g}" for v in row] for row in zip(*columns, strict=True)]
+        scales = [0.0, *[float(abs(one["error_bar"]).max())] * 4, 0.0]
+        rows = [
+            [number(v, 5, scale) for v, scale in zip(row, scales, strict=False)]
+            for row in zip(*columns, strict=True)
+        ]
         unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
         found.append((f"{name or 'response'}{unit}", (header, rows)))
     return found

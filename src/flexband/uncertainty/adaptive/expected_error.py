@@ -63,6 +63,10 @@ class ExpectedError:
         """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
         return float((error.mean(axis=-1) / (self.width if width is None else width)).max())
 
+    def of_outputs(self, error: np.ndarray) -> np.ndarray:
+        """Return the same of each output, of errors (2, outputs, times) of mean and error bar."""
+        return (error.mean(axis=-1) / self.width).max(axis=0)
+
     @staticmethod
     def of(choice: Choice, generic: int, F: np.ndarray, dt: float, m: int) -> ExpectedError:
         """Return the error expected.

@@ -101,11 +101,13 @@ class AdaptivePCCI:
         """Return the surrogate, the errors expected of its bands, and the orders of all variables.
 
         `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
-        and `trusted` those before the last, `orders` the dim "variable".
-        ``attrs["expected_error"]`` is relative and the sum of ``attrs["expansion_error"]`` and
-        ``attrs["discretization_error"]``, unless that is "not estimated": the response must have
-        `refinements()` or `refined()`. Both are variables too, for each band. The tolerance is for
-        the sum if the response left out its discretization, and for the expansion otherwise.
+        `trusted` and `relative_expected_error` those before the last, `orders` the dim "variable".
+        The last is the error's mean over time, in parts of the error bar's mean width.
+        ``attrs["expected_error"]`` is the largest of all outputs: the sum of
+        ``attrs["expansion_error"]`` and ``attrs["discretization_error"]``, unless that is "not
+        estimated", since the response must have `refinements()` or `refined()`. Both are variables
+        too, for each band. The tolerance is for the sum if the response left out its
+        discretization, and for the expansion otherwise.
         ``attrs["discretization"]`` tells the step and the elements, ``attrs["step_error"]`` and
         ``attrs["elements_error"]`` what is due to each, and ``attrs["halved"]`` what was halved.
         ``attrs["runs"]`` counts ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,

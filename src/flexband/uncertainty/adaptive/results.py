@@ -28,7 +28,8 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
     trusted = trust(labels, error.missed)
-    told = diagnostics(labels, total, choice.carriers, trusted, choice.frequencies)
+    relative = error.of_outputs(total)
+    told = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
     told = told.assign(orders=("variable", choice.orders))
     told = told.assign_coords(variable=_variables(course.space))
     for name, errors in parts.items():

@@ -72,9 +72,11 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         choice = Choice.of(fits, fitted, held)
         error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes))
         of_mean = growth(0) if space.families else 1.0  # without σ, the mean is the error bar
+        both = np.stack([of_mean * error.values, error.values])
         told = diagnostics(
             values,
-            np.stack([of_mean * error.values, error.values]),
+            both,
+            error.of_outputs(both),
             choice.carriers,
             trust(values, error.missed),
             choice.frequencies,

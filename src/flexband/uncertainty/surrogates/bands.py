@@ -29,6 +29,7 @@ LONG_NAMES = {
     "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
     "mean_expected_error": "error expected of the interval mean",
     "error_bar_expected_error": "error expected of the interval error bar",
+    "relative_expected_error": "expected error, mean over time, in parts of the error bar's width",
     "mean_expansion_error": "error that is due to the expansion",
     "error_bar_expansion_error": "error that is due to the expansion",
     "mean_discretization_error": "error that is due to step and elements",
@@ -39,7 +40,9 @@ LONG_NAMES = {
     "truncation": "indicator of the truncation error",
     "bound": "bound over all values of the interval inputs",
 }
-WITHOUT_UNITS = ("mean_at", "error_bar_at", "carriers", "trusted", "orders", "bound")
+WITHOUT_UNITS = (
+    "mean_at", "error_bar_at", "relative_expected_error", "carriers", "trusted", "orders", "bound",
+)  # fmt: skip
 
 
 def bands(

@@ -143,6 +143,7 @@ def at_all_times(v: np.ndarray, thin: slice, times: int) -> np.ndarray:
 def diagnostics(
     labels: xr.DataArray,
     error: np.ndarray,
+    relative: np.ndarray,
     carriers: np.ndarray,
     trusted: xr.Dataset,
     frequencies: Sequence[float],
@@ -153,6 +154,7 @@ def diagnostics(
     ----------
     labels : a response of shape (runs, …).
     error : expected of mean and error bar, (2, outputs, times).
+    relative : its mean over time in parts of the error bar's mean width, (outputs,).
     carriers : of each output.
     trusted : what `trust` returns.
     """
@@ -161,6 +163,7 @@ def diagnostics(
         {
             "mean_expected_error": (dims, error[0].reshape(shape)),
             "error_bar_expected_error": (dims, error[1].reshape(shape)),
+            "relative_expected_error": (dims[:-1], relative.reshape(shape[:-1])),
             "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
             "trusted": trusted["trusted"],
         },

@@ -40,7 +40,9 @@ def narrowed_diagnostics(
     held : the held-out runs that judge the part; None if the method has none.
     values : of the surrogate at these, shape (runs, outputs, times).
     """
-    told = told.drop_vars("orders", errors="ignore").drop_dims("variable", errors="ignore")
+    told = told.drop_vars(["orders", "relative_expected_error"], errors="ignore").drop_dims(
+        "variable", errors="ignore"
+    )
     told.attrs.pop("largest_miss", None)
     told.attrs.setdefault("inputs_of_runs", told.attrs.get("inputs", ""))
     told.attrs["inputs"] = in_words(part.space.given)

@@ -44,7 +44,7 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     """
     narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
     if sigmas == 1 and not narrowed:
-        return diagnostics
+        return _with_parts(diagnostics, bar)
     own = [str(k) for k in diagnostics if str(k).startswith("error_bar_")]
     told = diagnostics.assign({name: diagnostics[name] * growth(sigmas) for name in own})
     finer = "error_bar_discretization_error"
@@ -52,8 +52,9 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
         factor = max(sigmas, growth(sigmas))
         told[finer] = diagnostics[finer] * factor
         told["error_bar_expected_error"] = told[finer] + told["error_bar_expansion_error"]
+    told = _with_parts(told.drop_vars("relative_expected_error", errors="ignore"), bar)
     relative = {
-        name: relative_error(told, name, bar)
+        name: float(np.max(relative_errors(told, name, bar)))
         for name in ("expected_error", "expansion_error", "discretization_error")
         if f"error_bar_{name}" in own and (narrowed or isinstance(told.attrs.get(name), float))
     }
@@ -65,8 +66,18 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     return told.assign_attrs(relative)
 
 
-def relative_error(told: xr.Dataset, name: str, bar: xr.DataArray) -> float:
-    """Return the largest error of mean and error bar, mean over time, in parts of the bar's width.
+def _with_parts(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
+    """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
+    if "error_bar_expected_error" not in told or "relative_expected_error" in told:
+        return told
+    found = relative_errors(told, "expected_error", bar)
+    return told.assign(relative_expected_error=(bar.dims[1:-1], found))
+
+
+def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
+    """Return the error of mean or error bar, mean over time, in parts of the bar's mean width.
+
+    It is the larger one of both, of each output.
 
     Parameters
     ----------
@@ -77,4 +88,4 @@ def relative_error(told: xr.Dataset, name: str, bar: xr.DataArray) -> float:
     width, size = (upper - lower).mean(axis=-1), np.maximum(abs(lower), abs(upper)).max(axis=-1)
     width = np.where(width > NO_WIDTH * size, width, np.inf)
     errors = [told[f"{band}_{name}"].transpose(*bar.dims[1:]) for band in ("mean", "error_bar")]
-    return max(float(np.max(np.atleast_1d(own).mean(axis=-1) / width)) for own in errors)
+    return np.max([np.atleast_1d(own).mean(axis=-1) / width for own in errors], axis=0)

@@ -1,0 +1,30 @@
+"""Numbers as text, as the report's scripts write them too."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+NOISE = 1e-12
+"""Below this part of the largest value of a series, numbers are rounding errors."""
+
+
+def number(value: Any, digits: int = 4, scale: float = 0.0) -> str:
+    """Return a number as text: 0.0123 and 12300, but 7.67e-5 and 2.8e9.
+
+    Parameters
+    ----------
+    scale : largest value of what the number belongs to; its rounding errors are "0".
+    """
+    value = float(value)
+    if abs(value) <= NOISE * scale or not math.isfinite(value):
+        return "0" if math.isfinite(value) else f"{value:g}"
+    head, power = f"{value:.{digits - 1}e}".split("e")
+    if -4 <= int(power) < 6:
+        return f"{float(f'{head}e{power}'):.{digits + 6}g}"
+    return f"{float(head):.{digits}g}e{int(power)}" if value else "0"
+
+
+def percent(part: float) -> str:
+    """Return a part in per cent, with two digits below 100 %."""
+    return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"

@@ -39,6 +39,31 @@ def test_limits_are_checked_and_written(folder):
     assert 0 < lower < upper < 0.02
 
 
+def test_limits_of_the_study_are_those_by_default(tmp_path):
+    study = """
+import numpy as np
+import flexband as fb
+
+def response(e, x):
+    return np.outer(e + 0.1 * x, np.linspace(0.5, 1.0, 5))
+
+inputs = {"e": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
+study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
+"""
+    for limits, status in ((", limits=fb.Limit(below=1.2)", 0), ("", 1)):
+        file = tmp_path / f"study_{status}.py"
+        file.write_text(study.replace("LIMITS", limits), encoding="utf-8")
+        call = ["run", str(file), "--output", str(tmp_path / str(status))]
+        CliRunner().invoke(app, [*call, "--verify", "0"])
+        printed = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
+        assert printed.exit_code == status, printed.output
+    assert "unless the study has limits" in " ".join(printed.output.split())
+    with xr.open_dataset(tmp_path / "0" / "limits.nc") as checked:
+        assert float(checked["below"].max()) == 1.2
+    costs = ["allocate", str(tmp_path / "0"), "--cost", "e=1", "--sigmas", "1"]
+    assert "response below 1.2" in CliRunner().invoke(app, costs).output
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

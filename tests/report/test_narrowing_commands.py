@@ -45,7 +45,7 @@ def test_inputs_are_narrowed(folder):
     found = json.loads(run("narrow", folder, "e=-0.5..0.5", "x.std=0.1", "--json").stdout)
     assert found["mean_width_before"]["a"] == pytest.approx(1.0 + 0.5)
     assert found["mean_width"]["a"] == pytest.approx(0.5 + 0.2)
-    assert "expected error" in run("narrow", folder, "e=0").output
+    assert "expected to be off by" in run("narrow", folder, "e=0").output
     for change, text in (
         ("e", "a change must be"),
         ("z=1", "z must be one"),
@@ -54,6 +54,25 @@ def test_inputs_are_narrowed(folder):
         refused = run("narrow", folder, change)
         assert refused.exit_code != 0
         assert text in " ".join(refused.output.split())
+
+
+def test_scatter_is_given_as_inputs_have_it(tmp_path):
+    inputs = {"e": fb.Interval(-1, 1), "x": fb.LogNormal(1.0, cv=0.2)}
+    fb.save_surrogate(fb.expand(response, inputs, fb.AdaptivePCCI()), tmp_path / "surrogate.npz")
+    found = [json.loads(run("narrow", tmp_path, own, "--json").stdout)["mean_width"]["a"]
+             for own in ("x.cv=0.1", "x.std=0.1")]  # fmt: skip
+    assert found[0] == pytest.approx(found[1])
+    assert found[0] == pytest.approx(1.0 + 0.2, rel=5e-3)
+    refused = run("narrow", tmp_path, "x.width=0.1")
+    assert refused.exit_code == 1
+    assert "x has cv, mean, std; got 'x.width=0.1'" in " ".join(refused.output.split())
+
+
+def test_an_earlier_answer_is_not_replaced_silently(folder):
+    run("narrow", folder, "e=-0.5..0.5")
+    assert "is replaced" not in run("narrow", folder, "e=-0.5..0.5").output
+    again = " ".join(run("narrow", folder, "e=-0.25..0.25").output.split())
+    assert "The earlier narrowed.nc is replaced (e: -0.5 … 0.5 (0 ± 0.5))" in again
 
 
 def test_sobol(folder):

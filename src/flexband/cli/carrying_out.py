@@ -91,7 +91,7 @@ def carry_out(
             "done": 0,
             "total": None,
         }
-        course = Course(folder, about)
+        course = Course(folder, about, most=hasattr(study.method, "max_runs"))
         try:
             result = results(plan, study, store, course, as_json=as_json)
         except BaseException as error:
@@ -159,7 +159,7 @@ def results(
     if store is not None and (before := recorded_runs(course.folder)):
         text = f"{output} has {before} recorded runs; those that serve are not made again."
         print_text(text, error=True)
-    with progress_bars() as task:
+    with progress_bars(most=hasattr(study.method, "max_runs")) as task:
         progress = course.of(task(label)) if store is not None else task(label)
         if study.expands:
             surrogate = study.expand(**options, progress=progress)

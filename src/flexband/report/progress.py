@@ -22,17 +22,22 @@ Progress = Callable[[int, int], object]
 
 
 @contextmanager
-def progress_bars() -> Iterator[Callable[[str], Progress]]:
-    """Give the function that begins a task by its name, and returns what reports its progress."""
+def progress_bars(*, most: bool = False) -> Iterator[Callable[[str], Progress]]:
+    """Give the function that begins a task by its name, and returns what reports its progress.
+
+    Parameters
+    ----------
+    most : whether the number of all runs is the most that there may be, until the last is made.
+    """
     console = Console(stderr=True, markup=False, emoji=False, highlight=False)
     live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
     if not live:
-        yield lambda name: _Lines(name, console)
+        yield lambda name: _Lines(name, console, "at most " * most)
         return
     columns = (rp.BarColumn(), rp.MofNCompleteColumn(), rp.TimeElapsedColumn())
     name, left = rp.TextColumn("{task.description}", markup=False), rp.TimeRemainingColumn()
     with rp.Progress(name, *columns, left, console=console) as bars:
-        yield lambda name: _advancing(bars, name)
+        yield lambda name: _advancing(bars, f"{name}, at most" if most else name)
 
 
 @contextmanager
@@ -62,7 +67,7 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
     """
     if not isinstance(name, str):
         raise InputError(f"name must be text; got {shown(name)}")
-    with progress_bars() as task:
+    with progress_bars(most=True) as task:
         yield task(name)
 
 
@@ -74,8 +79,8 @@ def _advancing(bars: rp.Progress, name: str) -> Progress:
 class _Lines:
     """Progress as lines: at the start, after the first batch, from time to time, at the end."""
 
-    def __init__(self, name: str, console: Console):
-        self.name, self.console = name, console
+    def __init__(self, name: str, console: Console, most: str):
+        self.name, self.console, self.most = name, console, most
         self.begin = self.told = time.monotonic()
         self.first: int | None = None
         self.batches = 0
@@ -90,8 +95,9 @@ class _Lines:
         self.told = now
         made = done - self.first
         left = (now - self.begin) / made * (total - done) if made else None
-        text = "" if left is None or done >= total else f", about {duration(left)} left"
-        self.console.print(f"{self.name}: {done} of {total} runs{text}", soft_wrap=True)
+        most = self.most if done < total else ""
+        text = "" if left is None or done >= total else f", {most or 'about '}{duration(left)} left"
+        self.console.print(f"{self.name}: {done} of {most}{total} runs{text}", soft_wrap=True)
 
 
 def duration(seconds: float) -> str:

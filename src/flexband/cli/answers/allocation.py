@@ -42,7 +42,8 @@ def allocate(
     """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
 
     Tolerances are half the widths of intervals, or standard deviations; those of the study are the
-    largest. Sizes that are free (Sizing) are chosen as well. allocation.nc and allocation.png are
+    largest. Without --below and --above, limits are those of the study. Sizes that are free
+    (Sizing) are chosen as well. allocation.nc and allocation.png are
     written.
     """
     from flexband.report.figures import allocation_figure  # noqa: PLC0415
@@ -50,7 +51,7 @@ def allocate(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    limits, costs = limits_of(below or [], above or [], during), costs_of(cost)
+    limits, costs = limits_of(below or [], above or [], during, place), costs_of(cost)
     purpose = "confirms the tolerances; --no-confirm does without"
     response = response_in(place, purpose) if confirm else None
     found = fb.allocate(

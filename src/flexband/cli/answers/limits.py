@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,6 +14,7 @@ from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.cli.runs import plan_in
 from flexband.errors import InputError
 
 Side = Annotated[
@@ -44,13 +46,14 @@ def limits(
 ) -> None:
     """Check whether outputs keep limits, and how likely they leave them, by default without runs.
 
-    The margin is that of μ ± kσ for all values of the interval inputs; the probability is that of
-    leaving a limit at any time. limits.nc, probability.nc and limits.png are written.
+    Without --below and --above, limits are those of the study in FOLDER. The margin is that of
+    μ ± kσ for all values of the interval inputs; the probability is that of leaving a limit at any
+    time. limits.nc, probability.nc and limits.png are written.
     """
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    wanted = limits_of(below or [], above or [], during)
+    wanted = limits_of(below or [], above or [], during, place)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs:
         response = response_in(place, "corrects probabilities; --runs 0 does without")
@@ -67,9 +70,12 @@ def limits(
 
 
 def limits_of(
-    below: list[str], above: list[str], during: tuple[float, float] | None
+    below: list[str], above: list[str], during: tuple[float, float] | None, place: Path
 ) -> list[fb.Limit]:
-    """Return one limit per output; raise `InputError` if a text is not OUTPUT=NUMBER."""
+    """Return one limit per output, or those of the study in a folder if none is given.
+
+    Raise `InputError` if a text is not OUTPUT=NUMBER, or if there is no limit.
+    """
     sides: dict[str | None, dict[str, float]] = {}
     for side, texts in (("below", below), ("above", above)):
         for text in texts:
@@ -83,7 +89,12 @@ def limits_of(
                 raise InputError(f"--{side} must be given once for {name or 'the output'}")
             own[side] = value
     if not sides:
-        raise InputError("limits requires --below or --above, as in --below F_X=345")
+        known = during is None and (place / "study.json").is_file()
+        if known and (own := plan_in(place).study().limits):
+            return list(own)
+        raise InputError(
+            "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
+        )
     return [fb.Limit(name, during=during, **own) for name, own in sides.items()]
 
 

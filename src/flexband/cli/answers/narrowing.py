@@ -15,7 +15,11 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
-from flexband.report.tables import outputs_of, select
+from flexband.report.numbers import number
+from flexband.report.tables import error_in_words, outputs_of, select
+
+SPREADS = {"std", "cv"}
+"""Parameters of which a distribution has one."""
 
 
 @app.command("contributions")
@@ -124,7 +128,7 @@ def narrow(
         list[str],
         typer.Argument(
             help="NAME=LOWER..UPPER for an interval, NAME=NUMBER to fix an input, NAME.std=NUMBER "
-            "for less scatter."
+            "or NAME.cv=NUMBER for less scatter."
         ),
     ],
     sigmas: Sigmas = 1.0,
@@ -132,8 +136,10 @@ def narrow(
 ) -> None:
     """Show the bands for tighter tolerances or less scatter, without new runs.
 
-    narrowed.nc is written.
+    narrowed.nc is written, in place of an earlier one.
     """
+    from flexband.report.page.answers import read_answer  # noqa: PLC0415
+    from flexband.report.page.inputs import known_of  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -142,22 +148,32 @@ def narrow(
     wanted = changes_of(surrogate, changes)
     before, after = surrogate.bands(sigmas), surrogate.narrowed(**wanted).bands(sigmas)
     check_folder(place)
+    changed = "; ".join(f"{name}: {known_of(name, one)[1]}" for name, one in wanted.items())
+    after = after.assign_attrs(changes=changed)
+    earlier = read_answer(place, "narrowed")
+    if earlier is not None and earlier.attrs.get("changes") != changed:
+        text = (
+            f"The earlier narrowed.nc is replaced ({earlier.attrs.get('changes', 'other inputs')})"
+        )
+        print_text(text, error=True)
     save(lambda: write_netcdf(after, place / "narrowed.nc"))
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
     if as_json:
         own = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
-        print_json({"inputs": after.attrs["inputs"], **own, "expected_error": error})
+        print_json(
+            {"changes": changed, "inputs": after.attrs["inputs"], **own, "expected_error": error}
+        )
         return
     pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
     rows = [
-        [name, f"{old:.4g}", f"{new:.4g}", _percent(new / old if old else 1.0)]
+        [name, number(old), number(new), _percent(new / old if old else 1.0)]
         for name, (old, new) in pairs.items()
     ]
-    header = ["output", "mean width of the error bar", "narrowed", "of what it was"]
+    header = ["output", "width of the error bar, mean over time", "narrowed", "of what it was"]
     print_table("Narrowed inputs", (header, rows))
-    told = f"{100 * error:.2g} % of the new width" if isinstance(error, float) else str(error)
-    print_text(f"{after.attrs['inputs']}\nexpected error: {told}")
+    told = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
+    print_text(f"{changed}\n{told}\nWritten: {place / 'narrowed.nc'}")
 
 
 @app.command("tolerance")
@@ -171,7 +187,8 @@ def tolerance(
 ) -> None:
     """Find the tolerance of an input with which the error bars have a part of their width.
 
-    All other inputs stay as they are. No runs are made and no file is written.
+    Widths are the largest over time, as in the report's panel "What if". All other inputs stay as
+    they are. No runs are made and no file is written.
     """
     surrogate, _ = saved(folder)
     found = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
@@ -182,17 +199,19 @@ def tolerance(
     if as_json:
         print_json({one: dict(zip(names, values, strict=True)) for one, values in own.items()})
         return
-    header = ["output", "width", "without the input", f"tolerance for {_percent(share)}", "part"]
+    header = ["output", "largest width", "without its uncertainty",
+              f"tolerance for {_percent(share)}", "part of the present one"]  # fmt: skip
     rows = [
         [
             output or "response",
-            *(f"{v:.4g}" for v in values[:2]),
-            "none is small enough" if np.isnan(values[3]) else f"{values[3]:.4g}",
+            *(number(v, scale=values[0]) for v in values[:2]),
+            "none is small enough" if np.isnan(values[3]) else number(values[3]),
             "" if np.isnan(values[2]) else _percent(values[2]),
         ]
         for output, values in own.items()
     ]
-    print_table(f"Tolerance of {name}, all others as they are", (header, rows))
+    title = f"Tolerance of {name}, all others as they are; widths are the largest over time"
+    print_table(title, (header, rows))
 
 
 def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
@@ -207,12 +226,18 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
         except ValueError:
             numbers = []
         if not equals or not numbers:
-            forms = "NAME=LOWER..UPPER, NAME=NUMBER or NAME.std=NUMBER"
+            forms = "NAME=LOWER..UPPER, NAME=NUMBER, NAME.std=NUMBER or NAME.cv=NUMBER"
             raise InputError(f"a change must be {forms}; got {text!r}")
         owner, _, parameter = name.rpartition(".")
         one: Any = inputs.get(owner)
-        if name not in inputs and is_dataclass(one) and parameter in {f.name for f in fields(one)}:
-            found[owner] = replace(found.get(owner, one), **{parameter: numbers[0]})  # pyright: ignore
+        names = {own.name for own in fields(one) if own.init} if is_dataclass(one) else set()
+        if name not in inputs and one is not None and names and parameter not in names:
+            raise InputError(f"{owner} has {', '.join(sorted(names))}; got {text!r}")
+        if name not in inputs and parameter in names:
+            changed: dict[str, Any] = {parameter: numbers[0]}
+            if parameter in SPREADS:  # one of them alone is given
+                changed = dict.fromkeys(SPREADS & names) | changed
+            found[owner] = replace(found.get(owner, one), **changed)
         else:
             found[name] = fb.Interval(*numbers) if dots else numbers[0]
     return found

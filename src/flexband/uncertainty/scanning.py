@@ -14,7 +14,7 @@ from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
-from flexband.uncertainty.surrogates.bands import bands
+from flexband.uncertainty.surrogates.bands import bands, described
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Scanning:
             scanned = mean + c * sigmas * std
             best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
             found.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
-        return bands(space, values, found, sigmas)
+        return described(bands(space, values, found, sigmas))
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ class SampledSeries:
             if isinstance(one, PhaseExpansion):
                 m = one.parts.interval_dimension
                 terms = Terms.of(one.parts, one.columns)
-                reach = terms.reach()[:m] * (not terms.saturated())
+                reach = terms.reach()[:m] * (not terms.saturated)
                 yield SampledSeries(
                     int(output), one, one.parts, scan_points(2 * terms.orders[:m], reach)
                 )

@@ -138,7 +138,7 @@ def _search(terms: Terms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray
     polynomials, smooth = smooth_moments(terms)
     index, size = polynomials.index, np.abs(smooth).max(axis=0)
     matter = np.any(np.abs(smooth) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))
-    points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated()))
+    points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
     basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
     smooth, index = np.ascontiguousarray(smooth[:, matter]), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)

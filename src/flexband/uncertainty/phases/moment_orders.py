@@ -104,7 +104,7 @@ def _sizes(terms: Terms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
     )
     largest = outputs.sum(axis=1).max(axis=0)
     size = (outputs / np.where(largest > 0, largest, 1.0)).max(axis=(0, 2))
-    phase = 0.0 * phase if terms.saturated() else 2 * phase
+    phase = 0.0 * phase if terms.saturated else 2 * phase
     weights = (size, size * random, phase * index.any(axis=1), phase)
     value, fluctuation, mixed, turned = (
         Sizes.of(index, own).largest(2 * MAX_TERMS) for own in weights

@@ -12,6 +12,8 @@ has one row of them, with the columns of `MomentColumns`, for each time and η.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from flexband.caching import cached_on_disk
@@ -89,6 +91,15 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
         row[columns.phase + c] = rows[0, parts.phase + c * parts.block]
 
 
+@partial(cached_on_disk, fastmath={"reassoc", "contract"})
+def product(a, b):
+    """Return Σ_q a_q b_q, in an order that suits registers."""
+    total = 0.0
+    for q in range(len(a)):
+        total += a[q] * b[q]
+    return total
+
+
 @cached_on_disk
 def by_points(
     coefficients, interval_term, random_term, phi, psi, weights, parts, columns, turning, table
@@ -101,10 +112,12 @@ def by_points(
     interval_term, random_term : which Φ_i and Ψ_j each term has.
     phi, psi : Φ at points of η, (points, M), and Ψ at those of ξ, (points, N).
     """
-    outputs, carriers = parts.outputs, parts.carriers
-    width = coefficients.shape[2]
-    rows, values = np.empty((psi.shape[1], width)), np.empty((len(psi), width))
-    turn, u = np.empty(carriers, np.complex128), np.empty(carriers, np.complex128)
+    outputs, carriers, points = parts.outputs, parts.carriers, len(psi)
+    rows, psi = np.empty((psi.shape[1], coefficients.shape[2])), np.ascontiguousarray(psi.T)
+    values, wb = np.empty((rows.shape[1], points)), np.empty(points)
+    cos, sin = np.empty((carriers, points)), np.empty((carriers, points))
+    re, im = np.empty((carriers, points)), np.empty((carriers, points))  # of u
+    w_re, w_im = np.empty((carriers, points)), np.empty((carriers, points))
     mean, base = np.empty(outputs), np.empty(outputs)
     first = np.empty((outputs, carriers), np.complex128)
     square = np.empty((outputs, carriers))
@@ -112,27 +125,35 @@ def by_points(
     for t in range(len(coefficients)):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
-            np.dot(psi, rows, values)
-            mean[:], base[:], first[:], square[:], second[:] = 0.0, 0.0, 0.0, 0.0, 0.0
-            for q in range(len(psi)):
+            np.dot(rows.T, psi, values)
+            for c in range(carriers):
+                at = parts.phase + c * parts.block
+                for q in range(points):
+                    angle = values[at, q] - rows[0, at]
+                    cos[c, q], sin[c, q] = np.cos(angle), np.sin(angle)
+            for o in range(outputs):
+                b = values[o]
+                for q in range(points):
+                    b[q] -= rows[0, o]
+                    wb[q] = weights[q] * b[q]
+                mean[o], base[o] = product(weights, b), product(wb, b)
                 for c in range(carriers):
-                    at = parts.phase + c * parts.block
-                    angle = values[q, at] - rows[0, at]
-                    turn[c] = complex(np.cos(angle), np.sin(angle))
-                for o in range(outputs):
-                    b, w = values[q, o] - rows[0, o], weights[q]
-                    mean[o] += w * b
-                    base[o] += w * b * b
-                    for c in range(carriers):
-                        at = c * parts.block + o
-                        re, im = values[q, parts.real + at], values[q, parts.imag + at]
-                        u[c] = complex(re, im) * turn[c]
-                        first[o, c] += w * u[c]
-                        square[o, c] += w * (re * re + im * im)
-                    for k in range(len(turning)):
-                        c, d, s = turning[k]
-                        other = b + 0j if s == 0 else (u[d] if s > 0 else np.conj(u[d]))
-                        second[o, k] += w * u[c] * other
+                    at = c * parts.block + o
+                    x, y = values[parts.real + at], values[parts.imag + at]
+                    for q in range(points):
+                        re[c, q] = x[q] * cos[c, q] - y[q] * sin[c, q]
+                        im[c, q] = x[q] * sin[c, q] + y[q] * cos[c, q]
+                        w_re[c, q], w_im[c, q] = weights[q] * re[c, q], weights[q] * im[c, q]
+                    first[o, c] = complex(product(weights, re[c]), product(weights, im[c]))
+                    square[o, c] = product(w_re[c], re[c]) + product(w_im[c], im[c])
+                for k in range(len(turning)):
+                    c, d, s = turning[k]
+                    if s == 0:
+                        second[o, k] = complex(product(wb, re[c]), product(wb, im[c]))
+                    else:
+                        real = product(w_re[c], re[d]) - s * product(w_im[c], im[d])
+                        imag = product(w_im[c], re[d]) + s * product(w_re[c], im[d])
+                        second[o, k] = complex(real, imag)
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -113,8 +114,9 @@ class Terms:
         first = (self.index.sum(axis=1) == 1)[:, None] * random
         return np.einsum("kv,tkc->tcv", first, self.phases)
 
+    @cached_property
     def saturated(self) -> bool:
-        """Return whether all averages of turning parts over ξ vanish, at all η and times.
+        """Whether all averages of turning parts over ξ vanish, at all η and times.
 
         Those over normal variables do if the phase changes fast enough with them, whatever the
         values of the others. Those over uniform variables decrease too slowly.
@@ -150,7 +152,7 @@ class Terms:
         own = self.coefficients, expansion.i, expansion.j, phi
         index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
-        if rule is None and self.saturated():
+        if rule is None and self.saturated:
             without_turning(*own, norms, *filled)
             return table
         rule = rule or resolving_rule(*self.over_random())

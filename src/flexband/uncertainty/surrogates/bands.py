@@ -48,7 +48,7 @@ WITHOUT_UNITS = (
 def bands(
     space: Space, labels: xr.DataArray, found: Sequence[Extremes], sigmas: float
 ) -> xr.Dataset:
-    """Return the dataset of bands.
+    """Return the dataset of bands, which `described` completes.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def bands(
     if intervals.inputs:
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
-    return described(xr.Dataset(data, coords, {"sigmas": sigmas} | remark(space)))
+    return xr.Dataset(data, coords, {"sigmas": sigmas} | remark(space))
 
 
 def remark(space: Space) -> dict[str, str]:

@@ -212,3 +212,28 @@ def test_runs_that_needed_half_the_step_are_warned_of():
     response = fb.dynamic_response(builder, duration=0.2, step=0.02)
     with pytest.warns(fb.FlexbandWarning, match="1 of 3 runs diverged with steps of 0.02 s"):
         response(speed=np.array([0.1, 7.5, 0.2]))
+
+
+def test_a_stress_that_is_zero_in_theory_does_not_drive_the_refinement():
+    def cantilever(length, modulus):
+        beam = fb.Beam(
+            length=length, height=0.01, width=0.01, density=7800.0, youngs_modulus=modulus,
+            poissons_ratio=0.3, retardation=1e-4,
+        )  # fmt: skip
+        return fb.Mechanism(
+            bodies={"beam": beam},
+            joints={"clamp": fb.Weld("beam.start", (0.0, 0.0))},
+            loads={"gravity": fb.Gravity()},
+            sensors={"s": fb.Stress("beam", "start", y=0.004), "f": fb.SectionForces("beam")},
+        )
+
+    response = fb.dynamic_response(cantilever, duration=0.1)
+    values = {"length": np.array([0.5]), "modulus": np.array([2e11])}
+    assert response.quantities(**values) == ["s [Pa]"] * 3 + ["f [N]"] * 2 + ["f [N m]"]
+    inputs = {"length": fb.Interval(0.49, 0.51), "modulus": fb.Normal(2e11, 1e10)}
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.05))
+    assert bands.attrs["expected_error"] < 0.05
+    assert "s_yy" in bands.attrs["small_components"]
+    assert bands.attrs["halved"].count("elements") <= 2
+    width = (bands["error_bar"][1] - bands["error_bar"][0]).mean("time")
+    assert float(width.sel(output="s_yy")) < 1e-6 * float(width.sel(output="s_xx"))

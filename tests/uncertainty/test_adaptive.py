@@ -463,7 +463,7 @@ def test_what_is_left_out_is_halved_a_limited_number_of_times():
             return {"step": Noisy(self.h / 2)}
 
         def __call__(self, x, e):
-            phase = 1e4 / self.h
+            phase = 2.1 * np.log2(self.h)
             wave = np.cos(2 * np.pi * (1 + 0.02 * x + 0.02 * e)[:, None] * TIMES + phase)
             return xr.DataArray(wave, dims=("sample", "time"), coords={"time": TIMES})
 
@@ -490,6 +490,114 @@ def test_finer_runs_that_fail_are_not_fine_enough_where_the_step_is_left_out():
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
     with pytest.raises(fb.SimulationError):
         fb.propagate(Failing(left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))
+
+
+class Computed(Open):
+    """An oscillator, and a second output, `other`, at each step h and number of elements n."""
+
+    def __init__(self, other, h=0.5, n=100, left_out=("step",), quantities=()):
+        super().__init__(h, n, left_out)
+        self.other, self.names = other, quantities
+
+    def _at(self, h, n):
+        return type(self)(self.other, h, n, self.given, self.names)
+
+    def refinements(self, x, e):
+        return {"step": self._at(self.h / 2, self.n), "elements": self._at(self.h, 2 * self.n)}
+
+    def quantities(self, x, e):
+        return list(self.names)
+
+    def __call__(self, x, e):
+        wave = super().__call__(x, e).values
+        both = np.stack([wave, self.other(wave, x, e, self.h, self.n)], axis=1)
+        labels = {"output": ["a", "b"], "time": TIMES}
+        return xr.DataArray(both, dims=("sample", "output", "time"), coords=labels)
+
+
+SPREAD = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+
+
+def noise(x, e, h):
+    """Return noise that is another one for every run and step."""
+    seeds = np.abs(1e6 * (x + 3 * e + h)).astype(int)
+    return np.stack([np.random.default_rng(s).standard_normal(len(TIMES)) for s in seeds])
+
+
+def step_of(bands):
+    return float(bands.attrs["discretization"].split(", ")[0].split()[1])
+
+
+def test_a_component_that_is_rounding_does_not_drive_the_refinement():
+    def other(wave, x, e, h, n):
+        return 1e-9 * noise(x, e, h)
+
+    one = Computed(other, quantities=("s [Pa]", "s [Pa]"))
+    bands = fb.propagate(one, SPREAD, fb.AdaptivePCCI(0.01))
+    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["expected_error"] < 0.01
+    assert bands.attrs["discretization"] == alone.attrs["discretization"]
+    assert bands.attrs["runs"] == alone.attrs["runs"]
+    assert bands.attrs["small_components"] == "b"
+    assert any(line.startswith("b: the error bar is narrower") for line in remarks(bands))
+    assert bool(bands["trusted"].all())
+    error = bands["error_bar_expected_error"].sel(output="b")
+    assert 1e-10 < float(error.mean()) < 1e-8  # in the unit of the output
+    assert "small_components" not in alone.attrs
+    same = Computed(lambda wave, x, e, h, n: 2 * wave, quantities=("s [Pa]", "s [Pa]"))
+    assert "small_components" not in fb.propagate(same, SPREAD, fb.AdaptivePCCI(0.01)).attrs
+
+
+def test_an_output_that_is_zero_in_all_runs_does_not_drive_the_refinement():
+    one = Computed(lambda wave, x, e, h, n: 0 * wave)
+    bands = fb.propagate(one, SPREAD, fb.AdaptivePCCI(0.01))
+    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["expected_error"] < 0.01
+    assert bands.attrs["discretization"] == alone.attrs["discretization"]
+    assert np.all(bands["error_bar"].sel(output="b") == 0)
+
+
+def test_refinement_ends_where_the_error_of_an_output_no_longer_falls():
+    def other(wave, x, e, h, n):
+        offset = np.where(np.log2(h) % 2 < 1, 1.0, -1.0)  # which no step removes
+        return wave + 0.03 * offset * np.cos(2 * np.pi * TIMES)
+
+    bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["not_refined"] == "the error of b that is due to the step no longer falls"
+    assert bands.attrs["discretization_error"] > 0.005
+    assert remarks(bands)[-1].endswith(
+        "NOT met by the discretization: " + bands.attrs["not_refined"]
+    )
+    assert step_of(bands) > 2.0**-8
+    of_a = bands["error_bar_discretization_error"].sel(output="a").mean()
+    width = (bands["error_bar"][1] - bands["error_bar"][0]).sel(output="a").mean()
+    assert float(of_a / width) < 0.005  # the other output went on
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        fb.AssemblyError("2 of 8 runs failed\nsample 0, t = 0 s: no rank", {0: (0.0, "no rank")}),
+        fb.SimulationError("2 of 8 runs failed\nsample 0, t = 1 s: no rank", {0: (1.0, "no rank")}),
+        fb.InputError("8 samples would take 80 GB of memory"),
+        MemoryError(),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_a_level_that_fails_does_not_lose_the_finished_ones(error):
+    def other(wave, x, e, h, n):
+        if h < 0.05:
+            raise error
+        return wave + 0.2 * np.cos(3 / h) * np.cos(2 * np.pi * TIMES)
+
+    bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
+    assert step_of(bands) > 0.05
+    assert bands.attrs["halved"] == ["step"] * round(np.log2(0.5 / step_of(bands)))
+    assert bands.attrs["discretization_error"] > 0.01
+    assert bands.attrs["not_refined"].startswith("a finer one fails (")
+    assert "NOT met by the discretization: a finer one fails" in remarks(bands)[-1]
+    kinds = ("fitted", "checked", "refined", "coarser", "repeated")
+    assert bands.attrs["runs"] >= sum(bands.attrs[f"runs_{kind}"] for kind in kinds)
 
 
 def test_what_is_given_too_coarsely_is_told_where_the_rest_is_left_out():

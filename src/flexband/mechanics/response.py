@@ -83,6 +83,11 @@ class DynamicResponse:
         elements = self._mechanism(values).refined(self.element_parts).elements
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
+    def quantities(self, **values: Any) -> list[str]:
+        """Return of which vector or tensor each output is a component: its sensor and unit."""
+        sensors = self._mechanism(values).sensors.items()
+        return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
+
     @property
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""

@@ -12,6 +12,7 @@ from flexband.report.numbers import number, percent
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.surrogates.diagnostics import SMALL
 from flexband.uncertainty.surrogates.sigmas import NO_WIDTH
 
 Table = tuple[list[str], list[list[str]]]
@@ -144,6 +145,11 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         if own.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in own else ""
             lines.append(f"Discretization: {own['discretization']}{chosen}")
+        if own.get("small_components"):
+            lines.append(
+                f"{own['small_components']}: the error bar is narrower than {SMALL:g} of that of "
+                "another component, and the error is in parts of this"
+            )
         carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
         lines += [
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
@@ -190,10 +196,9 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
         lines.append(f"Most is missed {own['largest_miss']}")
     if own["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:
-            lines.append(
-                f"{unmet} NOT met by the discretization: what is given is too coarse, or what is "
-                "left out would have to be halved more often"
-            )
+            too_coarse = "what is given is too coarse, or what is left out would have to be halved"
+            why = own.get("not_refined", f"{too_coarse} more often")
+            lines.append(f"{unmet} NOT met by the discretization: {why}")
         else:
             lines.append(
                 "The discretization is coarse: a finer one would move the bands by more than the "

@@ -44,6 +44,10 @@ class Discretized:
         """Return the numbers of the discretization, by name."""
         return self.response.discretization(**values)  # type: ignore[attr-defined]
 
+    def quantities(self, **values: Any) -> list[str]:
+        """Return of which vector or tensor each output is a component, by name."""
+        return getattr(self.response, "quantities", lambda **_: [])(**values)
+
 
 def discretized(study: Study) -> Study:
     """Return a study that any method can be used for.

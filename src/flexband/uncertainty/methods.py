@@ -22,8 +22,9 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 
 It may have a method `refinements` that returns the same on discretizations twice as fine, by the
 name of what is finer; a method `discretization` that returns its numbers by name; a list `left_out`
-of what the user left to the method; and a method `known` that returns ξ, η and values of up to so
-many earlier runs at generic points.
+of what the user left to the method; a method `quantities` that returns of which vector or tensor
+each output is a component; and a method `known` that returns ξ, η and values of up to so many
+earlier runs at generic points.
 """
 
 MAX_ORDER = 100
@@ -64,6 +65,14 @@ def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list
             f"got {', '.join(orders) or 'none'}"
         )
     return [orders[k] for k, one in inputs.items() for _ in range(one.dimension)]
+
+
+def quantities(evaluate: Evaluate, outputs: int) -> np.ndarray:
+    """Return of which vector or tensor each output is a component, as numbers."""
+    names = getattr(evaluate, "quantities", list)()
+    if len(names) != outputs:
+        return np.arange(outputs)
+    return np.unique(names, return_inverse=True)[1]
 
 
 def earlier_runs(evaluate: Evaluate, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

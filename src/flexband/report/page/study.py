@@ -216,7 +216,7 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
         "runs_fitted": "fitted",
         "runs_checked": "held out",
         "runs_refined": "with half the step or twice the elements",
-        "runs_coarser": "with coarser steps or elements",
+        "runs_coarser": "with other steps or elements",
         "runs_repeated": "repeated",
         "runs_failed": "failed",
     }

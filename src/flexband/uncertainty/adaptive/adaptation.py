@@ -17,7 +17,7 @@ from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate, earlier_runs
+from flexband.uncertainty.methods import Evaluate, earlier_runs, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.diagnostics import running, series, step
 
@@ -73,6 +73,7 @@ class Adaptation:
         self.labels, self.phase_resolved = values[:0].copy(), phase_resolved
         self.dt = step(values) if phase_resolved else 1.0
         runs = Runs(xi, eta, series(values))
+        self.quantities = quantities(evaluate, runs.values.shape[1])
         if len(known[0]):
             held = known[2].reshape(-1, *runs.values.shape[1:])
             runs = Runs.joined(runs, Runs(known[0], known[1], held))
@@ -137,7 +138,8 @@ class Adaptation:
         fits = [Fit.of(self.design, stage) for stage in self.stages]
         self.choice = Choice.of([*fits, *in_use], self.fitted, self.held)
         m = self.places.shape[1]
-        self.error = ExpectedError.of(self.choice, self.generic, F, self.dt, m)
+        of = self.generic, F, self.dt, m, self.quantities
+        self.error = ExpectedError.of(self.choice, *of)
 
     def _split(self, F: np.ndarray) -> list[Stage]:
         """Return runs with 0, 1, 2, … carriers."""

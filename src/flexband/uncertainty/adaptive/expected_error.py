@@ -11,6 +11,7 @@ from flexband.uncertainty.adaptive.fits import Choice
 from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
 from flexband.uncertainty.surrogates.diagnostics import (
     ROUND_OFF,
+    at_least,
     missed_part,
     rms,
     running,
@@ -33,6 +34,7 @@ class ExpectedError:
     size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
     window : half of the number of times over which errors are averaged.
     missed : part of the variation in held-out runs that is missed, shape (outputs,).
+    quantities : of which vector or tensor each output is a component, as numbers.
     """
 
     choice: Choice
@@ -40,6 +42,7 @@ class ExpectedError:
     size: np.ndarray
     window: int
     missed: np.ndarray
+    quantities: np.ndarray
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -48,10 +51,23 @@ class ExpectedError:
 
     @cached_property
     def width(self) -> np.ndarray:
-        """Mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary."""
+        """Mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary.
+
+        It is at least `SMALL` times that of the widest component of the same quantity.
+        """
+        return at_least(self.own_width, self.quantities)
+
+    @cached_property
+    def own_width(self) -> np.ndarray:
+        """The width without a look at other components."""
         _, lower, upper = self.extremes
         width = (upper.values[1] - lower.values[0]).mean(axis=-1)
         return np.maximum(width, ROUND_OFF * self.size + 1e-300)
+
+    @property
+    def small(self) -> np.ndarray:
+        """Which outputs vary, but so little that errors are in parts of another component's."""
+        return np.isfinite(self.size) & (self.own_width < self.width)
 
     @property
     def unexplained(self) -> np.ndarray:
@@ -68,7 +84,9 @@ class ExpectedError:
         return (error.mean(axis=-1) / self.width).max(axis=0)
 
     @staticmethod
-    def of(choice: Choice, generic: int, F: np.ndarray, dt: float, m: int) -> ExpectedError:
+    def of(
+        choice: Choice, generic: int, F: np.ndarray, dt: float, m: int, quantities: np.ndarray
+    ) -> ExpectedError:
         """Return the error expected.
 
         Parameters
@@ -76,6 +94,7 @@ class ExpectedError:
         generic : number of held-out runs at generic points, which are the first.
         F : all runs, shape (runs, outputs, times), at steps of dt.
         m : number of interval variables.
+        quantities : of which each output is a component.
         """
         groups = np.split(choice.missed, [generic])
         missed = np.max([np.mean(own**2, axis=0) for own in groups if len(own)], axis=0)
@@ -86,7 +105,8 @@ class ExpectedError:
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F), size, np.inf)
-        return ExpectedError(choice, values, size, window, missed_part(choice.missed, F))
+        missed = missed_part(choice.missed, F, quantities)
+        return ExpectedError(choice, values, size, window, missed, quantities)
 
 
 def _scattered(times: int) -> np.ndarray:

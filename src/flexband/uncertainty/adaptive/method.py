@@ -39,7 +39,8 @@ class AdaptivePCCI:
     tolerance : error of the bands to stop at, in parts of the mean width of the error bar. Of a
         response whose step or elements are left out, it is the whole error, half of it that of the
         discretization, and both are halved until that is met. Where they are given, their error is
-        estimated, but not lowered.
+        estimated, but not lowered. A component of a vector or tensor whose error bar is narrower
+        than 10⁻⁴ of that of another one, as the stress across a beam, is judged in parts of this.
     max_runs : budget of runs that are fitted or held out, not of those on finer or coarser
         discretizations; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
@@ -111,11 +112,14 @@ class AdaptivePCCI:
         ``attrs["discretization"]`` tells the step and the elements, ``attrs["step_error"]`` and
         ``attrs["elements_error"]`` what is due to each, and ``attrs["halved"]`` what was halved.
         ``attrs["runs"]`` counts ``attrs["runs_fitted"]``, ``attrs["runs_checked"]``,
-        ``attrs["runs_refined"]`` on finer and ``attrs["runs_coarser"]`` on coarser discretizations
-        than that of the bands, ``attrs["runs_repeated"]``, and those that found the domains of
-        fields or looked for inputs without effect. ``attrs["largest_miss"]`` names the held-out run
-        that the expansion misses by the most, ``attrs["stopped"]`` why there were no more runs,
-        ``attrs["runs_generic"]`` how many held-out runs are at generic points.
+        ``attrs["runs_refined"]`` on finer discretizations than that of the bands and
+        ``attrs["runs_coarser"]`` on others that were tried, ``attrs["runs_repeated"]``, and those
+        that found the domains of fields or looked for inputs without effect.
+        ``attrs["largest_miss"]`` names the held-out run that the expansion misses by the most,
+        ``attrs["stopped"]`` why there were no more runs, ``attrs["runs_generic"]`` how many
+        held-out runs are at generic points. ``attrs["not_refined"]`` tells why nothing finer was
+        tried, if it was not the tolerance that was met, and ``attrs["small_components"]`` the
+        outputs whose error is in parts of the error bar of another component of the same quantity.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)

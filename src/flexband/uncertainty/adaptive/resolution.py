@@ -2,7 +2,7 @@
 
 The first runs of a coarse discretization, and a few of them on a finer one, tell its error in parts
 of the error bar's width. What is too coarse is halved until this error is half of the tolerance;
-the expansion has the other half.
+the expansion has the other half. An output whose error no longer falls asks for nothing finer.
 """
 
 from __future__ import annotations
@@ -10,9 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from flexband.errors import RunError
+import numpy as np
+
+from flexband.errors import AssemblyError, InputError, RunError
 from flexband.uncertainty.adaptive.adaptation import Adaptation, refinements
 from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.surrogates.diagnostics import DOUBT, names_of_outputs
 
 OF_DISCRETIZATION = 0.5
 """Part of the tolerance that is for the discretization."""
@@ -23,14 +26,29 @@ ORDER = 2
 RESOLVED = 0.3
 """Below this error the order is taken for granted."""
 
+FALL_PER_HALVING = 0.5**0.5
+"""An error that falls by less in every one of two halvings does not converge; order two gives
+1/4."""
+
+CLEAR = 0.25
+"""Two halvings show this of an error above this part of what the expansion misses."""
+
+HALVINGS_OF_NOISE = 4
+"""So many show it of smaller errors, and of large ones in outputs that the expansion does not
+explain. What it does explain may be a vibration that longer steps do not follow at all."""
+
 MOST_AT_ONCE = 3
 MOST_HALVINGS = 9
+MOST_FAILED = 2
+"""Levels that fail in a row, after one that did not, before that is taken."""
 
 
 def solved(
     begin: Callable[[Evaluate], Adaptation], evaluate: Evaluate, tolerance: float
 ) -> tuple[Adaptation, dict[str, object]]:
     """Return the runs on the discretization that is fine enough, or on the one that is given.
+
+    If finer ones fail, it is the finest of which the error is known.
 
     Parameters
     ----------
@@ -41,40 +59,104 @@ def solved(
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
-    halved, coarser, names = 0, 0, []
+    levels, finished = Levels(left_out, OF_DISCRETIZATION * tolerance), None
+    halved, others, failed, names = 0, 0, 0, []
     while True:
         course, last = None, halved >= MOST_HALVINGS
         try:
             course = begin(evaluate)
-            wanted = _halvings(course, left_out, tolerance)
+            wanted = levels.wanted(course, names)
             if last or not wanted:
                 stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
-                wanted = _halvings(course, left_out, tolerance)
+                wanted = levels.wanted(course, names)
                 if last or not wanted:
-                    return course, {"stopped": stopped, "runs_coarser": coarser, "halved": names}
-        except RunError:  # the step may be too long
-            if last:
+                    told = levels.told(course) | {"stopped": stopped}
+                    return course, {**told, "runs_coarser": others, "halved": names}
+            finished, failed = (course, names), 0
+        except (RunError, InputError, MemoryError) as error:
+            failed += 1
+            of_step = isinstance(error, RunError) and not isinstance(error, AssemblyError)
+            if finished and not (of_step and failed < MOST_FAILED and not last):
+                others += course.runs if course else 0
+                course, names = finished
+                others -= course.runs
+                why = "; ".join((str(error) or type(error).__name__).splitlines()[:2])
+                stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
+                told = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
+                return course, {**told, "runs_coarser": others, "halved": names}
+            if last or not isinstance(error, RunError):
                 raise
-            wanted = {"step" if "step" in left_out else left_out[0]: 1}
-        coarser += course.runs if course else 0
+            wanted = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
+        others += course.runs if course else 0
         for name, times in wanted.items():
             for _ in range(times):
                 evaluate = refinements(evaluate)[name]
-            names += [name] * times
+            names = [*names, *[name] * times]
         halved += max(wanted.values())
 
 
-def _halvings(course: Adaptation, left_out: list[str], tolerance: float) -> dict[str, int]:
-    """Return how often what was left out must be halved; nothing if it is fine enough."""
-    errors = {name: course.error.relative(e) for name, e in course.discretization().items()}
-    allowed = OF_DISCRETIZATION * tolerance
-    if sum(errors.values()) <= allowed:
-        return {}
-    given = sum(error for name, error in errors.items() if name not in left_out)
-    each, times = max(allowed - given, allowed / 2) / len(left_out), {}
-    for name in left_out:
-        ratio = errors.get(name, 0.0) / each
-        if ratio > 1:
-            most = MOST_AT_ONCE if errors[name] < RESOLVED else 1
-            times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))
-    return times
+class Levels:
+    """The errors of all discretizations so far.
+
+    Attributes
+    ----------
+    left_out : what is chosen.
+    allowed : error of the discretization, in parts of the error bar's width.
+    """
+
+    def __init__(self, left_out: list[str], allowed: float):
+        """Begin without levels."""
+        self.left_out, self.allowed = left_out, allowed
+        self.known: dict[str, dict[int, np.ndarray]] = {}
+        self.stuck: dict[str, np.ndarray] = {}
+
+    def wanted(self, course: Adaptation, names: list[str]) -> dict[str, int]:
+        """Return how often what was left out must be halved; nothing if that is enough.
+
+        Parameters
+        ----------
+        course : the runs on a level.
+        names : what has been halved for it.
+        """
+        errors = {}
+        for name, error in course.discretization().items():
+            own, before = course.error.of_outputs(error), self.known.setdefault(name, {})
+            count = names.count(name)
+            self.stuck[name] = self._stuck(own, before, count, course.error.missed)
+            before[count] = own
+            errors[name] = float(own.max(where=~self.stuck[name], initial=0.0))
+        if sum(errors.values()) <= self.allowed:
+            return {}
+        given = sum(error for name, error in errors.items() if name not in self.left_out)
+        each = max(self.allowed - given, self.allowed / 2) / len(self.left_out)
+        times = {}
+        for name in self.left_out:
+            ratio = errors.get(name, 0.0) / each
+            if ratio > 1:
+                most = MOST_AT_ONCE if errors[name] < RESOLVED else 1
+                times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))
+        return times
+
+    @staticmethod
+    def _stuck(
+        own: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
+    ) -> np.ndarray:
+        """Return which errors do not fall any more, shape (outputs,)."""
+        stuck = np.zeros(len(own), bool)
+        for fewer, error in before.items():
+            halvings, resolved = count - fewer, error < RESOLVED
+            sure = resolved & (own > CLEAR * missed) & (halvings >= 2)
+            long = (resolved | (missed >= DOUBT)) & (halvings >= HALVINGS_OF_NOISE)
+            stuck |= (own > error * FALL_PER_HALVING**halvings) & (sure | long)
+        return stuck
+
+    def told(self, course: Adaptation) -> dict[str, str]:
+        """Return in words of which outputs the error is too large, but no longer falls."""
+        outputs, lines = np.array(names_of_outputs(course.labels)), []
+        for name, stuck in self.stuck.items():
+            error = self.known[name][max(self.known[name])]
+            which = outputs[stuck & (error > self.allowed)]
+            if name in self.left_out and len(which):
+                shown = ", ".join(which[:3]) + ", …" * (len(which) > 3)
+                lines.append(f"the error of {shown} that is due to the {name} no longer falls")
+        return {"not_refined": "; ".join(lines)} if lines else {}

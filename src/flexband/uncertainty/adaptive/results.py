@@ -53,6 +53,9 @@ def surrogate_of(course: Adaptation) -> Surrogate:
             if frequency * numbers.get("step", 0.0) > 0
         ],
     )
+    small = np.array(names_of_outputs(labels))[error.small]
+    if len(small):
+        told.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
     held = HeldOut(
         course.held.xi,
         course.held.eta,

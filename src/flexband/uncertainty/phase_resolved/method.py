@@ -13,7 +13,7 @@ from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order
+from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, series, step, trust
@@ -70,7 +70,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         fits = [Fit.of(design, stage) for stage in decompose(runs.values, dt)]
         fitted, held = (runs.which(own) for own in np.s_[: len(design), len(design) :])
         choice = Choice.of(fits, fitted, held)
-        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes))
+        of_one = quantities(evaluate, runs.values.shape[1])
+        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), of_one)
         of_mean = growth(0) if space.families else 1.0  # without σ, the mean is the error bar
         both = np.stack([of_mean * error.values, error.values])
         told = diagnostics(

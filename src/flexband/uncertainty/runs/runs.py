@@ -297,6 +297,10 @@ class Level:
         """Return the numbers of the discretization, such as the step, by name."""
         return self._of_nominal("discretization", {})
 
+    def quantities(self) -> list[str]:
+        """Return of which vector or tensor each output is a component, by name."""
+        return self._of_nominal("quantities", [])
+
     def _of_nominal(self, name: str, default: Any) -> Any:
         """Return what a method of the response tells for inputs at their means and midpoints."""
         method, space = getattr(self.response, name, None), self.runs.space

@@ -27,6 +27,11 @@ DOUBT = 0.5
 ROUND_OFF = 1e-13
 """An output that varies by less than this part of its own size is constant."""
 
+SMALL = 1e-4
+"""Variation of a component of a vector or tensor, as a part of that of the largest component, below
+which errors are in parts of this. What is zero in theory, as the stress across a beam, is rounding
+and vibrations of the mesh, which converge to nothing."""
+
 
 def series(values: xr.DataArray) -> np.ndarray:
     """Return a response as runs, outputs and times: all dims but the last, and the last."""
@@ -79,10 +84,24 @@ def varying(F: np.ndarray) -> np.ndarray:
     return variation(F) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
 
 
-def missed_part(missed: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant."""
+def at_least(sizes: np.ndarray, quantities: np.ndarray) -> np.ndarray:
+    """Return the sizes of outputs, at least `SMALL` times that of any with the same quantity."""
+    largest = np.zeros(quantities.max(initial=-1) + 1)
+    np.maximum.at(largest, quantities, np.where(np.isfinite(sizes), sizes, 0.0))
+    return np.maximum(sizes, SMALL * largest[quantities])
+
+
+def missed_part(
+    missed: np.ndarray, F: np.ndarray, quantities: np.ndarray | None = None
+) -> np.ndarray:
+    """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
+
+    Parameters
+    ----------
+    quantities : of which each output is a component, as numbers.
+    """
     varied = np.where(varying(F), variation(F), np.inf)
-    return rms(missed) / varied
+    return rms(missed) / (varied if quantities is None else at_least(varied, quantities))
 
 
 def names_of_outputs(labels: xr.DataArray) -> list[str]:

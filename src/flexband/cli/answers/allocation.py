@@ -8,7 +8,7 @@ import typer
 
 import flexband as fb
 from flexband.cli.answers.limits import During, Side, limits_of
-from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
+from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
@@ -43,8 +43,8 @@ def allocate(
 
     Tolerances are half the widths of intervals, or standard deviations; those of the study are the
     largest. Without --below and --above, limits are those of the study. Sizes that are free
-    (Sizing) are chosen as well. allocation.nc and allocation.png are
-    written.
+    (Sizing) are chosen as well. allocation.nc and allocation.png are written. New runs are kept
+    with those of the study.
     """
     from flexband.report.figures import allocation_figure  # noqa: PLC0415
     from flexband.report.page.answers import allocation_table  # noqa: PLC0415
@@ -53,10 +53,8 @@ def allocate(
     surrogate, place = saved(folder)
     limits, costs = limits_of(below or [], above or [], during, place), costs_of(cost)
     purpose = "confirms the tolerances; --no-confirm does without"
-    response = response_in(place, purpose) if confirm else None
-    found = fb.allocate(
-        surrogate, limits, costs, response=response, sigmas=sigmas, probability=probability
-    )
+    options = runs_in(place, purpose) if confirm else {}
+    found = fb.allocate(surrogate, limits, costs, sigmas=sigmas, probability=probability, **options)
     check_folder(place)
     save(lambda: write_netcdf(found, place / "allocation.nc"))
     wanted = "margin" in found and found["margin"].ndim == 2

@@ -10,12 +10,13 @@ import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.checking import check
-from flexband.cli.answers.saved import Json, Saved, Sigmas, response_in, saved
+from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.cli.runs import plan_in
 from flexband.errors import InputError
+from flexband.report.progress import progress_bars
 
 Side = Annotated[
     list[str] | None,
@@ -48,7 +49,8 @@ def limits(
 
     Without --below and --above, limits are those of the study in FOLDER. The margin is that of
     μ ± kσ for all values of the interval inputs; the probability is that of leaving a limit at any
-    time. limits.nc, probability.nc and limits.png are written.
+    time. limits.nc, probability.nc and limits.png are written. New runs are kept with those of the
+    study.
     """
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 
@@ -56,10 +58,13 @@ def limits(
     wanted = limits_of(below or [], above or [], during, place)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs:
-        response = response_in(place, "corrects probabilities; --runs 0 does without")
-        options |= {"response": response, "runs": runs}
+        purpose = "corrects probabilities; --runs 0 does without"
+        options |= {**runs_in(place, purpose), "runs": runs}
     check_folder(place)
-    checked, probability = check(surrogate, wanted, place, sigmas=sigmas, **options)
+    with progress_bars() as task:
+        if runs:
+            options["progress"] = task("new runs")
+        checked, probability = check(surrogate, wanted, place, sigmas=sigmas, **options)
     if as_json:
         print_json({"limits": as_rows(checked), "probability": as_rows(probability)})
         return

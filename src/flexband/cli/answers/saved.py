@@ -10,6 +10,7 @@ import typer
 import flexband as fb
 from flexband.cli.runs import plan_in
 from flexband.errors import InputError
+from flexband.execution.store import RUNS
 
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -27,8 +28,12 @@ def saved(folder: Path) -> tuple[Any, Path]:
     return fb.load_surrogate(file), file.parent
 
 
-def response_in(place: Path, purpose: str) -> Any:
-    """Return the response of the study in a folder; raise `InputError` if there is no study."""
+def runs_in(place: Path, purpose: str) -> dict[str, Any]:
+    """Return the response of the study in a folder, and the store of its runs if there is one.
+
+    Raise `InputError` if there is no study.
+    """
     if not (place / "study.json").is_file():
         raise InputError(f"there is no study in '{place}' whose response {purpose}")
-    return plan_in(place).study().response
+    store = place if (place / RUNS).is_dir() else None
+    return {"response": plan_in(place).study().response, "store": store}

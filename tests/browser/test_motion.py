@@ -11,7 +11,7 @@ from flexband.report.page.motion.motion import motion_data
 from flexband.uncertainty.inputs.space import Space
 
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
-SCRIPTS = ("arrays", "element", "motion_pen", "motion_symbols", "motion_scene", "motion")
+SCRIPTS = ("arrays", "element", "numbers", "motion_pen", "motion_symbols", "motion_scene", "motion")
 COLORS = "--ink: #222; --paper: #fff; --muted: #667; --line: #ccc; --accent: #26b; --second: #d60"
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
 
@@ -184,3 +184,20 @@ def test_without_motion_nothing_is_built(opened, file):
     page.evaluate("""document.querySelector("#motion .panel").replaceChildren();
         flexband.starters.forEach((start) => start({ motion: null }))""")
     assert page.locator("canvas").count() == 0
+
+
+def test_names_never_overlap(file, opened):
+    page = opened(file, viewport={"width": 360, "height": 740})
+    boxes = """() => {
+      const { scene, pen, frame } = flexband.motion;
+      pen.names = [];
+      scene.drawNames(pen, frame);
+      return pen.names.map(({ at, half }) => [...at, ...half]);
+    }"""
+    page.wait_for_function("flexband.motion")
+    page.wait_for_timeout(200)
+    found = np.array(page.evaluate(boxes))
+    assert len(found) >= 5
+    for k, (*at, across, up) in enumerate(found):
+        apart = np.abs(found[:k, :2] - at) >= found[:k, 2:] + [across, up]
+        assert apart.any(axis=1).all()

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
+import flexband as fb
 from flexband.cli import app
 from flexband.report.page.charts import DIGITS
 
@@ -199,3 +200,108 @@ study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inpu
     for plot in page.locator("#charts .plot").all():
         plot.scroll_into_view_if_needed()
         plot.locator("svg.main-svg").first.wait_for()
+
+
+MANY = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+t = np.linspace(0.0, 1.0, 51)
+
+def move(**p):
+    s = sum((k + 1) * v for k, v in enumerate(p.values()))[:, None]
+    x, y = 0.2 * np.cos(6 * t) + 1e-5 * s, 0.2 * np.sin(6 * t) + 1e-5 * s * t
+    return xr.DataArray(np.stack([x, y], axis=1), dims=("sample", "output", "time"), coords={
+        "output": ["P_X", "P_Y"], "unit": ("output", ["m", "m"]), "time": t})
+
+inputs = {f"p{k}": fb.Interval(-1.0, 1.0) for k in range(9)} | {
+    "q": fb.LogNormal(1.0, cv=0.1), "r": fb.Normal(0.0, 0.5)}
+study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), sigmas=1,
+                 limits=[fb.Limit("P_X", below=0.2008), fb.Limit("P_Y", above=-0.3)])
+"""
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("many")
+    (folder / "many.py").write_text(MANY, encoding="utf-8")
+    words = ["run", str(folder / "many.py"), "--output", str(folder), "--verify", "0"]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    return folder
+
+
+def test_all_contributions_are_drawn_and_phones_have_legends_below(many, opened):
+    for width in (1280, 390):
+        page = opened(many / "report.html", viewport={"width": width, "height": 900})
+        chart = page.locator(".plot").first
+        chart.scroll_into_view_if_needed()
+        chart.locator("svg.main-svg").first.wait_for()
+        drawn = chart.evaluate(
+            "plot => plot.data.filter((own) => own.stackgroup).map((own) => [own.name, own.y[9]])"
+        )
+        assert len(drawn) == 8
+        assert drawn[-1][0] == "4 others"
+        width_there = chart.evaluate("plot => plot.data[plot.data.length - 1].y[9]")
+        assert sum(v for _, v in drawn) == pytest.approx(width_there, rel=0.02)
+        keys = page.locator("figure.chart .keys").first.inner_text()
+        assert ("4 others" in keys) == (width == 390)
+        assert (chart.locator(".legend").count() == 0) == (width == 390)
+
+
+def test_narrow_tubes_are_magnified_and_numbers_are_true(many, opened):
+    page = opened(many / "report.html")
+    text = page.locator("#path .reading")
+    factor = float(page.locator("#path select").input_value())
+    assert f"deviations drawn {factor:g} times as large" in text.inner_text()
+    with xr.open_dataset(many / "path.nc") as found:
+        true = np.abs(found["x"] - found["x_nominal"]).max().values
+        radius = float(found["radius"].max())
+    assert 0.02 < factor * radius / 0.4 <= 0.05
+    plot = page.locator("#path .plot")
+    far = "plot => Math.max(...plot.data[2].x) - plot.data[1].x[0]"
+    page.get_by_role("slider", name="Cursor").press("Home")
+    page.get_by_role("slider", name="Cursor").press("ArrowRight")
+    page.get_by_role("slider", name="Cursor").press("ArrowLeft")
+    page.wait_for_timeout(100)
+    magnified = plot.evaluate(far)
+    page.locator("#path select").select_option("1")
+    assert "times as large" not in text.inner_text()
+    assert plot.evaluate(far) == pytest.approx(magnified / factor, rel=1e-6)
+    assert plot.evaluate(far) == pytest.approx(float(true), rel=0.01)
+    told = plot.evaluate("plot => plot.data[1].customdata.map(Number)")
+    assert max(told) == pytest.approx(radius, rel=1e-4)
+
+
+def test_sliders_move_the_margins_of_limits(many, opened):
+    page = opened(many / "report.html")
+    table = page.locator(".what-if-limits")
+    study, now = (float(v.split()[0]) for v in table.locator("tr").nth(1).locator("td")
+                  .all_inner_texts()[:2])  # fmt: skip
+    assert study == now
+    page.get_by_role("slider", name="upper end of p8").press("Home")
+    page.wait_for_function("document.querySelector('.what-if-table').ariaBusy === 'false'")
+    now = float(table.locator("tr").nth(1).locator("td").nth(1).inner_text().split()[0])
+    narrower = fb.load_surrogate(many / "surrogate.npz").narrowed(p8=0.0)
+    limit = fb.Limit("P_X", below=0.2008)
+    checked = fb.check_limits(narrower, limit)
+    assert now == pytest.approx(float(checked["least_margin"][0]), rel=1e-3)
+    assert now > study
+    heads = page.locator(".what-if-table").first.locator("thead").inner_text()
+    assert "largest expected error" in heads
+    python = page.locator(".what-if-python").inner_text()
+    assert "p8=0" in python or "p8=fb.Interval(0, 0)" in python
+    scatter = page.locator(".what-if-input", has_text="coefficient of variation")
+    assert "coefficient of variation 0.1, 100 %" in scatter.inner_text()
+
+
+def test_pictures_have_the_colours_of_the_page(many, opened):
+    sheet = []
+    for scheme in ("light", "dark"):
+        page = opened(many / "report.html", color_scheme=scheme)
+        picture = page.locator("figure img").first
+        picture.scroll_into_view_if_needed()
+        sheet.append(picture.evaluate("image => getComputedStyle(image).filter"))
+    assert sheet[0] == "none"
+    assert "invert(1)" in sheet[1]

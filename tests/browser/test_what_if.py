@@ -41,7 +41,7 @@ def page_of():
 
     def write(surrogate, file):
         data, _ = what_if(surrogate, surrogate.bands())
-        names = ("arrays.js", "element.js", "start.js", *SCRIPTS)
+        names = ("arrays.js", "element.js", "numbers.js", "start.js", *SCRIPTS)
         scripts = "".join(f"<script>{ASSETS.joinpath(n).read_text()}</script>" for n in names)
         told = json.dumps({"what_if": data}).replace("<", "\\u003c")
         file.write_text(
@@ -209,7 +209,7 @@ def test_parameters_of_distributions_have_sliders(opened, tmp_path, page_of):
     page.get_by_label("scatter of y").press("PageDown")
     python = page.locator(".what-if-python code").inner_text()
     assert python.startswith('surrogate.narrowed(y=fb.Uniform(1.05, 1.95), **{"x.mean": fb.Int')
-    page.wait_for_function("told.some((one) => one && one.label.includes('half width of y'))")
+    page.wait_for_function("told.some((one) => one && one.label.includes('scatter of y'))")
     bands = eval(python, {"fb": fb, "surrogate": surrogate})["error_bar"]
     found = page.evaluate("told[told.length - 1].error_bar.map((values) => Array.from(values))")
     np.testing.assert_allclose(found, bands, atol=1e-6)

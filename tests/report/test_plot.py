@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 import flexband as fb
 from flexband.plot.series import symbol
 from flexband.plot.style import DARK, LIGHT, MIDDLE
+from flexband.report.figures import limits_figure
 
 TIME = np.linspace(0.0, 1.0, 11)
 
@@ -138,3 +139,21 @@ def test_symbols():
     names = ["F_X", "root_xx", "x", "coupler_length", "a$b", "tip 2_X"]
     printed = ["$F_{X}$", r"$\mathrm{root}_{xx}$", "$x$", "coupler length", r"a\$b", "tip 2 X"]
     assert [symbol(name) for name in names] == printed
+
+
+def test_margins_of_several_units_have_axes_of_their_own():
+    def response(a, x):
+        values = np.stack([np.outer(a, TIME), 1e3 * np.outer(a, TIME)], axis=1)
+        coords = {"output": ["u", "F"], "unit": ("output", ["m", "N"]), "time": TIME}
+        moved = values + x[:, None, None] * np.array([1.0, 1e3])[:, None]
+        return xr.DataArray(moved, coords, ("sample", "output", "time"))
+
+    inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0.0, 0.1)}
+    surrogate = fb.expand(response, inputs, fb.PCCI(1, 1))
+    for bounds, count in (((9.0, 9e3), 2), ((1.2, 9e3), 3)):
+        limits = [fb.Limit(name, below=b) for name, b in zip(("u", "F"), bounds, strict=True)]
+        checked = fb.check_limits(surrogate, limits)
+        figure = limits_figure(checked, fb.failure_probability(surrogate, limits))
+        labels = [axes.get_ylabel() for axes in figure.axes]
+        assert labels == ["margin [m]", "margin [N]", "probability of being outside"][:count]
+    assert "μ ± 3σ" in figure.axes[0].get_title()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -110,17 +111,23 @@ def bounds_figure(found: xr.Dataset, name: str) -> Figure:
 
 
 def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) -> Figure:
-    """Draw the margin of each limit over time and, below it, the probability of being outside.
+    """Draw the margins of limits over time, those of each unit together; below, probabilities.
 
     Parameters
     ----------
     checked : result of `check_limits`.
-    probability : result of `failure_probability`.
+    probability : result of `failure_probability`, drawn where it is not zero at all times.
     """
-    figure, rows = _stacked(1 if probability is None else 2)
-    plot.margins(checked, ax=rows[0])
-    if probability is not None:
-        plot.probability(probability, ax=rows[1]).sharex(rows[0])
+    units = checked["unit"].values if "unit" in checked.coords else np.array("")
+    units = np.broadcast_to(units.astype(str), checked.sizes["limit"])
+    likely = probability is not None and bool((probability["at_each_time"] > 0).any())
+    figure, rows = _stacked(len(set(units)) + likely)
+    for unit, axes in zip(dict.fromkeys(units), rows, strict=False):
+        plot.margins(checked.isel(limit=np.flatnonzero(units == unit)), ax=axes).sharex(rows[0])
+    rows[0].set_title(f"Margin: how far μ ± {deviations(checked)} is from the limit", fontsize=10)
+    if probability is not None and likely:
+        plot.probability(probability, ax=rows[-1]).sharex(rows[0])
+        rows[-1].set_title("Probability of being outside at a time, at most", fontsize=10)
     return figure
 
 

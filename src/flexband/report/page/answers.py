@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from flexband.report.numbers import number
-from flexband.report.tables import Table, summary_table
+from flexband.report.tables import Table, deviations, summary_table
 from flexband.uncertainty.answers.probability.texts import told
 
 TITLES = {
@@ -22,6 +22,11 @@ TITLES = {
     "narrowed": "Bands with narrower inputs",
 }
 """Answers by the names of their files."""
+
+MARGINS = (
+    "How far {} stays inside each limit, for all values of the interval inputs: the limit is kept "
+    "where this margin is above zero. A chart of probabilities follows if there are any."
+)
 
 STALE = "stale"
 """Attribute of answers of earlier results."""
@@ -53,7 +58,8 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
         tables = {"allocation": allocation_table, "narrowed": summary_table}
         table = tables[name](answer) if name in tables else None
         found.append(Answer(title, table, remarks, _pictures(folder, name, title)))
-    if limits is not None and (pictures := _pictures(folder, "limits", "Margins over time")):
+    bar = "" if limits is None else f"μ ± {deviations(limits)}"
+    if limits is not None and (pictures := _pictures(folder, "limits", MARGINS.format(bar))):
         found.insert(0, Answer("Limits over time", None, [], pictures))
     if older:
         text = f"Answers of earlier results are left out: {', '.join(older)}. Ask again."

@@ -52,6 +52,7 @@ def chart_data(
         "bar": f"μ ± {deviations(bands)}",
         "inputs": [str(k) for k in bands["input"].values] if "input" in bands.dims else [],
         "carriers": np.atleast_1d(bands.attrs.get("carrier_frequencies", [])).tolist(),
+        "limits": _margins(limits),
         "outputs": [
             _output(bands, name, nominal, contributions, limits)
             for name in drawable_outputs(bands["mean"])
@@ -100,6 +101,15 @@ def _output(
     if limits is not None:
         found["limits"] = _limits(limits, one, name)
     return found
+
+
+def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
+    """Return k of the error bars μ ± kσ that limits were checked with, and their least margins."""
+    if limits is None:
+        return None
+    margins = map(float, limits["least_margin"].values)
+    least = dict(zip(map(str, limits["limit"].values), margins, strict=True))
+    return {"sigmas": float(limits.attrs["sigmas"]), "least": least}
 
 
 def _limits(limits: xr.Dataset, one: xr.Dataset, name: str) -> list[dict[str, Any]]:

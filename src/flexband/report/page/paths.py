@@ -53,7 +53,8 @@ def path_data(found: xr.Dataset | None) -> dict[str, Any] | None:
     if found is None or found["radius"].ndim != 1:
         return None
     (free,) = found["radius"].dims
-    some = {free: slice(None, None, max(1, -(-found.sizes[free] // MOST_REGIONS)))}
+    step = max(1, -(-found.sizes[free] // MOST_REGIONS))
+    some = {free: slice(None, None, step)}
     radius = float(found["radius"].max())
     quantum = DIGITS * radius or None
     vertices = np.stack(
@@ -65,6 +66,8 @@ def path_data(found: xr.Dataset | None) -> dict[str, Any] | None:
         "bar": f"μ ± {deviations(found)}" if "sigmas" in found.attrs else "a part of the samples",
         "places": packed(found[free].isel(some).values if free in found.coords else np.arange(0)),
         "nominal": packed([found[f"{name}_nominal"].values for name in "xy"], quantum),
+        "step": step,
+        "reach": packed(found["radius"].values, quantum),
         "vertices": packed(vertices, quantum),
         "radius": radius,
     }

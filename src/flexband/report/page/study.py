@@ -27,7 +27,8 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 FILE = "report.html"
 
 SCRIPTS = (
-    "arrays.js", "element.js", "start.js", "bands.js", "charts.js",
+    "arrays.js", "element.js", "numbers.js", "start.js", "bands.js", "plots.js",
+    "charts.js",
     "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", "paths.js", "p_boxes.js",
     *what_if.SCRIPTS,
 )  # fmt: skip
@@ -70,6 +71,8 @@ def write_report(
     answers, limits, probability = answers_in(folder)
     uncertain = uncertain_ones(contributions, given["inputs"])
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
+    if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
+        charts["limits"] = None  # margins are those after it is adjusted
     others, fixed = what_if.what_if(surrogate, bands)
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]

@@ -63,7 +63,8 @@ flexband.Chart = class {
     this.plot.dataset.number = number;
     this.plot.style.height = output.contributions ? "36rem" : "24rem";
     this.reading = flexband.element("figcaption", { className: "reading", "aria-live": "polite" });
-    figure.append(this.plot, this.reading);
+    this.keys = flexband.element("div", { className: "keys" });
+    figure.append(this.plot, this.keys, this.reading);
     this.read(this.widest());
   }
 
@@ -143,8 +144,9 @@ flexband.Chart = class {
     if (!own) return [];
     const colors = ["#2f9e63", "#8e63c7", "#b08900", "#c2417c", "#4aa8b5", "#8a6d3b", "#5a6fd6", "#7b8794"];
     const smooth = (y) => (this.rings ? flexband.smoothed(this.x, y, this.period()) : y);
-    const found = own.names.slice(0, 8).map((name, k) => ({
-      x: this.x, y: smooth(flexband.row(own.values, k, n)), name: flexband.plain(name), yaxis: "y2", mode: "lines",
+    const shown = flexband.mostlyLargest(own, n, colors.length);
+    const found = shown.map(({ name, values }, k) => ({
+      x: this.x, y: smooth(values), name: flexband.plain(name), yaxis: "y2", mode: "lines",
       stackgroup: "inputs", line: { width: 0 }, fillcolor: colors[k], hoverinfo: "skip",
       legend: "legend2",
     }));
@@ -157,9 +159,8 @@ flexband.Chart = class {
 
   layout() {
     const output = this.output, own = output.contributions;
-    const narrow = this.plot.clientWidth < 600;  // where legends take several lines
-    const split = own && (narrow ? [0.2, 0.42, 0.5, 0.78] : [0.26, 0.38, 0.46, 0.93]);
-    const domain = split ? [split[2], split[3]] : [0, narrow ? 0.7 : 0.9];
+    const narrow = this.narrow(), split = own && (narrow ? [0.3, 0, 0.36, 1] : [0.26, 0.38, 0.46, 0.93]);
+    const domain = split ? [split[2], split[3]] : [0, narrow ? 1 : 0.9];
     const { name, unit } = this.charts.x;
     const deviation = `deviation from nominal${this.output.unit ? ` [${this.output.unit}]` : ""}`;
     const envelope = this.output.narrow ? deviation : this.title;
@@ -167,6 +168,7 @@ flexband.Chart = class {
     const axis = flexband.plotAxis, part = output.unit ? ` [${output.unit}]` : "";
     return {
       ...flexband.plotLayout(), dragmode: "zoom", hovermode: "x", uirevision: this.view,
+      showlegend: !narrow,
       legend: { orientation: "h", y: 1.0, yanchor: "top", x: 0 },
       xaxis: { ...axis(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
       yaxis: { ...axis(words[this.view]), domain },
@@ -183,12 +185,19 @@ flexband.Chart = class {
     return { type: "line", x0: this.cursor, x1: this.cursor, yref: "paper", y0: 0, y1: 1, line: style };
   }
 
+  /** Return whether legends would take several lines in the chart; they are below it then. */
+  narrow() {
+    return this.plot.clientWidth < 600;
+  }
+
   /** Draw the chart, if it is not drawn yet or has changed. */
   draw(changed = false) {
     if (this.drawn && !changed) return;
     const first = !this.drawn;
     this.drawn = true;
-    Plotly.react(this.plot, this.traces(), this.layout(), flexband.plotOptions);
+    const traces = this.traces();
+    Plotly.react(this.plot, traces, this.layout(), flexband.plotOptions);
+    this.keys.replaceChildren(...(this.narrow() ? flexband.keysOf(traces) : []));
     if (first) this.plot.on("plotly_hover", (event) => this.tell(event.points[0].x));
   }
 
@@ -246,34 +255,4 @@ flexband.Chart = class {
     };
     if (this.drawn) this.draw(true);
   }
-};
-
-/** Return what layouts of all charts have in common, in the colours of the page. */
-flexband.plotLayout = () => ({
-  paper_bgcolor: "transparent", plot_bgcolor: "transparent",
-  font: { color: flexband.color("ink"), family: "system-ui, sans-serif", size: 12 },
-  margin: { l: 64, r: 12, t: 8, b: 44 },
-});
-
-/** Return an axis with a title. */
-flexband.plotAxis = function (title) {
-  const line = flexband.color("line");
-  const text = { text: flexband.plain(title), font: { size: 12 } };
-  return { gridcolor: line, zerolinecolor: line, linecolor: line, title: text };
-};
-
-/** Options of charts: no button that sends anything anywhere. */
-flexband.plotOptions = {
-  responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" },
-  modeBarButtons: [["toImage", "zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d"]],
-};
-
-/** Return a text in which Plotly finds no markup. */
-flexband.plain = (text) => text.replace(/[<&]/g, (c) => (c === "<" ? "&lt;" : "&amp;"));
-
-/** Return a number with five digits, or as many as tell differences of a size. */
-flexband.number = function (v, size = Infinity) {
-  if (!Number.isFinite(v)) return "–";
-  const digits = Math.ceil(Math.log10(Math.abs(v) / size)) + 1;
-  return String(Number(v.toPrecision(Math.min(Math.max(5, digits), 15))));
 };

@@ -3,12 +3,6 @@
 window.flexband = window.flexband || {};
 flexband.starters = flexband.starters || [];
 
-/** Return the number rounded down to 1, 2 or 5 times a power of ten. */
-flexband.roundNumber = function (value) {
-  const power = 10 ** Math.floor(Math.log10(value)), digit = value / power;
-  return (digit >= 5 ? 5 : digit >= 2 ? 2 : 1) * power;
-};
-
 /** Return a length with its unit, such as "0.21 mm". */
 flexband.shownLength = function (metres) {
   const [unit, size] = metres >= 1 ? ["m", 1] : metres >= 1e-3 || !metres ? ["mm", 1e3] : ["µm", 1e6];
@@ -59,7 +53,7 @@ flexband.MotionPlayer = class {
     }));
     rest.append(element("span", { className: "motion-zoom", role: "group", "aria-label": "zoom" }, ...this.zooming));
     if (count < 2) play.hidden = true;
-    panel.append(element("figure", { className: "motion-figure" }, this.canvas, this.legend), play, rest);
+    panel.append(element("figure", { className: "motion-figure" }, this.canvas, play, this.legend), rest);
   }
 
   select(options, value) {
@@ -224,6 +218,7 @@ flexband.MotionPlayer = class {
     }
     if (data.forces.some((own) => own.kind === "force") && options.forces) parts.push(entry("load", "applied forces"));
     if (data.traces.length) parts.push(entry("trace", "paths of measured points"));
+    if (options.names) parts.push(element("span", {}, "Names that would overlap are left out: zoom in."));
     this.now = this.now || element("span", { className: "motion-now" });
     this.legend.replaceChildren(...parts, this.now);
   }

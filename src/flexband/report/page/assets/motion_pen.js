@@ -47,6 +47,7 @@ flexband.Pen = class {
     }
     this.width = width;
     this.height = height;
+    this.names = []; // boxes [pixels] of what is written
     this.point = Math.min(1.35, Math.max(0.72, width / 640)); // pixels per point
     const [[left, bottom], [right, top]] = box;
     const margin = Math.min(48 * this.point, 0.16 * Math.min(width, height));
@@ -160,11 +161,29 @@ flexband.Pen = class {
     this.area(corners, { fill: style.color || "ink", width: 0, alpha: style.alpha });
   }
 
+  font(italic) {
+    return `${italic ? "italic " : ""}${Math.max(11, 9.5 * this.point)}px system-ui, sans-serif`;
+  }
+
+  /** Write a name beside a place, on the side where it overlaps with no other; or nowhere. */
+  name(place, text, { shift: [dx, dy], ...style }) {
+    const [x, y] = this.pixel(place), { context, point } = this;
+    context.font = this.font(style.italic);
+    const half = [context.measureText(text).width / 2 + 2, 8];
+    for (const [right, up] of [[1, 1], [1, -1], [-1, 1], [-1, -1], [1.8, 1.8], [-1.8, 1.8], [1.8, -1.8], [-1.8, -1.8]]) {
+      const shift = [right * dx, up * dy], at = [x + shift[0] * point, y - shift[1] * point];
+      const free = this.names.every((own) => [0, 1].some((k) => Math.abs(own.at[k] - at[k]) > own.half[k] + half[k]));
+      if (!free) continue;
+      this.names.push({ at, half });
+      this.text(place, text, { ...style, shift });
+      return;
+    }
+  }
+
   /** Write a text at a place with a halo; shift [pt] to the right and up. */
   text(place, text, { color = "ink", shift = [0, 0], align = "center", italic = false } = {}) {
     const [x, y] = this.pixel(place), context = this.context;
-    const size = Math.max(11, 9.5 * this.point);
-    context.font = `${italic ? "italic " : ""}${size}px system-ui, sans-serif`;
+    context.font = this.font(italic);
     context.textAlign = align;
     context.textBaseline = "middle";
     context.lineWidth = 3.5;

@@ -102,7 +102,7 @@ flexband.MotionScene = class {
         symbols.centerOfMass(pen, this.at(own.center, frame), this.vector("direction", own.turn, frame));
       }
     }
-    for (const own of joints) this.drawPins(pen, own, frame);
+    for (const own of joints) this.drawPins(pen, own, frame, options.samples ? null : "paper");
     if (options.forces) for (const own of forces) this.drawForce(pen, own, frame);
     if (options.names) this.drawNames(pen, frame);
   }
@@ -178,9 +178,9 @@ flexband.MotionScene = class {
     } else if (own.kind === "unknown") symbols.unknown(pen, places);
   }
 
-  drawPins(pen, own, frame) {
+  drawPins(pen, own, frame, fill) {
     const at = (k) => this.at(k, frame);
-    if (own.kind === "pin") pen.dot(at(own.at[0]), 7);
+    if (own.kind === "pin") pen.dot(at(own.at[0]), 7, { fill });
     else if (own.kind === "weld") pen.square(at(own.at[0]), 6);
     else if (own.kind === "rod") own.at.forEach((k) => pen.dot(at(k), 5, { fill: "ink" }));
   }
@@ -232,7 +232,7 @@ flexband.MotionScene = class {
   drawNames(pen, frame) {
     for (const own of this.data.bodies) {
       const number = own.axis ? own.axis[Math.floor(own.axis.length / 2)] : own.center;
-      pen.text(this.at(number, frame), own.name, { italic: true, shift: [0, 15] });
+      pen.name(this.at(number, frame), own.name, { italic: true, shift: [0, 15] });
     }
     const seen = new Set();
     for (const own of this.data.joints) {
@@ -240,7 +240,7 @@ flexband.MotionScene = class {
       const key = `${own.at[0]} ${drive}`, place = this.at(own.at[0], frame);
       const shift = drive ? [-14, 27] : [seen.has(key) ? -14 : 12, -14];
       seen.add(key);
-      pen.text(place, own.name, { color: drive ? "drive" : "ink", shift });
+      pen.name(place, own.name, { color: drive ? "drive" : "ink", shift });
     }
   }
 };

@@ -3,35 +3,53 @@
 window.flexband = window.flexband || {};
 flexband.starters = flexband.starters || [];
 
+/** Part of the path's size that the largest region has at most after it has been magnified. */
+flexband.PATH_PART = 0.05;
+
 flexband.starters.push(function ({ path }) {
   const panel = document.querySelector("#path .panel");
   if (!path || !panel) return;
+  const { element, number, row, color } = flexband;
   const [x, y] = path.names, [regions, , vertices] = path.vertices.shape;
   const n = path.nominal.shape[1], places = path.places.values;
-  const text = `The path of ${x} and ${y}, and the regions of its point for ${path.bar}: at most ` +
-    `${flexband.number(path.radius)} ${path.unit} from the nominal path.`;
-  const plot = flexband.element("div", { className: "plot", role: "img", "aria-label": text });
+  const nominal = [0, 1].map((axis) => row(path.nominal, axis, n));
+  const size = Math.max(...nominal.map((own) => Math.max(...own) - Math.min(...own)));
+  const wanted = path.radius > 0 ? (flexband.PATH_PART * size) / path.radius : 1;
+  const own = wanted > 2 ? flexband.roundNumber(wanted) : 1;
+  const factors = [...new Set([1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, own])].sort((a, b) => a - b);
+  const select = element("select", {}, ...factors.map((factor) =>
+    element("option", { value: factor, selected: factor === own }, `× ${factor}`)));
+  const plot = element("div", { className: "plot", role: "img" });
+  const caption = element("p", { className: "reading" });
   plot.style.height = "30rem";
-  panel.append(plot, flexband.element("p", { className: "reading" }, text));
+  panel.append(element("label", { className: "tools screen-only" }, "Deviations from the nominal path ", select),
+    plot, caption);
 
-  /** Return the closed polygon of a region. */
+  /** Return the closed polygon of a region, magnified about the nominal point. */
   const region = (k) => [0, 1].map((axis) => {
-    const own = flexband.row(path.vertices, 2 * k + axis, vertices);
-    return [...own, own[0]];
+    const middle = nominal[axis][k * path.step], factor = Number(select.value);
+    const all = Array.from(row(path.vertices, 2 * k + axis, vertices), (v) => middle + factor * (v - middle));
+    return [...all, all[0]];
   });
-  const all = [[], []];
-  for (let k = 0; k < regions; k++) {
-    region(k).forEach((own, axis) => all[axis].push(...own, null));
-  }
+  let cursor = 0;
 
   function draw() {
-    const color = flexband.color, axis = (name) => flexband.plotAxis(`${name} [${path.unit}]`);
-    const [first, second] = region(0);
+    const axis = (name) => flexband.plotAxis(`${name} [${path.unit}]`), factor = Number(select.value);
+    const all = [[], []];
+    for (let k = 0; k < regions; k++) region(k).forEach((own, a) => all[a].push(...own, null));
+    const [first, second] = region(cursor);
+    const large = factor === 1 ? "" : `, deviations drawn ${factor} times as large`;
+    caption.textContent = `The path of ${x} and ${y}, and the regions of its point for ${path.bar}${large}: at most ` +
+      `${number(path.radius)} ${path.unit} from the nominal path. Numbers at the pointer are true.`;
+    plot.setAttribute("aria-label", caption.textContent);
+    const told = [x, y].map(flexband.plain), unit = flexband.plain(path.unit);
     Plotly.react(plot, [
-      { x: all[0], y: all[1], mode: "lines", name: `regions ${path.bar}`, fill: "toself",
-        fillcolor: color("shade"), line: { color: color("accent"), width: 0.3 }, hoverinfo: "skip" },
-      { x: flexband.row(path.nominal, 0, n), y: flexband.row(path.nominal, 1, n), mode: "lines",
-        name: "nominal", line: { color: color("ink"), width: 1 } },
+      { x: all[0], y: all[1], mode: "lines", name: `regions ${path.bar}${factor === 1 ? "" : `, × ${factor}`}`,
+        fill: "toself", fillcolor: color("shade"), line: { color: color("accent"), width: 0.3 }, hoverinfo: "skip" },
+      { x: nominal[0], y: nominal[1], mode: "lines", name: "nominal", line: { color: color("ink"), width: 1 },
+        customdata: Array.from(path.reach.values, (v) => number(v)),
+        hovertemplate: `${told[0]} %{x} ${unit}<br>${told[1]} %{y} ${unit}<br>` +
+          `at most %{customdata} ${unit} away<extra></extra>` },
       { x: first, y: second, mode: "lines", name: "at the cursor", fill: "toself",
         line: { color: color("second"), width: 2 }, hoverinfo: "skip" },
     ], {
@@ -41,9 +59,11 @@ flexband.starters.push(function ({ path }) {
     }, flexband.plotOptions);
   }
   draw();
+  select.addEventListener("change", draw);
   document.addEventListener("flexband:time", ({ detail }) => {
     if (!places.length) return;
-    const [first, second] = region(flexband.nearest(places, detail.time));
+    cursor = flexband.nearest(places, detail.time);
+    const [first, second] = region(cursor);
     Plotly.restyle(plot, { x: [first], y: [second] }, [2]);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

@@ -63,38 +63,49 @@ flexband.WhatIf = class {
     return eta;
   }
 
-  /** Return {mean, error_bar} of [lower, upper] at times, (outputs × times) each. */
+  /**
+   * Return {mean, error_bar} of [lower, upper] at times, (outputs × times) each; with limits also
+   * limit_bar, the error bar of which limits take the margin.
+   */
   bounds(times) {
     const k = this.data.sigmas, count = times.length;
     const fresh = () => [Infinity, -Infinity].map((none) =>
       new Float64Array(this.outputs * count).fill(none));
-    const found = { mean: fresh(), error_bar: fresh() };
+    const found = { mean: fresh(), error_bar: fresh() }, { limits } = this.data;
     const [mean, bar] = [found.mean, found.error_bar];
+    if (limits) found.limit_bar = fresh();
     times.forEach((t, column) => {
       this.moments.forEach((moments, number) => { // several of an output are those of options
         moments.load(t);
         const { outputs, scale } = this.data.models[number];
         outputs.forEach((output, o) => {
           const at = output * count + column;
-          const own = this._extremes(moments, this.scans[number], o, k).map((x) => x * scale[o]);
+          const wanted = [[0, 1], [0, -1], [-k, 1], [k, -1]];
+          if (limits && limits.outputs.includes(output)) {
+            wanted.push([-limits.sigmas, 1], [limits.sigmas, -1]);
+          }
+          const own = this._extremes(moments, this.scans[number], o, wanted).map((x) => x * scale[o]);
           mean[0][at] = Math.min(mean[0][at], own[0]);
           mean[1][at] = Math.max(mean[1][at], own[1]);
           bar[0][at] = Math.min(bar[0][at], own[2]);
           bar[1][at] = Math.max(bar[1][at], own[3]);
+          if (own.length < 5) return;
+          found.limit_bar[0][at] = Math.min(found.limit_bar[0][at], own[4]);
+          found.limit_bar[1][at] = Math.max(found.limit_bar[1][at], own[5]);
         });
       });
     });
     return found;
   }
 
-  /** Return the lowest and the highest μ, the lowest μ − kσ and the highest μ + kσ. */
-  _extremes(moments, scan, o, k) {
+  /** Return the lowest (sign 1) or highest (−1) μ + cσ of each wanted [c, sign]. */
+  _extremes(moments, scan, o, wanted) {
     const { free, parts } = this, P = scan.points.length;
     const mean = new Float64Array(P), std = new Float64Array(P), height = new Float64Array(P);
     moments.scan(o, scan.basis, mean, std);
     const rows = new Float64Array((1 + parts.centers.length) * moments.polynomials.count);
     const slope = new Float64Array(parts.centers.length);
-    return [[0, 1], [0, -1], [-k, 1], [k, -1]].map(([c, sign]) => {
+    return wanted.map(([c, sign]) => {
       const value = (x, gradient) => {
         moments.polynomials.fill(this._eta(x), rows, 0, true);
         const own = moments.value(o, rows, c, slope);

@@ -52,6 +52,12 @@ flexband.WhatIfInputs = class {
     });
   }
 
+  /** Return what is known of the scatter of a random input: its std, say, or its variation. */
+  scatter(k) {
+    const { of, size } = this.data.scatters[k], own = size * this.scales[k];
+    return of === "coefficient of variation" ? Math.sqrt(Math.expm1(own ** 2)) : own;
+  }
+
   /** Return the part of the inputs in standard variables; other variables keep all of theirs. */
   parts() {
     const { intervals, scatters, interval_dimension: m, random_dimension: n } = this.data;
@@ -98,8 +104,8 @@ flexband.WhatIfInputs = class {
     const { intervals, scatters } = this.data;
     const own = intervals.flatMap(({ name }, k) =>
       this._narrower(k) ? [`${name} ${this.ends(k).join(" … ")}`] : []);
-    own.push(...scatters.flatMap(({ name, of }, k) =>
-      this.scales[k] === 1 ? [] : [`${of} of ${name} × ${this.scales[k]}`]));
+    own.push(...scatters.flatMap(({ name }, k) =>
+      this.scales[k] === 1 ? [] : [`scatter of ${name} × ${this.scales[k]}`]));
     return own.join(", ");
   }
 };

@@ -8,12 +8,8 @@ flexband.starters.push(function (everything) {
   const panel = section.querySelector(".panel") || section;
   const inputs = new flexband.WhatIfInputs(data), STEPS = flexband.WhatIfInputs.STEPS;
 
-  /** Return a number with few digits. */
-  function shown(x, digits = 4) {
-    const own = Number(x.toPrecision(digits)), size = Math.abs(own);
-    const [head, power] = own.toExponential().split("e");
-    return size >= 1e6 || (size > 0 && size < 1e-4) ? `${head}e${Number(power)}` : String(own);
-  }
+  const shown = (x, digits = 4) => flexband.power(Number(x.toPrecision(digits)));
+  const limits = flexband.whatIfLimits(everything);
   const update = []; // functions that show the state of the sliders
 
   const element = flexband.element;
@@ -58,7 +54,7 @@ flexband.starters.push(function (everything) {
   }
 
   /** Return the control of the scatter of a random input. */
-  function scatter({ name, of, size, least }, k) {
+  function scatter({ name, of, least }, k) {
     const value = element("output");
     const thumb = slider(`scatter of ${name}, per cent of the study's`, 100 * least, 100, (to) => {
       inputs.scales[k] = to / 100;
@@ -66,7 +62,7 @@ flexband.starters.push(function (everything) {
     update.push(() => {
       const part = Math.round(100 * inputs.scales[k]);
       thumb.value = part;
-      value.textContent = `${of} ${shown(size * inputs.scales[k])}, ${part} % of the study's`;
+      value.textContent = `${of} ${shown(inputs.scatter(k))}, ${part} % of the study's scatter`;
       thumb.setAttribute("aria-valuetext", value.textContent);
     });
     const marks = element("div", { className: "what-if-marks screen-only" },
@@ -87,16 +83,18 @@ flexband.starters.push(function (everything) {
     const cells = ["", "", "", ""].map(() => element("td"));
     return { cells, row: element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells) };
   });
-  const heads = ["output", "study", "now", "change", "expected error"];
-  const cells = heads.map((text) => element("th", { scope: "col", text }));
+  const heads = ["output", "study", "now", "change", "largest expected error"];
+  const cells = heads.map((text) => element("th", { scope: "col", textContent: text }));
   const table = element("table", { className: "what-if-table" },
-    element("caption", { textContent: "Largest width of the error bar" }),
+    element("caption", { textContent: "Largest width of the error bar over time" }),
     element("thead", {}, element("tr", {}, ...cells)),
     element("tbody", {}, ...rows.map(({ row }) => row)));
 
   const notes = [
-    "The expected error is that of the whole study, in brackets as a part of the width now. " +
-      "narrowed() in Python judges it by the held-out runs inside the narrower inputs.",
+    "The expected error is the largest over time, that of the whole study; in brackets it is a part of the " +
+      "largest width now. narrowed() in Python judges it by the held-out runs inside the narrower inputs.",
+    ...(limits ? ["Margins are those at the times of the charts, without their expected error. " +
+      "Probabilities of leaving limits need `flexband limits`."] : []),
     ...(data.models.some(({ kind }) => kind === "phases")
       ? ["An error bar of a vibration may grow with less scatter: the waves of all samples then " +
         "cancel less in the mean."] : []),
@@ -106,12 +104,13 @@ flexband.starters.push(function (everything) {
   panel.append(
     element("p", { textContent: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
       "without new runs. The tracks end where its runs end (marks); wider ranges need new runs. " +
-      "Limits, contributions and numbers on this page remain those of the study." }),
+      `${limits ? "Margins of limits follow below; contributions" : "Limits, contributions"} and numbers ` +
+      "elsewhere on this page remain those of the study." }),
     element("div", { className: "what-if-inputs" },
       ...data.intervals.map(interval), ...data.scatters.map(scatter)),
     element("p", { className: "what-if-buttons screen-only" },
       ...(data.intervals.length ? [keep] : []), reset),
-    element("div", { className: "what-if-scroll" }, table),
+    element("div", { className: "what-if-scroll" }, table, ...(limits ? [limits.table] : [])),
     status,
     element("p", { className: "what-if-python" }, "The same in Python: ", python, " ", copy),
     ...notes.map((text) => element("p", { className: "what-if-note", text })));
@@ -152,6 +151,7 @@ flexband.starters.push(function (everything) {
     ask = ask || flexband.boundsBeside(data, (found) => {
       if (inputs.changed) {
         widths(found);
+        if (limits) limits.show(found);
         if (found.done) tell({ label: asked, ...found });
       }
       busy = !found.done;
@@ -181,6 +181,7 @@ flexband.starters.push(function (everything) {
   function showStudy() {
     const bound = (sign) => Float64Array.from(data.width, (width) => sign * width / 2);
     widths({ times: [0], error_bar: [bound(-1), bound(1)], done: true });
+    if (limits) limits.show(null);
   }
 
   reset.addEventListener("click", () => {

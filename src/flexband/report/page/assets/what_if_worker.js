@@ -3,9 +3,10 @@
 
 /**
  * Return a function that computes bounds on a part of the inputs.
- * @param report gets {times, mean, error_bar, done}: of every eighth time, then of all.
+ * @param report gets {times, mean, error_bar, limit_bar, done}: of every eighth time, then of all.
  */
 flexband.boundsBeside = function (data, report) {
+  const names = ["mean", "error_bar", ...(data.limits ? ["limit_bar"] : [])];
   const CHUNK = 32, FEW = 100, workers = flexband.boundsWorkers(data);
   const all = Array.from({ length: data.times }, (_, t) => t), outputs = data.outputs.length;
   const some = data.times > FEW ? all.filter((t) => t % 8 === 0) : [];
@@ -13,7 +14,7 @@ flexband.boundsBeside = function (data, report) {
 
   /** Copy the columns `from` of some bounds to the columns `to` of others. */
   function copy(bounds, from, into, to) {
-    for (const name of ["mean", "error_bar"]) {
+    for (const name of names) {
       bounds[name].forEach((values, bound) => {
         const width = values.length / outputs, wide = into[name][bound].length / outputs;
         for (let o = 0; o < outputs; o++) {
@@ -28,7 +29,7 @@ flexband.boundsBeside = function (data, report) {
 
   function empty(count) {
     const pair = () => [0, 1].map(() => new Float64Array(outputs * count));
-    return { mean: pair(), error_bar: pair() };
+    return Object.fromEntries(names.map((name) => [name, pair()]));
   }
 
   async function fill(found, parts, times) {

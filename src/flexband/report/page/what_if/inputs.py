@@ -74,7 +74,8 @@ def _scatter(one: Input, old: str) -> dict[str, Any] | None:
 
     Returns
     -------
-    `of`, what is scaled, and its `size`; the `least` scale; `python`, in which {0} and {1} stand
+    `of`, what is scaled, and its `size`, of a LogNormal that of the logarithm; the `least` scale;
+    `python`, in which {0} and {1} stand
     for the `ends` a + b s at the scale s, and `fixed` for s = 0.
     """
     if one.intervals:
@@ -85,7 +86,7 @@ def _scatter(one: Input, old: str) -> dict[str, Any] | None:
             of, size, fixed = "std", float(one.spread), float(one.mean)
             python = f"fb.Normal({fixed!r}, {{0}})"
         case LogNormal():
-            of, (mean, size) = "std of the logarithm", map(float, one.logarithm)
+            of, (mean, size) = "coefficient of variation", map(float, one.logarithm)
             fixed, python = float(np.exp(mean)), f"fb.LogNormal.of_logarithm({mean!r}, {{0}})"
         case Uniform():
             of, size, fixed = "half width", (one.upper - one.lower) / 2, one.lower

@@ -23,6 +23,7 @@ SCRIPTS = (
     "what_if_bounds.js",
     "what_if_worker.js",
     "what_if_inputs.js",
+    "what_if_limits.js",
     "what_if_panel.js",
 )
 """The scripts of the panel, in the order in which a page has them."""

@@ -1,0 +1,42 @@
+// What charts have in common: legends, layouts, options.
+"use strict";
+window.flexband = window.flexband || {};
+
+/** Return the names and colours of traces, as a legend below a chart. */
+flexband.keysOf = (traces) => traces.filter((own) => own.showlegend !== false).map((own) => {
+  const key = flexband.element("span", {}, own.name.replaceAll("&lt;", "<").replaceAll("&amp;", "&"));
+  key.style.setProperty("--key", own.fillcolor || own.line.color);
+  return key;
+});
+
+/** Return the largest contributions, the first ones, and the sum of the others as the last one. */
+flexband.mostlyLargest = function ({ names, values }, n, most) {
+  const all = names.map((name, k) => ({ name, values: flexband.row(values, k, n) }));
+  if (all.length <= most) return all;
+  const others = all.slice(most - 1), sum = new Float64Array(n);
+  for (const own of others) own.values.forEach((v, k) => { sum[k] += v; });
+  return [...all.slice(0, most - 1), { name: `${others.length} others`, values: sum }];
+};
+
+/** Return what layouts of all charts have in common, in the colours of the page. */
+flexband.plotLayout = () => ({
+  paper_bgcolor: "transparent", plot_bgcolor: "transparent",
+  font: { color: flexband.color("ink"), family: "system-ui, sans-serif", size: 12 },
+  margin: { l: 64, r: 12, t: 8, b: 44 },
+});
+
+/** Return an axis with a title. */
+flexband.plotAxis = function (title) {
+  const line = flexband.color("line");
+  const text = { text: flexband.plain(title), font: { size: 12 } };
+  return { gridcolor: line, zerolinecolor: line, linecolor: line, title: text };
+};
+
+/** Options of charts: no button that sends anything anywhere. */
+flexband.plotOptions = {
+  responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" },
+  modeBarButtons: [["toImage", "zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d"]],
+};
+
+/** Return a text in which Plotly finds no markup. */
+flexband.plain = (text) => text.replace(/[<&]/g, (c) => (c === "<" ? "&lt;" : "&amp;"));

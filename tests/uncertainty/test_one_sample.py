@@ -134,3 +134,33 @@ def test_failing_runs_are_no_functions_of_one_sample(failed):
             warnings.simplefilter("ignore")
             fb.propagate(failing, INPUTS, method, failed=failed)
     assert () not in calls[3:]  # tried at the first error only
+
+
+@pytest.mark.parametrize("method", [fb.PCCI(2, 2), fb.MonteCarlo(20, 3)], ids=repr)
+def test_positions_outside_the_domain_of_a_field_are_not_taken_for_one_sample(method):
+    def bar(E, L, e):
+        return E(np.multiply.outer(L, np.linspace(0.0, 1.0, 5))).mean(axis=-1) * e
+
+    field = fb.RandomField(1.0, 0.1, correlation_length=1.0)
+    inputs = {"E": field, "L": fb.Normal(0.9, 0.01), "e": fb.Interval(0.5, 1.0)}
+    with pytest.raises(fb.InputError, match=r"outside its domain \(0, 0\.9\); give a domain=") as e:
+        fb.propagate(bar, inputs, method)
+    assert "samplewise" not in str(e.value)
+
+
+def test_fields_without_a_domain_have_a_row_for_every_run():
+    def bar(E, L):
+        own = E(np.linspace(0.0, 1.0, 5))
+        return np.array([own[k].mean() * L[k] for k in range(len(L))])
+
+    inputs = {"E": fb.RandomField(1.0, 0.1, correlation_length=1.0), "L": fb.Interval(0.9, 1.0)}
+    assert fb.propagate(bar, inputs, fb.PCCI(2, 2))["mean"].shape == (2,)
+
+
+@pytest.mark.parametrize("domain", [None, (0.0, 1.0)])
+def test_a_field_that_is_taken_for_an_array_is_explained(domain):
+    inputs = {"E": fb.RandomField(1.0, 0.1, correlation_length=1.0, domain=domain)}
+    with pytest.raises(TypeError) as error:
+        fb.propagate(lambda E: 2.0 * E, inputs, fb.PCCI(2, 2))
+    (note,) = error.value.__notes__
+    assert note.startswith("E: a field is a function of the position. At positions x of shape")

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, explain_fields
 
 RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
@@ -21,6 +21,7 @@ LARGEST = 1e150
 
 def explained(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -> Exception:
     """Return an error of a response, which tells inputs whose values have the other sign."""
+    explain_fields(error, space.inputs)
     hint = _of_other_sign(space, xi, eta)
     if not hint:
         return error

@@ -75,8 +75,8 @@ def _shape_of_result(
 
 def _copies(value: Any, k: int) -> Any:
     """Return sample k several times."""
-    if callable(value):
-        return lambda x: np.repeat(_row(value(x), k)[None], COPIES, axis=0)
+    if callable(value):  # at positions of each copy, which are equal, or of all of them
+        return lambda x: np.repeat(_row(value(x[:1] if np.ndim(x) == 2 else x), k)[None], COPIES, 0)
     return np.repeat(value[k : k + 1], COPIES, axis=0)
 
 

@@ -246,6 +246,16 @@ def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
         raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
 
 
+def explain_fields(error: Exception, inputs: Mapping[str, Any]) -> None:
+    """Tell with a `TypeError` of a response what it is called with for fields."""
+    fields = [name for name, one in inputs.items() if isinstance(one, Field)]
+    if fields and isinstance(error, TypeError):
+        error.add_note(
+            f"{', '.join(fields)}: a field is a function of the position. At positions x of shape "
+            f"(points,), {fields[0]}(x) has shape (n, points)"
+        )
+
+
 def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
     """Give each field without a domain the range of positions at which the response evaluates it.
 
@@ -265,6 +275,7 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
             own = finite(f"{name}: positions", x, rank=None)
             positions[name].append(own.ravel())
             found = one.nominal(np.atleast_2d(own))
+            found = np.broadcast_to(found, (max(runs, len(found)), found.shape[1])).copy()
             return found[:, 0] if own.ndim == 0 else found
 
         return value
@@ -275,21 +286,23 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     means = [family.gauss(1)[0] for family in given.families]
-    values = given.arguments_at(tensor_points(means).repeat(len(eta), axis=0), eta)
+    runs = len(eta)
+    values = given.arguments_at(tensor_points(means).repeat(runs, axis=0), eta)
     values |= {name: nominal(name, one) for name, one in loose.items()}
     try:
         response(**values)
     except Exception as error:
         scalar = of_one_sample(response, values, error)
         if scalar is None:
+            explain_fields(error, inputs)
             raise
         raise scalar from error
     for name, one in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:
             raise InputError(
-                f"{name}: {one.kind} needs a domain; the response evaluates it at "
-                f"{'one position' if len(x) else 'no position'} only"
+                f"{name}: {one.kind} needs a domain=(start, end), since the response evaluates it "
+                f"at {f'one position only, {x[0]:g}' if len(x) else 'no position'}"
             )
         located[name] = replace(one, domain=(float(x.min()), float(x.max())))  # pyright: ignore
-    return located, len(eta)
+    return located, runs

@@ -95,8 +95,9 @@ class Field(Input):
             outside = (own < start - slack) | (own > end + slack)
             if np.any(outside):
                 raise InputError(
-                    f"{self.kind} is evaluated at {own[outside][0]:g}, outside its "
-                    f"domain ({start:g}, {end:g}); give a larger domain"
+                    f"{self.kind} is evaluated at {own[outside][0]:g}, outside its domain "
+                    f"({start:g}, {end:g}); give a domain=(start, end) that contains the positions "
+                    "of all runs"
                 )
             part = prescribed()
             if part and part not in prescribed_parts:

@@ -35,6 +35,11 @@ def test_a_summary_has_ranges_and_the_largest_width():
         "The ends of the error bars are expected to be off by 3 % of the bars' width for u, mean "
         "over time; for the other outputs by less."
     )
+    errors = {f"{k}_expected_error": (("output", "time"), np.full((2, 3), 0.06))
+              for k in ("mean", "error_bar")}  # fmt: skip
+    earlier = bands(**errors)  # of an earlier version
+    assert summary_table(earlier)[1][0][-1] == "3 %"
+    assert "off by 3 % of" in error_in_words(earlier)
     assert "not estimated" in error_in_words(bands())
     header, rows = summary_table(bands(truncation=(("output", "time"), np.full((2, 3), 0.04))))
     assert (header[-1], rows[0][-1]) == ("largest truncation indicator", "1 %")

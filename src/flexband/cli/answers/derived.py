@@ -13,6 +13,7 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
 from flexband.errors import InputError
+from flexband.report.numbers import number
 
 
 class Quantity(StrEnum):
@@ -85,8 +86,8 @@ def derived(
     rows = [
         [
             k.replace("_", " "),
-            *(f"{v:.5g}" for v in ends[k]),
-            *(f"{errors[f'{k}_{kind}']:.2g}" if f"{k}_{kind}" in errors else "" for kind in kinds),
+            *(number(v, 5) for v in ends[k]),
+            *(number(errors[one], 2) if (one := f"{k}_{kind}") in errors else "" for kind in kinds),
         ]
         for k in names
     ]

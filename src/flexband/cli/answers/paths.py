@@ -52,5 +52,5 @@ def path(
     text = (
         f"The point is at most {float(radius[widest]):.4g}{unit} from its nominal path, at {last}"
     )
-    told = f", expected error {error:.2g}{unit}" if error is not None else ""
+    told = f"; the largest expected error is {error:.2g}{unit}" if error is not None else ""
     print_text(f"{text} {at:.4g}{told}\nWritten: {place / 'path.nc'}")

@@ -14,6 +14,7 @@ from flexband.cli.answers.saved import Json, Saved, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.report.numbers import number
 
 ROWS = 20
 """Of a table of a distribution function, about."""
@@ -105,7 +106,7 @@ def tell(
         }
         print_json(content)
         return
-    print_table(title, (header, rows))
+    print_table(f"{title}; errors are the largest", (header, rows))
     lines = [f"Not reliable: {remark}"] if remark else []
     print_text("\n".join([*lines, *(f"Written: {file}" for file in written)]))
 
@@ -125,11 +126,12 @@ def bounds_table(found: xr.Dataset, name: str) -> tuple[list[str], list[list[str
         for p in several:
             own = one if p is None else one.sel(probability=p)
             errors = [
-                f"{float(own[k].max()):.2g}" if k in own else ""
+                number(own[k].max(), 2) if k in own else ""
                 for k in ("sampling_error", "expected_error")
             ]
             level = f"{found.attrs.get('probability', 1):g}" if p is None else f"{p:g}"
-            ends = [f"{float(v):.5g}" for v in (own[name].min(), own[name].max())]
+            scale = float(abs(one[name]).max())
+            ends = [number(v, 5, scale) for v in (own[name].min(), own[name].max())]
             rows.append([f"{output or 'response'}{unit}", level, *ends, *errors])
     return header, rows
 
@@ -141,4 +143,4 @@ def value_table(found: xr.Dataset) -> tuple[list[str], list[list[str]]]:
     header = [f"value [{unit}]" if unit else "value", "lowest", "highest", "sampling error"]
     errors = some["sampling_error"].max("bound").values
     columns = zip(some["value"].values, *some["distribution"].values, errors, strict=True)
-    return header, [[f"{float(v):.4g}" for v in row] for row in columns]
+    return header, [[number(v) for v in row] for row in columns]

@@ -107,8 +107,8 @@ def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
     """Return k of the error bars μ ± kσ that limits were checked with, and their least margins."""
     if limits is None:
         return None
-    margins = map(float, limits["least_margin"].values)
-    least = dict(zip(map(str, limits["limit"].values), margins, strict=True))
+    margins = zip(limits["limit"].values, limits["least_margin"].values, strict=True)
+    least = {str(name): float(margin) for name, margin in margins if np.isfinite(margin)}
     return {"sigmas": float(limits.attrs["sigmas"]), "least": least}
 
 

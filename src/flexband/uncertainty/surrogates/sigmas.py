@@ -44,7 +44,7 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     """
     narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
     if sigmas == 1 and not narrowed:
-        return _with_parts(diagnostics, bar)
+        return with_relative_errors(diagnostics, bar)
     own = [str(k) for k in diagnostics if str(k).startswith("error_bar_")]
     told = diagnostics.assign({name: diagnostics[name] * growth(sigmas) for name in own})
     finer = "error_bar_discretization_error"
@@ -52,7 +52,7 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
         factor = max(sigmas, growth(sigmas))
         told[finer] = diagnostics[finer] * factor
         told["error_bar_expected_error"] = told[finer] + told["error_bar_expansion_error"]
-    told = _with_parts(told.drop_vars("relative_expected_error", errors="ignore"), bar)
+    told = with_relative_errors(told.drop_vars("relative_expected_error", errors="ignore"), bar)
     relative = {
         name: float(np.max(relative_errors(told, name, bar)))
         for name in ("expected_error", "expansion_error", "discretization_error")
@@ -66,9 +66,12 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     return told.assign_attrs(relative)
 
 
-def _with_parts(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
+def with_relative_errors(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
-    if "error_bar_expected_error" not in told or "relative_expected_error" in told:
+    if (
+        not {"mean_expected_error", "error_bar_expected_error"} <= set(told)
+        or "relative_expected_error" in told
+    ):
         return told
     found = relative_errors(told, "expected_error", bar)
     return told.assign(relative_expected_error=(bar.dims[1:-1], found))

@@ -227,6 +227,31 @@ def test_deflection_is_seen_from_the_chord():
         fb.Mechanism(bodies={"c": body}, sensors={"s": fb.SpringForce("x")})
 
 
+def test_a_deflection_is_positive_to_the_left_of_the_chord():
+    """Of a cantilever F L³/EI (5/48 − 1/6), of a bar on two supports F L³/(48 EI) and shear."""
+    length, size, modulus, force = 0.5, 0.005, 2e11, 1.0
+    unit = force * length**3 / (modulus * size**4 / 12)
+    sensors = {"d": fb.Deflection("b")}
+
+    def deflection(joints, point, y):
+        body = fb.Beam(
+            length=length, height=size, width=size, density=7800.0, youngs_modulus=modulus,
+            poissons_ratio=0.3, elements=8,
+        )  # fmt: skip
+        loads = {"up": fb.Force(point, 0.0, y)}
+        model = fb.Mechanism(bodies={"b": body}, joints=joints, loads=loads, sensors=sensors)
+        return float(fb.equilibrium(model).squeeze())
+
+    clamped = {"root": fb.Weld("b.start", (0.0, 0.0))}
+    assert deflection(clamped, "b.end", force) == pytest.approx(-unit / 16, rel=3e-3)
+    assert deflection(clamped, "b.end", -force) == pytest.approx(unit / 16, rel=3e-3)
+    pinned = {
+        "a": fb.Revolute("b.start", (0.0, 0.0)),
+        "b": fb.Slot("b.end", (0.0, 0.0), axis=(1.0, 0.0)),
+    }
+    assert deflection(pinned, "b.middle", force) == pytest.approx(unit / 48, rel=3e-3)
+
+
 def slider_crank_with(**sensors):
     model = slider_crank()
     return fb.Mechanism(bodies=model.bodies, joints=model.joints, sensors=sensors)

@@ -144,7 +144,7 @@ def simulated(
         },
     )
     try:
-        raise_failures(batch.failures, system, times)
+        raise_failures(batch.failures, system, times, halved=complete)
     except RunError as error:
         batch.outputs[list(error.failures)] = np.nan
         error.results = result

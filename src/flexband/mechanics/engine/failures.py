@@ -11,6 +11,12 @@ from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.loads.compiled_laws import take_failures
 
+SHORTER = (
+    "Take shorter steps: a smaller `step`, or more `substeps`. If these diverge as well, a force "
+    "is too large or starts too suddenly for what it moves, as that of a spring far from its "
+    "rest_length: see 'Start from equilibrium' in docs/mechanisms.md"
+)
+
 WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH = 5.0, 7.0, 8.0
 
 
@@ -30,14 +36,21 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
             failure[:3, found.lane] = LAW_FAILED, time, number
 
 
-def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> None:
-    """Raise an error that lists which samples failed, when and why."""
+def raise_failures(
+    failures: np.ndarray, system: System, times: np.ndarray, *, halved: bool = False
+) -> None:
+    """Raise an error that lists which samples failed, when and why, and what to change.
+
+    `halved` tells whether those that diverged were run again with half the step.
+    """
     code, number, row, _ = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):
         return
     terms, found = system.structure.terms, {}
     driven = terms.k[terms.f > 0] - system.structure.state.multiplier
+    step = float(times[1] - times[0]) if len(times) > 1 else 0.0
+    tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
     for sample in failed:
         names = {WRONG_BRANCH: system.conditions, LAW_FAILED: system.law_failures}.get(
@@ -50,7 +63,7 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
             f"at the guess; the worst is {where}",
             WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; the body must "
             "start within 90° of the prescribed angle",
-            DIVERGED: "Newton's method diverged, also with half the step",
+            DIVERGED: f"Newton's method diverged with {tried}",
             NOT_SETTLED: "no equilibrium was found; "
             + (
                 f"{where} is in a position where constraints depend on each other and cannot "
@@ -66,6 +79,8 @@ def raise_failures(failures: np.ndarray, system: System, times: np.ndarray) -> N
     lines = [f"sample {s}, t = {t:g} s: {reason}" for s, (t, reason) in list(found.items())[:5]]
     more = f"\n... and {len(found) - 5} more" if len(found) > 5 else ""
     text = f"{len(found)} of {len(failures)} runs failed\n" + "\n".join(lines) + more
+    if DIVERGED in code[failed]:
+        text += f"\n{SHORTER}"
     if not np.any(number[failed]):
         raise AssemblyError(text, found)
     raise SimulationError(text, found)

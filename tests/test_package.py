@@ -11,6 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import flexband as fb
+from flexband.cli.commands import MODULES
 
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
@@ -136,6 +137,30 @@ def test_importing_loads_nothing_heavy():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(loaded.stdout.split())
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["status", "."]])
+def test_commands_that_compute_nothing_load_nothing_heavy(arguments, tmp_path):
+    code = (
+        "import atexit, sys; atexit.register(lambda: print(*sys.modules)); "
+        f"from flexband.cli import app; app({arguments})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    loaded = set(done.stdout.split())
+    assert "flexband.cli.application" in loaded
+    assert not {"numba", "scipy", "xarray", "pandas", "matplotlib"} & loaded
+
+
+def test_every_module_with_commands_is_known():
+    folder = SOURCE / "cli"
+    found = {
+        ".".join(file.relative_to(folder).with_suffix("").parts)
+        for file in folder.rglob("*.py")
+        if "\n@app.command(" in file.read_text(encoding="utf-8")
+    }
+    assert set(MODULES) == found
 
 
 def test_public_names():

@@ -28,6 +28,7 @@ def main() -> None:
     signal.set_wakeup_fd(write.fileno(), warn_on_full_buffer=False)
     threading.Thread(target=_watch, args=(read,), daemon=True).start()
     app = import_module("flexband.cli").app
+    import_module("flexband.cli.commands").load(sys.argv[1:])
     signal.signal(signal.SIGINT, _interrupt)
     app()
 

@@ -6,15 +6,30 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 import flexband as fb
+from flexband.cli.commands import commands, load
 from flexband.cli.messages import EXITS, Ending, print_text
 from flexband.report.terminal import print_anywhere
 
 
 class _Commands(TyperGroup):
-    """The commands, whose texts can be printed on any terminal, and which all take --debug."""
+    """The commands, whose texts can be printed on any terminal, and which all take --debug.
+
+    Those whose modules are not imported have only a name and a help text.
+    """
+
+    def __init__(self, **options: Any):
+        super().__init__(**options)
+        known = {name: TyperCommand(name, help=text) for name, (_, text) in commands().items()}
+        self.commands = {**known, **self.commands}
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        load(args[:1])
+        self.commands = get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
+        return super().resolve_command(ctx, args)
 
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         own = args[: args.index("--")] if "--" in args else args

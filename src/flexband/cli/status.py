@@ -18,7 +18,7 @@ from flexband.cli.files import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
-from flexband.execution.layout import AGAIN, DONE, FAILED
+from flexband.execution.names import AGAIN, DONE, FAILED
 from flexband.report.progress import duration
 from flexband.study.folder import StudyFolder
 

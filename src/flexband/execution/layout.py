@@ -12,9 +12,7 @@ from flexband.errors import InputError
 from flexband.execution.chunks import Array, described
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Finished
-
-LOST, DONE, FAILED, AGAIN = range(4)
-"""Status of a run: its chunk was damaged; it is done; it failed; it failed and is to run again."""
+from flexband.execution.names import AGAIN, DONE, FAILED, LOST
 
 OWN = (
     "setting",

@@ -15,10 +15,6 @@ from flexband.errors import StoreError, warn
 from flexband.execution.growing import COPY, GrowingArrays
 from flexband.execution.journal import Finished, Journal
 from flexband.execution.layout import (
-    AGAIN,
-    DONE,
-    FAILED,
-    LOST,
     add_columns,
     add_outputs,
     check_recordable,
@@ -26,6 +22,7 @@ from flexband.execution.layout import (
     stored_labels,
 )
 from flexband.execution.lock import Lock, this_process
+from flexband.execution.names import AGAIN, DONE, FAILED, LOST
 from flexband.execution.store import Owner, Store, versions
 
 PERIOD = 0.5

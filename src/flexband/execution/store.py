@@ -13,9 +13,7 @@ import xarray as xr
 
 from flexband.errors import InputError, StoreError, shown
 from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
-
-RUNS = "runs.zarr"
-"""Name of the group in the folder of a study."""
+from flexband.execution.names import RUNS
 
 PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
 """Those whose versions are told in results."""

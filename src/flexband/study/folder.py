@@ -18,12 +18,9 @@ import google_crc32c
 
 from flexband.errors import StoreError
 from flexband.execution.journal import Journal
-from flexband.execution.layout import DONE
 from flexband.execution.lock import Lock, is_locked
-from flexband.execution.store import RUNS, open_runs
+from flexband.execution.names import DOMAINS, DONE, LEDGER, POINTS, RUNS
 from flexband.files import replaced
-from flexband.study.points import LEDGER, POINTS
-from flexband.uncertainty.evaluations.reuse import DOMAINS
 
 FORMAT = 1
 """Of study.json; a program refuses larger numbers."""
@@ -62,6 +59,8 @@ class StudyFolder:
         ----------
         response : its fingerprint.
         """
+        from flexband.execution.store import open_runs  # noqa: PLC0415
+
         asked = any((self.path / name).exists() for name in (LEDGER, POINTS))
         if asked or is_locked(self.path / LOCKS[1]):
             return False

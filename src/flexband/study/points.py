@@ -12,13 +12,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunsNeeded, StoreError
+from flexband.execution.names import LEDGER, POINTS
 from flexband.files import replaced
 from flexband.study.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
-
-LEDGER, POINTS = "points.json", "points.csv"
 
 SAME = 1e-6
 """Inputs in a file of results may differ so much, relatively: programs drop digits."""

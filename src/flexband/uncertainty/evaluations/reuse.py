@@ -18,14 +18,13 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
+from flexband.execution.names import DOMAINS
 from flexband.execution.record import Record
 from flexband.execution.store import Store
 from flexband.files import replaced
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, locate_fields
-
-DOMAINS = "domains.json"
 
 MOST = 10_000
 """Runs that are looked at."""

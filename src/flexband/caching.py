@@ -20,7 +20,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import njit, types
 from numba.core import config
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
@@ -45,15 +45,42 @@ LOADED = time.time()
 """
 
 
+OPTIONS = {"nogil": True, "error_model": "numpy"}
+"""Of all compiled functions: no interpreter lock, and division as in IEEE 754."""
+
+
 def cached_on_disk(function: Callable, **options: Any) -> Any:
     """Compile a function that Python calls, and keep its machine code on disk.
 
-    It holds no interpreter lock and divides as IEEE 754 says; further options are Numba's.
+    Further options are Numba's.
     """
-    options = {"nogil": True, "error_model": "numpy", **options}
-    compiled: Any = njit(**options)(function)
-    compiled._cache = _MachineCode(function, options)
-    return compiled
+    options = {**OPTIONS, **options}
+    dispatcher: Any = njit(**options)(function)
+    dispatcher._cache = _MachineCode(function, options)
+    return dispatcher
+
+
+def compiled(function: Callable, **options: Any) -> Any:
+    """Compile a function that only compiled code calls.
+
+    It is compiled once for all constants of a type: Numba would do so again for each whole number.
+    """
+    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    dispatcher: Any = njit(**OPTIONS, **alone, **options)(function)
+    find = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda args, kws: find(
+        tuple(map(types.unliteral, args)), {name: types.unliteral(kws[name]) for name in kws}
+    )
+    return dispatcher
+
+
+def inlined(function: Callable, **options: Any) -> Any:
+    """Inline a function into its callers before compilation.
+
+    It is for the functions between entries and kernels. Otherwise LLVM would optimize the kernels
+    once more at every level of calls up to an entry.
+    """
+    return njit(**OPTIONS, **options, inline="always")(function)
 
 
 class _MachineCode(NullCache):

@@ -23,7 +23,9 @@ from numba.core.cgutils import get_or_insert_function, unpack_tuple
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
-from flexband.caching import cached_on_disk
+from flexband.caching import OPTIONS, cached_on_disk
+from flexband.caching import compiled as compiled_with_memory
+from flexband.caching import inlined as inlined_with_memory
 from flexband.mechanics.kernels.lane_type import (
     FLAGS,
     VECTOR,
@@ -32,28 +34,24 @@ from flexband.mechanics.kernels.lane_type import (
     lane,
 )
 
-# No interpreter lock, IEEE division, and no memory management: all arrays come from outside. That
-# makes calls free and cuts the compile time by a third.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+# No memory management: all arrays come from outside. That makes calls free and cuts the compile
+# time by a third.
+_OPTIONS = {"_nrt": False}
 
 
 def compiled(function: Callable) -> Any:
     """Compile a function that only compiled code calls."""
-    return njit(**_OPTIONS, no_cpython_wrapper=True)(function)  # pyright: ignore[reportCallIssue]
+    return compiled_with_memory(function, **_OPTIONS)
 
 
 def inlined(function: Callable) -> Any:
-    """Inline a function into its callers before compilation.
-
-    It is for the functions that call kernels. Otherwise LLVM would optimize the kernels once more
-    at every level of calls up to an entry.
-    """
-    return njit(**_OPTIONS, inline="always")(function)
+    """Inline a function that calls kernels into its callers before compilation."""
+    return inlined_with_memory(function, **_OPTIONS)
 
 
 def entry(function: Callable) -> Any:
     """Compile a function that Python calls."""
-    return njit(**_OPTIONS)(function)
+    return njit(**OPTIONS, **_OPTIONS)(function)
 
 
 def cached(function: Callable) -> Any:

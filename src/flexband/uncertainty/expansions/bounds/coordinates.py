@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import compiled
 from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product
+from flexband.uncertainty.expansions.loops import copy, fill, largest
 
 MAX_SWEEPS = 30
 MIN_GAIN = 1e-13
 """A variable moves if that gains at least this fraction of the sum of all coefficients."""
 
 
-@cached_on_disk
+@compiled
 def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
     """Move the variables of active lanes to the best values to try; leave those active that move.
 
@@ -23,7 +24,7 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
     active, eta : shapes (lanes,) and (m, lanes).
     """
     tried, polynomials, counts = lines
-    (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.group.max() + 1
+    (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.depends.shape[1]
     powers, sums = np.empty((3, orders, m, lanes)), np.zeros((groups, lanes))
     along, part = np.empty((orders, groups, lanes)), np.empty(lanes)
     height, value, best = np.empty(lanes), np.empty(lanes), np.empty(lanes)
@@ -52,7 +53,8 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
             for n in range(0 if terms.depends[a, j] else lanes):
                 rest[n] += sums[j, n] * sums[j, n]
         for g in range(counts[a] if highest else 0):
-            mean[:], square[:] = sums[0], rest
+            copy(mean, sums[0])
+            copy(square, rest)
             for j in range(groups):
                 if terms.depends[a, j]:
                     _on_line(polynomials[a, g], highest, along[:, j], part)
@@ -79,10 +81,10 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
                         sums[j, n] = along[0, j, n]
                         for k in range(1, highest + 1):
                             sums[j, n] += along[k, j, n] * powers[0, k, a, n]
-    active[:] = moved
+    copy(active, moved)
 
 
-@cached_on_disk
+@compiled
 def _on_line(polynomials, highest, along, total):
     """Fill the sum of the terms of a Ψ_j at a value of one variable."""
     for n in range(len(total)):
@@ -93,15 +95,16 @@ def _on_line(polynomials, highest, along, total):
             total[n] += T * along[k, n]
 
 
-@cached_on_disk
+@compiled
 def _along(terms, own, a, powers, part, sums, along):
     """Fill the factors of each T_k(η_a) in the sums of each Ψ_j; return the highest k."""
     first, last = terms.first_owner[a], terms.first_owner[a + 1]
-    highest = terms.owner_order[first:last].max() if last > first else 0
+    highest = largest(terms.owner_order, first, last)
     for j in range(len(sums)):
         if terms.depends[a, j]:
-            along[0, j] = sums[j]
-            along[1 : highest + 1, j] = 0.0
+            copy(along[0, j], sums[j])
+            for k in range(1, highest + 1):
+                fill(along[k, j], 0.0)
     for o in range(first, last):
         i, k = terms.owner[o], terms.owner_order[o]
         product(terms, i, a, powers, part)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import compiled
 from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, product
+from flexband.uncertainty.expansions.loops import copy, fill, largest
 
 MAX_STEPS, LEFT = 8, 4
 """Most steps of all lanes together; they end when fewer than one in `LEFT` is under way."""
@@ -18,7 +19,7 @@ MIN_RELATIVE_GAIN = 1e-13
 """The descent ends when a step is expected to gain less than this fraction of the value."""
 
 
-@cached_on_disk
+@compiled
 def polish(terms, own, c, sign, active, eta, reach, least):
     """Move η of active lanes, (m, lanes), towards a minimum of sign (μ + c σ), and fill its value.
 
@@ -31,7 +32,7 @@ def polish(terms, own, c, sign, active, eta, reach, least):
     active, reach, least : shape (lanes,).
     """
     m, lanes = eta.shape
-    groups, orders = terms.group.max() + 1, terms.order.max() + 1 if len(terms.order) else 1
+    groups, orders = terms.depends.shape[1], largest(terms.order, 0, len(terms.order)) + 1
     work = (
         np.empty((3, orders, m, lanes)),
         np.empty((groups, lanes)),
@@ -41,9 +42,13 @@ def polish(terms, own, c, sign, active, eta, reach, least):
     )
     gradient, hessian = np.empty((m, lanes)), np.empty((m, m, lanes))
     new_gradient, new_hessian = np.zeros((m, lanes)), np.zeros((m, m, lanes))
-    trial, value = eta.copy(), np.empty(lanes)
+    trial, value = np.empty((m, lanes)), np.empty(lanes)
     x, slope, curve, y = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
-    least[:], most = np.inf, active.sum()
+    copy(trial.reshape(-1), eta.reshape(-1))
+    fill(least, np.inf)
+    most = 0
+    for n in range(lanes):
+        most += active[n]
     for k in range(MAX_STEPS):
         _evaluate(terms, own, c, sign, trial, work, value, new_gradient, new_hessian)
         left = 0
@@ -71,7 +76,7 @@ def polish(terms, own, c, sign, active, eta, reach, least):
             break
 
 
-@cached_on_disk
+@compiled
 def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa: PLR0912
     """Fill sign (μ + c σ) at η, its gradient and the lower triangle of its Hessian."""
     powers, sums, along, slopes, (part, scale) = work
@@ -112,11 +117,12 @@ def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa
             gradient[a, n] += sign * slopes[a, 0, n]
 
 
-@cached_on_disk
+@compiled
 def _sums(terms, own, powers, sums, slopes, part):
     """Fill the sum of the terms of each Ψ_j and its derivatives by every variable."""
     lanes = len(part)
-    sums[:], slopes[:] = 0.0, 0.0
+    fill(sums, 0.0)
+    fill(slopes, 0.0)
     for i in range(len(terms.first) - 1):
         begin, end = terms.first[i], terms.first[i + 1]
         product(terms, i, -1, powers, part)
@@ -135,11 +141,11 @@ def _sums(terms, own, powers, sums, slopes, part):
                     slopes[a, j, n] += part[n] * own[t, n]
 
 
-@cached_on_disk
+@compiled
 def _curvatures(terms, own, powers, along, part, hessian):
     """Fill the second derivatives of the terms, weighted by j, into the lower triangle."""
     lanes, weight = len(part), np.empty(len(part))
-    hessian[:] = 0.0
+    fill(hessian, 0.0)
     for i in range(len(terms.first) - 1):
         begin, end = terms.first_factor[i], terms.first_factor[i + 1]
         for n in range(lanes):
@@ -164,7 +170,7 @@ def _curvatures(terms, own, powers, along, part, hessian):
                     hessian[a, b, n] += part[n]
 
 
-@cached_on_disk
+@compiled
 def step(eta, gradient, hessian, reach, trial):
     """Fill η − reach (H + τ I)⁻¹ gradient, clipped to the box; return the expected gain.
 
@@ -190,7 +196,7 @@ def step(eta, gradient, hessian, reach, trial):
     return gain
 
 
-@cached_on_disk
+@compiled
 def substitute(factor, x):
     """Solve L Lᵀ y = x in place for a lower triangular L, real or complex."""
     n = len(x)
@@ -204,7 +210,7 @@ def substitute(factor, x):
         x[a] /= factor[a, a]
 
 
-@cached_on_disk
+@compiled
 def _cholesky(hessian, held, shift, least, factor):
     """Factor H + shift I without held variables; return whether all pivots exceed `least`."""
     for a in range(len(held)):

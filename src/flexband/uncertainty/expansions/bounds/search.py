@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.coordinates import descend
 from flexband.uncertainty.expansions.bounds.polish import polish
+from flexband.uncertainty.expansions.loops import copy, fill
 
 LANES = 32
 
@@ -47,7 +48,6 @@ START, LINES, NEWTON, NOTHING = 0, 1, 2, 3
 """What a series waits for."""
 
 
-@cached_on_disk
 def search(terms, scan, lines, coefficients, targets, values, places):
     """Fill `values`, (targets, series), and `places`, (targets, series, m), of bounds.
 
@@ -59,12 +59,25 @@ def search(terms, scan, lines, coefficients, targets, values, places):
     coefficients : (series, terms), weighted so that σ² is a sum of squares.
     targets : rows (c, sign): sign (μ + c σ) is minimized.
     """
+    shape = *values.shape, STARTS
+    bound, which = np.empty(shape), np.empty(shape, np.int64)
+    resolved = places.shape[2] <= RESOLVED_DIMENSION and scan[2].shape[1] > 0
+    starts(terms, scan, coefficients, targets, resolved, bound, which)
+    for k, target in enumerate(targets):  # a function of its own, which is compiled in less time
+        own = scan[1], which[k], bound[k]
+        descents(terms, coefficients, target, resolved, lines, own, values[k], places[k])
+        values[k] *= target[1]
+
+
+@cached_on_disk
+def starts(terms, scan, coefficients, targets, resolved, bound, which):
+    """Fill what may be reached from points of the scan, lowest first, and which points these are.
+
+    Both have the shape (targets, series, STARTS).
+    """
     basis, points, neighbours = scan
-    series, (count, m) = len(coefficients), points.shape
-    resolved = m <= RESOLVED_DIMENSION and neighbours.shape[1] > 0
+    series, count = len(coefficients), len(points)
     mean, std, height = np.empty(count), np.empty(count), np.empty(count)
-    which = np.empty((len(targets), series, STARTS), np.int64)
-    bound = np.empty((len(targets), series, STARTS))
     for n in range(series):
         _moments(terms, basis, coefficients[n], mean, std, height)
         for k in range(len(targets)):
@@ -73,21 +86,14 @@ def search(terms, scan, lines, coefficients, targets, values, places):
                 height[p] = sign * (mean[p] + c * std[p])
             lowest(height, neighbours, MAX_HEIGHT if resolved else 1.0, bound[k, n], which[k, n])
             _bound(height, neighbours, resolved, bound[k, n], which[k, n])
-    for k in range(len(targets)):
-        c, sign = targets[k]
-        goal = c, sign, resolved
-        _descents(
-            terms, coefficients, goal, lines, points, which[k], bound[k], values[k], places[k]
-        )
-        values[k] *= sign
 
 
-@cached_on_disk
+@compiled
 def _moments(terms, basis, own, mean, std, part):
     """Fill μ and σ of a series at the points of the scan."""
-    std[:] = 0.0
+    fill(std, 0.0)
     for j in range(len(terms.first_of_group) - 1):
-        part[:] = 0.0
+        fill(part, 0.0)
         begin, end = terms.first_of_group[j], terms.first_of_group[j + 1]
         for k in range(begin, end - 1, 2):  # two at a time load and store less
             t, u = terms.of_group[k], terms.of_group[k + 1]
@@ -103,23 +109,27 @@ def _moments(terms, basis, own, mean, std, part):
             for p in range(len(part)):
                 std[p] += part[p] * part[p]
         else:
-            mean[:] = part
+            copy(mean, part)
     for p in range(len(std)):
         std[p] = np.sqrt(std[p])
 
 
-@cached_on_disk
+@compiled
 def lowest(height, neighbours, part, best, which):
     """Fill the lowest values that are not above their neighbours, in order, and their points.
 
     They are in the lower `part` of the range of all values; of a constant only one counts. Shapes
     are (points,) of `height` and (starts,) of `best` and `which`; ∞ and 0 fill what is left.
     """
-    best[:], which[:] = np.inf, 0
-    least, highest = height.min(), height.max()
+    fill(best, np.inf)
+    fill(which, 0)
+    place, least, highest = 0, height[0], height[0]
+    for p in range(len(height)):
+        if height[p] < least:
+            place, least = p, height[p]
+        highest = max(highest, height[p])
     if highest - least <= FLAT * max(abs(least), abs(highest)):
-        which[0] = np.argmin(height)
-        best[0] = least
+        best[0], which[0] = least, place
         return
     top = least + part * (highest - least)
     for p in range(len(height)):
@@ -137,7 +147,7 @@ def lowest(height, neighbours, part, best, which):
             best[k], which[k] = here, p
 
 
-@cached_on_disk
+@compiled
 def _bound(height, neighbours, resolved, best, which):
     """Lower the values of starts to what the minima next to them may reach; ∞ is no start."""
     for k in range(len(best)):
@@ -150,13 +160,16 @@ def _bound(height, neighbours, resolved, best, which):
 
 
 @cached_on_disk
-def _descents(terms, coefficients, goal, lines, points, which, bound, least, place):  # noqa: PLR0912
+def descents(  # noqa: PLR0912, PLR0915
+    terms, coefficients, target, resolved, lines, at_start, least, place
+):
     """Fill the least value that is found from points of the scan, and its place, (series, m).
 
     A start counts if its bound is below the least value so far. The search of a series ends when
     some descents have reached the same lowest minimum.
     """
-    c, sign, resolved = goal
+    c, sign = target
+    points, which, bound = at_start
     series, m = place.shape
     own, at = np.zeros((coefficients.shape[1], LANES)), np.zeros((m, LANES))
     height, part, reach = np.empty(LANES), np.ones(LANES), np.ones(series)
@@ -165,34 +178,40 @@ def _descents(terms, coefficients, goal, lines, points, which, bound, least, pla
     taken, turns = np.full(series, -1), np.zeros(series, np.int64)
     hits, alone = np.zeros(series, np.int64), np.ones(series, np.bool_)
     via, entry = np.full((2, series, m), np.inf)  # ends of the first LINES
-    least[:], place[:] = np.inf, 0.0
+    fill(least, np.inf)
+    fill(place, 0.0)
     first = LINES if m > MAX_GRID_DIMENSION else NEWTON
     while True:
+        more = 0
         for n in range(series):
             if todo[n] == START:
                 patient = resolved or hits[n] < (ALONE if alone[n] else PATIENCE)
                 k = taken[n] = _next(bound[n], taken[n] + 1, least[n] if patient else -np.inf)
                 todo[n] = NOTHING if k == len(bound[n]) else first
-                eta[n] = points[which[n, min(k, len(bound[n]) - 1)]]
+                copy(eta[n], points[which[n, min(k, len(bound[n]) - 1)]])
                 turns[n], reach[n] = 0, 1.0
-        kind = LINES if (todo == LINES).sum() > (todo == NEWTON).sum() else NEWTON
-        count = 0
+            more += (todo[n] == LINES) - (todo[n] == NEWTON)
+        kind, count = LINES if more > 0 else NEWTON, 0
         for n in range(series):
             if todo[n] == kind and count < LANES:
-                own[:, count], at[:, count], part[count] = coefficients[n], eta[n], reach[n]
+                copy(own[:, count], coefficients[n])
+                copy(at[:, count], eta[n])
+                part[count] = reach[n]
                 chosen[count], count = n, count + 1
         if count == 0:
             break
-        active[:] = np.arange(LANES) < count
+        for lane in range(LANES):
+            active[lane] = lane < count
         if kind == LINES:
             descend(terms, own, c, sign, lines, active, at)
         else:
             polish(terms, own, c, sign, active, at, part, height)
         for lane in range(count):
             n = chosen[lane]
-            eta[n], turns[n] = at[:, lane], turns[n] + 1
+            copy(eta[n], at[:, lane])
+            turns[n] += 1
             if kind == LINES and turns[n] == 1:
-                via[n] = eta[n]
+                copy(via[n], eta[n])
             known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
             if kind == NEWTON:
                 found[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
@@ -207,10 +226,12 @@ def _descents(terms, coefficients, goal, lines, points, which, bound, least, pla
             alone[n] = alone[n] if known else hits[n] == 0
             hits[n] = 1 if lower or not hits[n] else hits[n] + known
             if lower:
-                least[n], place[n], entry[n] = found[n], eta[n], via[n]
+                least[n] = found[n]
+                copy(place[n], eta[n])
+                copy(entry[n], via[n])
 
 
-@cached_on_disk
+@compiled
 def _next(bound, k, least):
     """Return the number of the next start, from k on, that may lead below a value, or of all."""
     while k < len(bound) and not bound[k] < least:
@@ -218,7 +239,7 @@ def _next(bound, k, least):
     return k
 
 
-@cached_on_disk
+@compiled
 def _near(eta, place):
     """Return whether two places count as one."""
     near = True

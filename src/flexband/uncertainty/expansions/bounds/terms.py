@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import compiled
 
 
 class Terms(NamedTuple):
@@ -66,7 +66,7 @@ class Terms(NamedTuple):
         return Terms(*map(np.ascontiguousarray, parts))
 
 
-@cached_on_disk
+@compiled
 def chebyshev_powers(eta, powers):
     """Fill T_k, T_k′ and T_k″ of every variable, (3, orders, m, lanes), at η, (m, lanes)."""
     orders, m, lanes = powers.shape[1:]
@@ -84,7 +84,7 @@ def chebyshev_powers(eta, powers):
                 S[k, a, n] = 4 * D[k - 1, a, n] + x * S[k - 1, a, n] - S[k - 2, a, n]
 
 
-@cached_on_disk
+@compiled
 def product(terms, i, without, powers, phi):
     """Fill Φ_i without its factors of one variable, (lanes,)."""
     lanes = len(phi)
@@ -97,7 +97,7 @@ def product(terms, i, without, powers, phi):
                 phi[n] *= powers[0, k, a, n]
 
 
-@cached_on_disk
+@compiled
 def aim(sums, c, sign, value):
     """Fill sign (μ + c σ), (lanes,), from the sum of the terms of each Ψ_j, (groups, lanes)."""
     groups, lanes = sums.shape

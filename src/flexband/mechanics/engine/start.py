@@ -32,6 +32,7 @@ from flexband.mechanics.kernels.equations import (
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.lanes import (
     any_true,
+    compiled,
     filled,
     inlined,
     less,
@@ -60,7 +61,7 @@ VELOCITY_SWEEPS = 4
 NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 
-@inlined
+@compiled
 def elastic_matrix(structure, values, mass, s, work, smallest):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return how many multipliers were left out.
 

@@ -155,7 +155,7 @@ def add_loads(structure, values, now, z, r, memory):
     )  # fmt: skip
 
 
-@inlined
+@compiled
 def residual(structure, values, now, z, r, memory):
     """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), in the rows of z.
 

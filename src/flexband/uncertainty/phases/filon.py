@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.phases.moments import fill, section, squares
 from flexband.uncertainty.phases.rules import rule
@@ -143,7 +143,7 @@ def by_axes(
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 
-@cached_on_disk
+@compiled
 def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     """Fill the weights of all points, and subtract Σ_v ψ_v from the phase `rest` there."""
     fine, lagrange, nodes, where, products = grid

@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.phases.layout import MomentColumns, turning_parts
 
 
@@ -37,7 +37,7 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
     return mean, np.sqrt(np.maximum(own[..., columns.variance] + turning, 0.0))
 
 
-@cached_on_disk
+@compiled
 def section(coefficients, interval_term, random_term, phi, rows):
     """Fill the coefficients of Ψ_j at one η, (N, parts), from those of all terms."""
     rows[:] = 0.0
@@ -47,7 +47,7 @@ def section(coefficients, interval_term, random_term, phi, rows):
             rows[j, p] += factor * coefficients[k, p]
 
 
-@cached_on_disk
+@compiled
 def squares(rows, norms, parts, base, square):
     """Fill Var b and E|Z_c|² by their closed forms."""
     base[:], square[:] = 0.0, 0.0
@@ -60,7 +60,7 @@ def squares(rows, norms, parts, base, square):
                 square[o, c] += norms[j] * (re**2 + im**2)
 
 
-@cached_on_disk
+@compiled
 def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
     """Fill a row of the table.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
 from flexband.uncertainty.phases.moments import fill, section, squares
 
@@ -105,7 +105,7 @@ def by_saddles(
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 
-@cached_on_disk
+@compiled
 def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
     """Fill Re Ψ_j and Im Ψ_j on a contour, (2 points, N), and e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)}.
 
@@ -132,7 +132,7 @@ def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
     return largest
 
 
-@cached_on_disk
+@compiled
 def saturated(phase, orders):
     """Return whether the slope of the phase is large within `SLOPE_RANGE` standard deviations."""
     slope, bend = 0.0, 0.0
@@ -146,7 +146,7 @@ def saturated(phase, orders):
     return np.sqrt(slope) - bend >= SATURATED
 
 
-@cached_on_disk
+@compiled
 def _hermite(xi, orders, powers, terms):
     """Fill He_k of every variable and their products Ψ_j at a complex point."""
     for v in range(len(xi)):
@@ -163,7 +163,7 @@ def _hermite(xi, orders, powers, terms):
                 terms[j] *= powers[v, orders[j, v]]
 
 
-@cached_on_disk
+@compiled
 def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     """Fill s and L, and return whether there is a saddle nearby and det L."""
     n = len(saddle)
@@ -210,7 +210,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     return True, scale
 
 
-@cached_on_disk
+@compiled
 def _slopes(phase, orders, xi, powers, gradient, curve):
     """Fill the gradient and the Hessian of the phase at a complex point."""
     n = len(xi)

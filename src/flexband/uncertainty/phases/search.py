@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
+from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
 from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers
+from flexband.uncertainty.expansions.loops import copy, fill, largest
 
 MAX_STEPS = 40
 MIN_RELATIVE_GAIN = 1e-9
@@ -56,26 +57,27 @@ def search(
             for p in range(len(points)):
                 mean[p], variance = _moments(scanned[p, o * block :], turns[p], columns)
                 std[p] = np.sqrt(max(variance, 0.0))
-            chosen[:, :block] = smooth[t, :, o * block : (o + 1) * block]
-            chosen[:, block:] = smooth[t, :, columns.phase :]
+            for term in range(terms):
+                copy(chosen[term, :block], smooth[t, term, o * block :])
+                copy(chosen[term, block:], smooth[t, term, columns.phase :])
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
                     aim[p] = sign * (mean[p] + c * std[p])
                 lowest(aim, neighbours, 1.0, best, which)
                 values[a, o, t] = best[0]
-                places[a, o, t] = points[which[0]]
+                copy(places[a, o, t], points[which[0]])
                 for k in range(starts if m else 0):
                     if best[k] < np.inf:
-                        eta[:] = points[which[k]]
+                        copy(eta, points[which[k]])
                         found = _descend(chosen, index, columns, turning, c, sign, eta)
                         if found < values[a, o, t]:
                             values[a, o, t] = found
-                            places[a, o, t] = eta
+                            copy(places[a, o, t], eta)
                 values[a, o, t] *= sign
 
 
-@cached_on_disk
+@compiled
 def _turn(phases, turning, turns):
     """Fill e^{iψ} of every turning part."""
     for k in range(len(turning)):
@@ -86,7 +88,7 @@ def _turn(phases, turning, turns):
             turns[k] = turns[c] * (turns[d] if s > 0 else np.conj(turns[d]))
 
 
-@cached_on_disk
+@compiled
 def _moments(v, turns, columns):
     """Return μ and σ² of the smooth moments of an output."""
     mean, variance = v[columns.mean], v[columns.variance]
@@ -98,10 +100,10 @@ def _moments(v, turns, columns):
     return mean, variance
 
 
-@cached_on_disk
+@compiled
 def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
-    m, highest = len(eta), index.max() if index.size else 0
+    m, highest = len(eta), largest(index.reshape(-1), 0, index.size)
     work = (
         np.empty((3, highest + 1, m, 1)),
         np.empty((1 + m, len(index))),
@@ -110,7 +112,11 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
     gradient, new_gradient, trial = np.empty(m), np.empty(m), np.empty(m)
     moved, along = np.empty(m), np.empty(m)
     best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
-    hessian = np.eye(m) * (np.sqrt((gradient**2).sum()) / FIRST_STEP + 1e-300)
+    square, hessian = 0.0, np.zeros((m, m))
+    for a in range(m):
+        square += gradient[a] ** 2
+    for a in range(m):
+        hessian[a, a] = np.sqrt(square) / FIRST_STEP + 1e-300
     reach, fresh = 1.0, True
     for _ in range(MAX_STEPS):
         if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
@@ -130,13 +136,14 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
             _update(hessian, moved, along, curve)
         if value < best:
             best, reach = value, 1.0
-            eta[:], gradient[:] = trial, new_gradient
+            copy(eta, trial)
+            copy(gradient, new_gradient)
         else:
             reach = 0.3 if reach == 1.0 else 0.3 * reach
     return best
 
 
-@cached_on_disk
+@compiled
 def _update(hessian, moved, along, curve):
     """Update an estimate of the Hessian by the change of the gradient (BFGS)."""
     m = len(moved)
@@ -150,13 +157,13 @@ def _update(hessian, moved, along, curve):
             hessian[a, b] += along[a] * along[b] / curve - image[a] * image[b] / inner
 
 
-@cached_on_disk
+@compiled
 def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
     powers, basis, rows = work
     m = len(eta)
     chebyshev_powers(eta.reshape(m, 1), powers)
-    basis[:] = 1.0
+    fill(basis, 1.0)
     for a in range(-1, m):  # −1: not differentiated
         for v in range(m):
             d = 1 if v == a else 0

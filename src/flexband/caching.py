@@ -45,7 +45,7 @@ LOADED = time.time()
 """
 
 
-OPTIONS = {"nogil": True, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 """Of all compiled functions: no interpreter lock, and division as in IEEE 754."""
 
 
@@ -65,8 +65,8 @@ def compiled(function: Callable, **options: Any) -> Any:
 
     It is compiled once for all constants of a type: Numba would do so again for each whole number.
     """
-    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher: Any = njit(**OPTIONS, **alone, **options)(function)
+    options = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **options}
+    dispatcher: Any = njit(**options)(function)
     find = dispatcher.get_call_template
     dispatcher.get_call_template = lambda args, kws: find(
         tuple(map(types.unliteral, args)), {name: types.unliteral(kws[name]) for name in kws}
@@ -80,7 +80,8 @@ def inlined(function: Callable, **options: Any) -> Any:
     It is for the functions between entries and kernels. Otherwise LLVM would optimize the kernels
     once more at every level of calls up to an entry.
     """
-    return njit(**OPTIONS, **options, inline="always")(function)
+    options = {**OPTIONS, "inline": "always", **options}
+    return njit(**options)(function)
 
 
 class _MachineCode(NullCache):

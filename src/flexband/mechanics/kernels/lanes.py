@@ -36,7 +36,7 @@ from flexband.mechanics.kernels.lane_type import (
 
 # No memory management: all arrays come from outside. That makes calls free and cuts the compile
 # time by a third.
-_OPTIONS = {"_nrt": False}
+_OPTIONS: dict[str, Any] = {"_nrt": False}
 
 
 def compiled(function: Callable) -> Any:
@@ -51,7 +51,7 @@ def inlined(function: Callable) -> Any:
 
 def entry(function: Callable) -> Any:
     """Compile a function that Python calls."""
-    return njit(**OPTIONS, **_OPTIONS)(function)
+    return njit(**{**OPTIONS, **_OPTIONS})(function)
 
 
 def cached(function: Callable) -> Any:

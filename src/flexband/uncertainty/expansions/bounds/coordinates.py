@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import compiled
+from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
 from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product
-from flexband.uncertainty.expansions.loops import copy, fill, largest
 
 MAX_SWEEPS = 30
 MIN_GAIN = 1e-13

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import compiled
+from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
 from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, product
-from flexband.uncertainty.expansions.loops import copy, fill, largest
 
 MAX_STEPS, LEFT = 8, 4
 """Most steps of all lanes together; they end when fewer than one in `LEFT` is under way."""

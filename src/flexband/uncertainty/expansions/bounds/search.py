@@ -12,8 +12,8 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.coordinates import descend
+from flexband.uncertainty.expansions.bounds.loops import copy, fill
 from flexband.uncertainty.expansions.bounds.polish import polish
-from flexband.uncertainty.expansions.loops import copy, fill
 
 LANES = 32
 

@@ -14,6 +14,8 @@ extensions = [
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.linkcode",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",  # equations are drawn without a network
     "source_pages",
 ]
 exclude_patterns = ["_build", "paper.json"]

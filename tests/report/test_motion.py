@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.report.page.given import given_by
 from flexband.report.page.motion.motion import motion_data
 from flexband.report.page.motion.studies import study_motion
 from flexband.uncertainty.inputs.space import Space
@@ -275,3 +276,26 @@ def test_the_motion_of_a_study_has_its_discretization_and_first_options():
     slack = 1e-3 + (upper - lower)
     assert (nominal[1] > lower - slack).all()
     assert (nominal[1] < upper + slack).all()
+
+
+def test_a_study_whose_runs_take_long_shows_the_nominal_motion_alone():
+    study = fb.Study(RESPONSE, INPUTS, fb.PCCI(1, 1))
+
+    def shown(seconds):
+        given = given_by(study, INPUTS, None, None, seconds=seconds)
+        motion = given.get("motion")
+        samples = motion["samples"]["deviation"]["shape"][0] if motion else None
+        return samples, motion and motion["times"], given["hidden"]
+
+    samples, times, told = shown(0.1)
+    assert (samples, told) == (23, [])
+    assert shown(4.2)[:2] == (0, times)
+    assert shown(4.2)[2] == [
+        "The motion is the nominal one, without samples of the inputs, since a run takes 4.2 s on "
+        "average."
+    ]
+    assert shown(75.0) == (
+        None,
+        None,
+        ["The motion is not shown, since a run takes 75 s on average."],
+    )

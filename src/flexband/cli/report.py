@@ -17,10 +17,6 @@ from flexband.cli.messages import print_remark, print_text, reported_errors
 from flexband.errors import InputError, whole
 from flexband.study.study import Study
 
-SLOW = 3.0
-"""Mean time [s] of a run from which on the motion is not simulated again for its animation. That
-of a study in which the engine is compiled is less."""
-
 SHARES = "contributions.nc"
 GIVEN, PAGE = "page.json", "report.html"
 DATA = ("bands.nc", "verification.nc", SHARES)
@@ -58,8 +54,8 @@ def report_on(
     found = bands, checked, contributions
     names = [name for name, one in zip(DATA, found, strict=True) if one is not None]
     names += [MODEL] * (surrogate is not None)
-    moving = about.pop("seconds") < SLOW
-    found = given_by(study, inputs, surrogate, Path(about["file"]), moving=moving)
+    seconds = about.pop("seconds")
+    found = given_by(study, inputs, surrogate, Path(about["file"]), seconds=seconds)
     given = {**about, **found, "files": names}
     save(lambda: write_given(folder, given))
     page = write_report(folder, given, bands, checked, contributions, surrogate)

@@ -21,6 +21,7 @@ from flexband.mechanics.response import DynamicResponse
 from flexband.report.drawing.draw import draw
 from flexband.report.figures import fields_figure
 from flexband.report.page.inputs import inputs_table
+from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
 from flexband.study.study import Study
@@ -30,6 +31,11 @@ from flexband.uncertainty.inputs.space import Space
 
 FILE = "page.json"
 
+SLOW, VERY_SLOW = 3.0, 60.0
+"""Mean times [s] of a run from which on the motion is shown without samples of the inputs, and not
+at all: the mechanism is simulated again for it. In a study in which the engine is compiled, a run
+takes less than the mean."""
+
 
 def given_by(
     study: Study,
@@ -37,7 +43,7 @@ def given_by(
     surrogate: Any,
     file: Path | None,
     *,
-    moving: bool = True,
+    seconds: float = 0.0,
 ) -> dict[str, Any]:
     """Return what a report shows of a study's code.
 
@@ -46,7 +52,7 @@ def given_by(
     inputs : those of the study, fields with their domains.
     surrogate : of the study, if its method makes one.
     file : the study's, whose docstring is its question.
-    moving : whether the mechanism is simulated again to show its motion.
+    seconds : mean time of a run. The motion of one that takes long is the nominal one alone.
 
     Returns
     -------
@@ -73,11 +79,14 @@ def given_by(
     with without_warnings():
         _add(found, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
         _add(found, "description", "The mechanism", lambda: _in_words(mechanism()))
-        if moving:
-            found["motion"], told = study_motion(study, surrogate)
-            found["hidden"] += told
+        takes = f"since a run takes {seconds:.2g} s on average."
+        if seconds < VERY_SLOW:
+            samples = SAMPLES if seconds < SLOW else 0
+            found["motion"], told = study_motion(study, surrogate, samples=samples)
+            nominal = f"The motion is the nominal one, without samples of the inputs, {takes}"
+            found["hidden"] += [*told, *[nominal] * (found["motion"] is not None and not samples)]
         else:
-            found["hidden"].append("The motion is not shown, since runs of this study take long.")
+            found["hidden"].append(f"The motion is not shown, {takes}")
     return found
 
 

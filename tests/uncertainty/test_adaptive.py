@@ -683,6 +683,22 @@ def test_bands_without_width_are_warned_of():
     assert not bands["trusted"]
 
 
+def test_a_kink_between_random_inputs_is_not_continued_by_wild_products():
+    """Products of high orders oscillate between the axes, where no run is; σ depends on them."""
+
+    def response(x, y):
+        return np.maximum(0.0, (x + y) / np.sqrt(2) - 1)
+
+    bands = fb.propagate(response, {"x": fb.Normal(0, 1), "y": fb.Normal(0, 1)}, fb.AdaptivePCCI())
+    z = np.linspace(1.0, 9.0, 20001)
+    density = np.exp(-z * z / 2) / np.sqrt(2 * np.pi)
+    mean, square = (np.trapezoid((z - 1) ** k * density, z) for k in (1, 2))
+    std = np.sqrt(square - mean**2)
+    true = np.abs(bands["error_bar"].values.ravel() - [mean - std, mean + std]).mean() / (2 * std)
+    assert true < 0.05
+    assert true < 5 * bands.attrs["expected_error"]
+
+
 def test_each_output_keeps_one_fit_and_runs_are_held_once():
     rates = np.linspace(0.2, 2.0, 12)[:, None]
     time = np.linspace(0.0, 1.0, 1500)

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.rare_values import rare_values
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
@@ -22,19 +23,15 @@ BATCH = 8
 GAIN = 0.8
 """A further carrier is used for an output where it brings the error below this part."""
 
-FAR = np.arange(3.0, 5.5, 0.5)
-"""Values of |z| of the normal variables of which ξ are functions, where an expansion must not grow
-beyond measure."""
-
-SWEEPS = 3
-"""Times that these values are visited, at different η."""
-
 MOST_TIMES = 128
-"""Times at which this is seen."""
+"""Times at which growth at rare values is seen."""
+
+AT_ONCE = 64
+"""Rare values at which an expansion is evaluated at once."""
 
 MARGIN, GROWTH = 1.5, 2
-"""There it may leave the range of the runs by this factor, times this power of how much farther
-out it is than the runs."""
+"""There, an expansion may leave the range of the runs by this factor, times this power of how much
+farther out it is than the runs."""
 
 
 class Design(Protocol):
@@ -120,27 +117,29 @@ class Fit(NamedTuple):
         """Return how far it leaves the range of all runs for random variables far from their mean.
 
         Moments of a polynomial depend on values there, and high orders may oscillate between the
-        outermost runs. Root mean square over each ξ alone, shape (outputs, times).
+        outermost runs. Root mean square over each ξ alone, and over those that are multiplied,
+        shape (outputs, times).
 
         Parameters
         ----------
         runs, thin : all runs at some of the times, and which these are.
         """
-        orders, parts = np.array(self.parts.random_orders, dtype=int), self.at(thin).parts
-        own = runs.values[:, self.outputs]
+        parts, own = self.at(thin).formed, runs.values[:, self.outputs]
         low, high = own.min(axis=0), own.max(axis=0)
-        x = np.tile(np.concatenate([-FAR, FAR]), SWEEPS)
-        weight = np.exp(-x * x / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / SWEEPS
-        eta = np.resize(runs.eta, (len(x), runs.eta.shape[1]))
+        directions, distance, weight = rare_values(parts.random_index)
         square = np.zeros(low.shape)
-        for v in np.flatnonzero(orders > 1):
-            far = self.parts.families[v].of_normal(x)
-            farther = np.abs(far) / max(1.0, np.abs(runs.xi[:, v]).max())
+        for k in range(0, len(weight), AT_ONCE):
+            some = slice(k, k + AT_ONCE)
+            along, z = directions[some], (distance[some, None] * directions[some]).T
+            own = zip(parts.families, z, strict=True)
+            xi = np.stack([family.of_normal(x) for family, x in own], axis=1)
+            eta = np.resize(np.roll(runs.eta, -k, axis=0), (len(xi), runs.eta.shape[1]))
+            reached = np.abs(runs.xi @ along.T).max(axis=0)
+            farther = np.abs((xi * along).sum(axis=1)) / np.maximum(1.0, reached)
             allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH
-            xi = far[:, None] * (np.arange(len(orders)) == v)
             off = self.columns.join(parts.evaluate(xi, eta))
             off = np.abs(off - (low + high) / 2) - allowed[:, None, None] * (high - low) / 2
-            square += np.einsum("p,pot->ot", weight, np.maximum(off, 0.0) ** 2)
+            square += np.einsum("p,pot->ot", weight[some], np.maximum(off, 0.0) ** 2)
         return np.sqrt(square)
 
 

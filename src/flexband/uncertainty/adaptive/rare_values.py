@@ -1,0 +1,57 @@
+"""Rare values of random variables, where an expansion must not grow beyond measure.
+
+The moments of a polynomial depend on values there. What several variables multiply may be large
+together where it is small for each alone.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from scipy.special import chdtrc, chdtri, ndtri
+
+from flexband.uncertainty.inputs.sampling import sobol
+
+FAR = np.arange(3.0, 5.5, 0.5)
+"""Values of |z| of one normal variable; of several, |z| are as rare as these."""
+
+SWEEPS = 3
+"""Times that values of one variable are visited, at different η."""
+
+BETWEEN, AMONG = 6, 32
+"""Directions between two variables, and among more."""
+
+
+def rare_values(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return directions and distances of rare values of normal variables, and their weights.
+
+    They lie along each ξ of an order above 1, between each two that a term of order above 2
+    multiplies, and among all that terms of three or more multiply. Of several variables, distances
+    are as rare as `FAR` is of one.
+
+    Parameters
+    ----------
+    index : orders of the polynomials in each ξ, shape (N, n).
+    """
+    n, factors = index.shape[1], index > 0
+    unit, pairs = np.eye(n), factors[index.sum(axis=1) > 2]
+    found = [(unit[v : v + 1], SWEEPS) for v in np.flatnonzero(index.max(axis=0, initial=0) > 1)]
+    angles = np.pi * (np.arange(BETWEEN) + 0.5) / BETWEEN
+    plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    for own in combinations(range(n), 2):
+        if pairs[:, own].all(axis=1).any():
+            found.append((plane @ unit[list(own)], 1))
+    among = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
+    if len(among):
+        z = ndtri(sobol(AMONG, len(among), seed=1))
+        found.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[among], 1))
+    density = np.exp(-np.square(FAR) / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0]
+    directions, distances, weights = [np.zeros((0, n))], [np.zeros(0)], [np.zeros(0)]
+    for vectors, times in found:
+        both = np.concatenate([vectors, -vectors] * times)
+        radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, FAR**2)))
+        directions.append(np.repeat(both, len(FAR), axis=0))
+        distances.append(np.tile(radius, len(both)))
+        weights.append(np.tile(density, len(both)) * 2 / len(both))
+    return np.concatenate(directions), np.concatenate(distances), np.concatenate(weights)

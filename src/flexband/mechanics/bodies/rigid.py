@@ -193,7 +193,8 @@ class RigidBody(Body):
     ) -> RigidBody:
         """Return a homogeneous bar with the points "start" and "end" at the ends of its axis.
 
-        It is a `block` whose position and velocity are given at its start instead of its centre.
+        It is a `block` whose position and velocity are given at its start instead of its centre. A
+        bar with further points, as a lever with its pivot, is a `block` with these `points`.
 
         Parameters
         ----------

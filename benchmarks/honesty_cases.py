@@ -39,6 +39,7 @@ PROBLEMS: dict[str, Callable[[np.random.Generator], Problem]] = {
 
 CHOSEN = {
     "many": by_inputs.many,
+    "turned": by_inputs.turned,
     "intervals": by_inputs.intervals,
     "randoms": by_inputs.randoms,
     "units": by_inputs.units,

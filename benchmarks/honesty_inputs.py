@@ -1,4 +1,4 @@
-"""Families named after their inputs: uniform, many, intervals only, random only; and odd units.
+"""Families named after their inputs: uniform, many, turned, intervals or random only, odd units.
 
 They return the problem and the options of `honesty_problems.case`.
 """
@@ -72,6 +72,20 @@ def many(r: Random) -> Drawn:
 
     terms = of_all(own, stack, smooth=False, points=KINKED)
     return Problem(own, [terms], times(r)), {"inputs": inputs}
+
+
+def turned(r: Random) -> Drawn:
+    """Draw kinks in a sum of two to four normal inputs."""
+    s, centre, gap = shape(r), r.uniform(-0.5, 1.5), r.uniform(0.1, 0.6)
+    forms: list[Formula] = [
+        lambda y, tau: s(tau) * np.maximum(0, y - centre),
+        lambda y, tau: s(tau) * np.abs(y - centre) + 0.3 * y,
+        lambda y, tau: np.minimum(s(tau), 1 + y - centre),
+        lambda y, tau: np.sign(y) * np.maximum(0, np.abs(y) - gap) * s(tau),
+    ]
+    formula = forms[r.integers(len(forms))]
+    terms = of_all(("normal",), formula, smooth=False, points=KINKED)
+    return Problem(("normal",), [terms], times(r)), {"inputs": int(r.integers(2, 5))}
 
 
 def intervals(r: Random) -> Drawn:

@@ -28,7 +28,8 @@ def rare_values(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     They lie along each ξ of an order above 1, between each two that a term of order above 2
     multiplies, and among all that terms of three or more multiply. Of several variables, distances
-    are as rare as `FAR` is of one.
+    are as rare as `FAR` is of one. Weights give the mean of the expectations that the three kinds
+    of directions tell, over those along all ξ and the mean of those between two.
 
     Parameters
     ----------
@@ -36,22 +37,27 @@ def rare_values(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     n, factors = index.shape[1], index > 0
     unit, pairs = np.eye(n), factors[index.sum(axis=1) > 2]
-    found = [(unit[v : v + 1], SWEEPS) for v in np.flatnonzero(index.max(axis=0, initial=0) > 1)]
+    alone = [unit[v : v + 1] for v in np.flatnonzero(index.max(axis=0, initial=0) > 1)]
     angles = np.pi * (np.arange(BETWEEN) + 0.5) / BETWEEN
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    for own in combinations(range(n), 2):
-        if pairs[:, own].all(axis=1).any():
-            found.append((plane @ unit[list(own)], 1))
-    among = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
-    if len(among):
-        z = ndtri(sobol(AMONG, len(among), seed=1))
-        found.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[among], 1))
-    density = np.exp(-np.square(FAR) / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0]
+    between = [
+        plane @ unit[list(own)]
+        for own in combinations(range(n), 2)
+        if pairs[:, own].all(axis=1).any()
+    ]
+    found = [(vectors, SWEEPS, 1.0) for vectors in alone]
+    found += [(vectors, 1, 1 / len(between)) for vectors in between]
+    several = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
+    if len(several):
+        z = ndtri(sobol(AMONG, len(several), seed=1))
+        found.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[several], 1, 1.0))
+    kinds = 1 + (len(between) > 0) + (len(several) > 0)
+    density = np.exp(-np.square(FAR) / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / kinds
     directions, distances, weights = [np.zeros((0, n))], [np.zeros(0)], [np.zeros(0)]
-    for vectors, times in found:
+    for vectors, times, share in found:
         both = np.concatenate([vectors, -vectors] * times)
         radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, FAR**2)))
         directions.append(np.repeat(both, len(FAR), axis=0))
         distances.append(np.tile(radius, len(both)))
-        weights.append(np.tile(density, len(both)) * 2 / len(both))
+        weights.append(np.tile(density, len(both)) * 2 * share / len(both))
     return np.concatenate(directions), np.concatenate(distances), np.concatenate(weights)

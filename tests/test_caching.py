@@ -51,6 +51,17 @@ def package(tmp_path, monkeypatch):
     forget()
 
 
+def test_code_is_kept_until_something_changes(package):
+    """Whether there is code does not depend on the signature."""
+    force = importlib.import_module("springs.kernel").force
+    assert not caching.kept(force)
+    force(2.0)
+    assert caching.kept(force)
+    forget()
+    write(package.parent, stiffness=3.0)
+    assert not caching.kept(importlib.import_module("springs.kernel").force)
+
+
 def forget():
     for name in [name for name in sys.modules if name.split(".")[0] == "springs"]:
         del sys.modules[name]

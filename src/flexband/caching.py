@@ -137,8 +137,12 @@ class _MachineCode(NullCache):
 
     def _name(self, sig: Any, codegen: Any) -> str:
         """Return the name of the file for a signature and a processor."""
-        key = repr((self.basis, str(sig), codegen.magic_tuple()))
-        return f"{self.start}-{hashlib.sha256(key.encode()).hexdigest()[:32]}.nbc"
+        return f"{self.own}-{_hash((str(sig), codegen.magic_tuple()))}.nbc"
+
+    @property
+    def own(self) -> str:
+        """The start of the names of files for all signatures and processors."""
+        return f"{self.start}-{_hash(self.basis)}"
 
     def _drop_old(self, folder: Path) -> None:
         """Delete all files of the function but those used last, another process's included."""
@@ -152,6 +156,22 @@ class _MachineCode(NullCache):
         for file in sorted(folder.glob(f"{self.start}-*"), key=used, reverse=True)[KEPT:]:
             with suppress(OSError):
                 file.unlink()
+
+
+def kept(function: Any) -> bool:
+    """Return whether there is machine code of a function, for some signature, or there can be none.
+
+    Parameters
+    ----------
+    function : what `cached_on_disk` returned.
+    """
+    code = function._cache
+    files = (file for folder in code.folders for file in folder.glob(f"{code.own}-*"))
+    return not code.usable or any(files)
+
+
+def _hash(content: object) -> str:
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
 def _folders(source: Path) -> list[Path]:

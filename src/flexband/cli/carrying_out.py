@@ -33,6 +33,7 @@ from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
 from flexband.report.progress import progress_bars
+from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
 from flexband.study.points import Points
@@ -92,6 +93,7 @@ def carry_out(
             "total": None,
         }
         course = Course(folder, about, most=hasattr(study.method, "max_runs"))
+        compile_ahead(study)
         try:
             result = results(plan, study, store, course, as_json=as_json)
         except BaseException as error:

@@ -15,6 +15,7 @@ from flexband.cli.messages import print_table, print_text, reported_errors
 from flexband.execution.fingerprint import fingerprint
 from flexband.report.progress import progress_bars
 from flexband.study.comparison import compare, usual_methods
+from flexband.study.compiling import compile_ahead
 from flexband.study.discretized import discretized
 from flexband.study.folder import StudyFolder
 from flexband.study.study import load_study
@@ -53,6 +54,7 @@ def compare_methods(
         raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
     pairs = [(int(k), int(q)) for k, q in re.findall(r"(\d+),(\d+)", orders)]
     reference = fb.LHSScanning(samples, points, seed)
+    compile_ahead(study)
     methods = usual_methods(study, reference, pairs)
     check_folder(output)
     folder = StudyFolder(output)

@@ -91,7 +91,7 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
         row[columns.phase + c] = rows[0, parts.phase + c * parts.block]
 
 
-@partial(cached_on_disk, fastmath={"reassoc", "contract"})
+@partial(compiled, fastmath={"reassoc", "contract"})
 def product(a, b):
     """Return Σ_q a_q b_q, in an order that suits registers."""
     total = 0.0

@@ -1,0 +1,99 @@
+"""Compile what a study needs in several processes at once, before it needs it.
+
+The engine, the search for bounds and that with phases are compiled when they are first used, each
+for 10 to 30 s, once per machine. They do not depend on each other. As a program, with their names
+as arguments, this module compiles some of them.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from flexband.caching import kept
+from flexband.mechanics.bodies.rigid import RigidBody
+from flexband.mechanics.engine.entries import dynamics
+from flexband.mechanics.engine.threads import available_cores
+from flexband.mechanics.joints.joints import Revolute
+from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.response import DynamicResponse
+from flexband.mechanics.simulate import simulate
+from flexband.study.study import Study
+from flexband.uncertainty.expansions.bounds.search import descents
+from flexband.uncertainty.inputs.distributions.normal import Normal
+from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.methods import PCCI
+from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
+from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.propagate import propagate
+
+PATIENCE = 0.05
+"""Seconds between two looks at the processes."""
+
+
+def _engine() -> None:
+    bar = RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1000.0)
+    joints = {"pin": Revolute("bar.start", (0.0, 0.0))}
+    simulate(Mechanism(bodies={"bar": bar}, joints=joints), duration=2e-3, step=1e-3)
+
+
+def _bounds() -> None:
+    _propagate(lambda a, b: a[:, None] * b[:, None] * np.arange(3.0), PCCI(1, 1))
+
+
+def _phases() -> None:
+    t = np.linspace(0, 1, 200)
+    _propagate(lambda a, b: np.sin((a * b)[:, None] * t), PhaseResolvedPCCI(2, 2))
+
+
+def _propagate(response: Any, method: Any) -> None:
+    propagate(response, {"a": Interval(60.0, 66.0), "b": Normal(1.0, 0.01)}, method)
+
+
+PARTS: dict[str, tuple[Any, Callable[[], None]]] = {
+    "engine": (dynamics, _engine),
+    "bounds": (descents, _bounds),
+    "phases": (search, _phases),
+}
+"""An entry that is compiled, and a small use of it, the longest first."""
+
+
+def compile_ahead(study: Study) -> None:
+    """Compile in as many processes as there are cores what a study needs and has no machine code.
+
+    What fails is compiled when it is needed. A single missing part is left to this process.
+    """
+    moves = isinstance(study.response, DynamicResponse)
+    needed = [name for name in PARTS if study.expands and (moves or name != "engine")]
+    missing = [name for name in needed if not kept(PARTS[name][0])]
+    if min(len(missing), available_cores()) < 2:
+        return
+    print("flexband: compiling (once per machine, up to a minute) ...", file=sys.stderr, flush=True)
+    command = [sys.executable, "-m", __name__]
+    running: list[subprocess.Popen] = []
+    try:
+        while missing or running:
+            running = [process for process in running if process.poll() is None]
+            while missing and len(running) < available_cores():
+                running.append(
+                    subprocess.Popen(
+                        [*command, missing.pop(0)],
+                        stdin=subprocess.DEVNULL,
+                        stdout=subprocess.DEVNULL,
+                        stderr=subprocess.DEVNULL,
+                    )
+                )
+            time.sleep(PATIENCE)
+    finally:
+        for process in running:
+            process.kill()
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        PARTS[name][1]()

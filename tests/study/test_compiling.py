@@ -1,0 +1,95 @@
+"""What a study needs is compiled in several processes, if it has no machine code yet."""
+
+import subprocess
+import sys
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from flexband.caching import kept
+from flexband.study import compiling
+
+
+def mechanism(length):
+    bar = fb.RigidBody.bar(length=length, height=0.1, width=0.1, density=1000.0)
+    return fb.Mechanism(bodies={"bar": bar}, joints={"pin": fb.Revolute("bar.start", (0.0, 0.0))})
+
+
+def formula(length):
+    return length[:, None] * np.arange(3.0)
+
+
+MOVES = fb.dynamic_response(mechanism, duration=0.1, step=0.01)
+LENGTH = {"length": fb.Interval(1.0, 1.1)}
+
+
+class Process:
+    """One that ends at the third look, or never."""
+
+    started: ClassVar[list] = []
+    ends = True
+
+    def __init__(self, command, **_):
+        self.looks, self.killed = 0, False
+        Process.started.append((command[-1], self))
+
+    def poll(self):
+        self.looks += 1
+        return 0 if self.ends and self.looks > 2 else None
+
+    def kill(self):
+        self.killed = True
+
+
+@pytest.fixture
+def started(monkeypatch):
+    monkeypatch.setattr(compiling.subprocess, "Popen", Process)
+    monkeypatch.setattr(compiling, "kept", lambda _: False)
+    monkeypatch.setattr(compiling, "available_cores", lambda: 2)
+    monkeypatch.setattr(Process, "started", [])
+    return Process.started
+
+
+@pytest.mark.parametrize(
+    ("response", "method", "parts"),
+    [
+        (MOVES, fb.AdaptivePCCI(), ["engine", "bounds", "phases"]),
+        (formula, fb.AdaptivePCCI(), ["bounds", "phases"]),
+        (MOVES, fb.MonteCarlo(100), []),
+    ],
+)
+def test_parts_that_a_study_needs(started, response, method, parts):
+    compiling.compile_ahead(fb.Study(response, LENGTH, method))
+    assert [name for name, _ in started] == parts
+
+
+def test_one_core_and_one_part_need_no_process(started, monkeypatch):
+    study = fb.Study(formula, LENGTH, fb.AdaptivePCCI())
+    monkeypatch.setattr(compiling, "available_cores", lambda: 1)
+    compiling.compile_ahead(study)
+    monkeypatch.setattr(compiling, "available_cores", lambda: 2)
+    monkeypatch.setattr(compiling, "kept", lambda entry: entry is compiling.search)
+    compiling.compile_ahead(study)
+    assert not started
+
+
+def test_an_interrupt_ends_the_processes(started, monkeypatch):
+    monkeypatch.setattr(Process, "ends", False)
+
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compiling.time, "sleep", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        compiling.compile_ahead(fb.Study(formula, LENGTH, fb.AdaptivePCCI()))
+    assert started
+    assert all(process.killed for _, process in started)
+
+
+def test_the_parts_compile_their_entries():
+    """After their small uses, run as processes, there is machine code of all entries."""
+    for name in compiling.PARTS:
+        subprocess.run([sys.executable, "-m", "flexband.study.compiling", name], check=True)
+    assert all(kept(entry) for entry, _ in compiling.PARTS.values())

@@ -10,11 +10,12 @@ import shlex
 from pathlib import Path
 
 import pytest
-import typer
+from typer.main import get_group
 from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from flexband.cli.commands import load
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -84,10 +85,10 @@ def test_commands_are_understood(name):
     """Every command in a block, or in backticks with arguments, is parsed."""
     found = [content for _, _, content in blocks(PAGES[name], "sh")]
     found += re.findall(r"`(flexband [^`]+)`", PAGES[name].replace("\n", " "))
-    group = typer.main.get_command(app)
     for words in (w for text in found for w in commands(text)):
         if words and not words[0].startswith("-"):
-            own = group.commands[words[0]]
+            load(words[:1])
+            own = get_group(app).commands[words[0]]
             if len(words) > 1 and "--help" not in words:
                 own.make_context(words[0], words[1:])
 

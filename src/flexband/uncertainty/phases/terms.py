@@ -16,7 +16,7 @@ from flexband.uncertainty.phases.moments import by_points, without_turning
 from flexband.uncertainty.phases.rules import Rule, resolving_rule, saddle_rule, sobol_normal
 from flexband.uncertainty.phases.saddles import SATURATED, SLOPE_RANGE, by_saddles
 
-MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 32
+MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 64
 """Blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
 points than late ones."""
 

@@ -574,6 +574,21 @@ def test_refinement_ends_where_the_error_of_an_output_no_longer_falls():
     assert float(of_a / width) < 0.005  # the other output went on
 
 
+def test_an_output_that_vanishes_does_not_drive_the_refinement():
+    """As the moment at a pinned end, of which finer meshes leave less and less."""
+
+    def other(wave, x, e, h, n):
+        own = (e + 0.1 * x)[:, None] + 5 * TIMES / TIMES[-1]
+        return h**2 * own
+
+    bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["not_refined"] == "the error of b that is due to the step no longer falls"
+    assert step_of(bands) >= 2.0**-6
+    error = bands["error_bar_discretization_error"].sel(output="b").mean()
+    width = (bands["error_bar"][1] - bands["error_bar"][0]).sel(output="b").mean()
+    assert error > width
+
+
 @pytest.mark.parametrize(
     "error",
     [

@@ -35,7 +35,8 @@ CLEAR = 0.25
 
 HALVINGS_OF_NOISE = 4
 """So many show it of smaller errors, and of large ones in outputs that the expansion does not
-explain. What it does explain may be a vibration that longer steps do not follow at all."""
+explain, or that vanish: the error is larger than the width of the error bar, which is halved with
+every halving. What it does explain may be a vibration that longer steps do not follow at all."""
 
 MOST_AT_ONCE = 3
 MOST_HALVINGS = 9
@@ -108,6 +109,7 @@ class Levels:
         """Begin without levels."""
         self.left_out, self.allowed = left_out, allowed
         self.known: dict[str, dict[int, np.ndarray]] = {}
+        self.widths: dict[int, np.ndarray] = {}
         self.stuck: dict[str, np.ndarray] = {}
 
     def wanted(self, course: Adaptation, names: list[str]) -> dict[str, int]:
@@ -118,11 +120,12 @@ class Levels:
         course : the runs on a level.
         names : what has been halved for it.
         """
-        errors = {}
+        errors, vanishing = {}, self._vanishing(course.error.own_width, len(names))
         for name, error in course.discretization().items():
             own, before = course.error.of_outputs(error), self.known.setdefault(name, {})
             count = names.count(name)
             self.stuck[name] = self._stuck(own, before, count, course.error.missed)
+            self.stuck[name] |= vanishing & (own > 1)
             before[count] = own
             errors[name] = float(own.max(where=~self.stuck[name], initial=0.0))
         if sum(errors.values()) <= self.allowed:
@@ -136,6 +139,15 @@ class Levels:
                 most = MOST_AT_ONCE if errors[name] < RESOLVED else 1
                 times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))
         return times
+
+    def _vanishing(self, width: np.ndarray, halvings: int) -> np.ndarray:
+        """Return of which outputs the error bar has been halved with every halving, (outputs,)."""
+        found = np.zeros(len(width), bool)
+        for fewer, before in self.widths.items():
+            more = halvings - fewer
+            found |= (more >= HALVINGS_OF_NOISE) & (width <= before * 0.5**more)
+        self.widths[halvings] = width
+        return found
 
     @staticmethod
     def _stuck(

@@ -167,7 +167,13 @@ def kept(function: Any) -> bool:
     """
     code = function._cache
     files = (file for folder in code.folders for file in folder.glob(f"{code.own}-*"))
-    return not code.usable or any(files)
+    return not code.usable or any(files) or not any(map(_may_write, code.folders))
+
+
+def _may_write(folder: Path) -> bool:
+    """Return whether files may be written to a folder, which is made if it is missing."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return there.is_dir() and os.access(there, os.W_OK)
 
 
 def _hash(content: object) -> str:

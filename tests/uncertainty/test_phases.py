@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from accuracy_formulas import TAU, TIMES, two_carriers, wave
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
+from numba import njit
 from scipy.special import ndtri
 from scipy.stats import qmc
 
@@ -19,6 +20,7 @@ from flexband.uncertainty.phases.expansion import PhaseExpansion, smooth_moments
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.rules import axis_rule, scan_points
 from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
 FINE = np.linspace(-1, 1, 20001)[:, None]
 
@@ -266,3 +268,22 @@ def test_a_rule_along_axes_has_exact_expectations_of_a_wave(others):
         (xi[:, 0] * xi[:, 1], 0.0),
     ):
         assert weights @ moment == pytest.approx(exact, abs=5e-4)
+
+
+@njit
+def _turned(angles, start, cos, sin):
+    cos_and_sin(angles, start, cos, sin)
+
+
+@given(st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=20), st.floats(-10, 10))
+@example([np.pi / 2 * k for k in range(-8, 9)], 0.0)
+@example([5e5 + k / 7 for k in range(20)], 0.0)
+@example([np.inf, 1.0], 0.0)
+@example([np.nan, 1.0], 0.0)
+def test_cosines_and_sines_have_all_digits(angles, start):
+    x = np.array(angles)
+    cos, sin = np.empty_like(x), np.empty_like(x)
+    _turned(x, start, cos, sin)
+    with np.errstate(invalid="ignore"):
+        np.testing.assert_allclose(cos, np.cos(x - start), rtol=0, atol=3e-16)
+        np.testing.assert_allclose(sin, np.sin(x - start), rtol=0, atol=3e-16)

@@ -78,7 +78,9 @@ class SampledSeries:
         rows = self.expansion.columns.width if isinstance(self.expansion, PhaseExpansion) else 1
         return self.hybrid.coefficients.shape[1] // rows
 
-    def values(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def values(
+        self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray, *, single: bool = False
+    ) -> np.ndarray:
         """Return samples of some series, each at its own η, shape (series, samples).
 
         Parameters
@@ -86,8 +88,9 @@ class SampledSeries:
         psi : what `basis` returns.
         eta : shape (series, m).
         times : their numbers, shape (series,).
+        single : as in `PartColumns.join`.
         """
-        return self.joined(self.parts(psi, eta, times))
+        return self.joined(self.parts(psi, eta, times), single=single)
 
     def parts(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return the parts that `joined` makes the values of, shape (parts, series, samples)."""
@@ -97,13 +100,13 @@ class SampledSeries:
         order = np.argsort(hybrid.j, kind="stable")
         starts = np.searchsorted(hybrid.j[order], np.arange(psi.shape[1]))
         factors = np.add.reduceat(own[order], starts, axis=0)
-        product = factors.reshape(len(factors), -1).T @ psi.T
-        return product.reshape(*factors.shape[1:], len(psi))
+        return np.moveaxis(factors, 0, -1) @ psi.T
 
-    def joined(self, parts: np.ndarray) -> np.ndarray:
+    def joined(self, parts: np.ndarray, *, single: bool = False) -> np.ndarray:
         """Return the values of parts."""
         if isinstance(self.expansion, PhaseExpansion):
-            return self.expansion.columns.join(parts.reshape(-1)).reshape(parts.shape[1:])
+            joined = self.expansion.columns.join(parts.reshape(-1), single=single)
+            return joined.reshape(parts.shape[1:])
         return parts[0]
 
     def basis(self, xi: np.ndarray) -> np.ndarray:

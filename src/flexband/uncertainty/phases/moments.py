@@ -18,6 +18,7 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.phases.layout import MomentColumns, turning_parts
+from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
 
 def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray, np.ndarray]:
@@ -128,9 +129,7 @@ def by_points(
             np.dot(rows.T, psi, values)
             for c in range(carriers):
                 at = parts.phase + c * parts.block
-                for q in range(points):
-                    angle = values[at, q] - rows[0, at]
-                    cos[c, q], sin[c, q] = np.cos(angle), np.sin(angle)
+                cos_and_sin(values[at], rows[0, at], cos[c], sin[c])
             for o in range(outputs):
                 b = values[o]
                 for q in range(points):

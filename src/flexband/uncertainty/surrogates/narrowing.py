@@ -59,10 +59,12 @@ def narrowed_diagnostics(
     rounding = np.finfo(float).eps * np.sqrt(np.mean(values**2, axis=(0, 2)))
     error = np.maximum(error, rounding[:, None]).reshape(labels.shape[1:])
     of_mean = growth(0) if part.space.random_dimension else 1.0
+    new: dict[str, xr.Variable] = {}
     for band, factor in (("mean", of_mean), ("error_bar", 1.0)):
-        told[f"{band}_expansion_error"] = labels.dims[1:], factor * error
-        finer = told.get(f"{band}_discretization_error", 0.0)
-        told[f"{band}_expected_error"] = told[f"{band}_expansion_error"] + finer
+        own = xr.Variable(labels.dims[1:], factor * error)
+        finer = told.variables.get(f"{band}_discretization_error", 0.0)
+        new |= {f"{band}_expansion_error": own, f"{band}_expected_error": own + finer}
+    told = told.assign(new)
     told.attrs["runs_inside"] = len(held.missed)
     missed = np.sqrt(np.mean(held.missed**2, axis=(0, 2)))
     varied = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))

@@ -45,14 +45,14 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
     if sigmas == 1 and not narrowed:
         return with_relative_errors(diagnostics, bar)
-    own = [str(k) for k in diagnostics if str(k).startswith("error_bar_")]
-    told = diagnostics.assign({name: diagnostics[name] * growth(sigmas) for name in own})
+    before = {str(k): diagnostics.variables[k] for k in diagnostics}
+    own = {k: v * growth(sigmas) for k, v in before.items() if k.startswith("error_bar_")}
     finer = "error_bar_discretization_error"
     if finer in own:  # of bands: if σ alone moves, it is k times as large
-        factor = max(sigmas, growth(sigmas))
-        told[finer] = diagnostics[finer] * factor
-        told["error_bar_expected_error"] = told[finer] + told["error_bar_expansion_error"]
-    told = with_relative_errors(told.drop_vars("relative_expected_error", errors="ignore"), bar)
+        own[finer] = before[finer] * max(sigmas, growth(sigmas))
+        own["error_bar_expected_error"] = own[finer] + own["error_bar_expansion_error"]
+    told = diagnostics.drop_vars("relative_expected_error", errors="ignore").assign(own)
+    told = with_relative_errors(told, bar)
     relative = {
         name: float(np.max(relative_errors(told, name, bar)))
         for name in ("expected_error", "expansion_error", "discretization_error")
@@ -90,5 +90,6 @@ def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarra
     lower, upper = map(np.atleast_1d, bar.values)
     width, size = (upper - lower).mean(axis=-1), np.maximum(abs(lower), abs(upper)).max(axis=-1)
     width = np.where(width > NO_WIDTH * size, width, np.inf)
-    errors = [told[f"{band}_{name}"].transpose(*bar.dims[1:]) for band in ("mean", "error_bar")]
-    return np.max([np.atleast_1d(own).mean(axis=-1) / width for own in errors], axis=0)
+    errors = [told.variables[f"{band}_{name}"] for band in ("mean", "error_bar")]
+    errors = [np.atleast_1d(own.transpose(*bar.dims[1:]).values) for own in errors]
+    return np.max([own.mean(axis=-1) / width for own in errors], axis=0)

@@ -20,12 +20,13 @@ from flexband.uncertainty.answers.probability.states import LimitState, Part
 from flexband.uncertainty.answers.probability.subset import Rare
 from flexband.uncertainty.answers.sampled import SampledSeries
 from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.sampling import of_normals
 
 SAMPLES, SEARCHED = 8000, 400
 """Samples for the probabilities, and for the search."""
 
-AT_ONCE = 2**22
+AT_ONCE = 2**16
 """Values of the surrogate that are computed together."""
 
 TOLERANCE, TINY = 1e-4, 1e-300
@@ -60,13 +61,16 @@ class _Series:
         found = np.empty((2, len(eta)))
         powers = np.stack([self.weights, self.weights**2]) / len(self.weights)
         most = max(1, AT_ONCE // len(self.psi))
-        for first in range(0, len(eta), most):
+
+        def add_up(first: int) -> None:
             own = slice(first, first + most)
             at = (self.row, times[own], None)
-            values = self.series.values(self.psi, eta[own], times[own])
+            values = self.series.values(self.psi, eta[own], times[own], single=True)
             margins = np.minimum(values - self.part.lower[at], self.part.upper[at] - values)
             margins /= self.part.scale[self.row]
             found[:, own] = powers @ (ndtr(-margins / width) if width else margins < 0).T
+
+        in_threads(add_up, range(0, len(eta), most))
         return found
 
     def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:

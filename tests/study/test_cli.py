@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from typer.testing import CliRunner
+from xarray.backends import ScipyDataStore
 
 import flexband as fb
 from flexband.cli import app
@@ -178,12 +179,11 @@ def test_any_response_can_be_run(tmp_path):
 def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, monkeypatch):
     out, files = tmp_path / "out", []
 
-    def store(own, file, **options):
+    def store(file, **options):
         files.append(file)
-        return to_netcdf(own, file, **options)
+        return ScipyDataStore(file, **options)
 
-    to_netcdf = xr.Dataset.to_netcdf
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", store)
+    monkeypatch.setattr("flexband.report.results.ScipyDataStore", store)
     result = call("compare", study_file, "--output", out, "--samples", 50, "--points", 3,
                   "--orders", "1,1 1,4")  # fmt: skip
     assert result.exit_code == 0, result.output
@@ -430,7 +430,7 @@ def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monke
     opened = Path.open
     monkeypatch.setattr(Path, "open", full)
     monkeypatch.setattr(Path, "write_text", full)
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", lambda own, file, **_: full(file))
+    monkeypatch.setattr("flexband.report.results.ScipyDataStore", lambda to, **_: full(Path(to)))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda own, file, **_: full(file))
     result = call("run", study_file, "--output", out, "--interval-order", 2, "--no-store")
     assert result.exit_code == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from contextlib import closing
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from xarray.backends import ScipyDataStore
 
 from flexband.files import replaced
 from flexband.report import figures, tables
@@ -102,8 +104,10 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
             own = values.astype(float)
         own.attrs, own.encoding = _attributes(values.attrs), {}
         stored[name] = own
-    with replaced(file) as partial_file:
-        stored.to_netcdf(partial_file, engine="scipy", format="NETCDF3_64BIT")
+    with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
+        target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
+        with closing(target):
+            stored.dump_to_store(target)
 
 
 def _attributes(attributes: Mapping[Hashable, Any]) -> dict[str, Any]:

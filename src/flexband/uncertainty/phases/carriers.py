@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import fftconvolve
+from scipy.sparse import csr_array
 
 WINDOW_PERIODS = 2.5
 DEGREE = 2
@@ -132,10 +133,14 @@ def window_sums(g: np.ndarray, half: int, powers: int, at: np.ndarray) -> list[n
     """
     tau = np.arange(-half, half + 1) / half
     weight = (1 - tau**2) ** 2 + 1e-3
-    flat = g.reshape(-1, g.shape[-1])
-    kernels = ((weight * tau**p)[None, ::-1] for p in range(powers + 1))
-    sums = (fftconvolve(flat, kernel, mode="same", axes=-1)[:, at] for kernel in kernels)
-    return [s.reshape(*g.shape[:-1], len(at)) for s in sums]
+    flat = np.ascontiguousarray(g.reshape(-1, g.shape[-1]).T)
+    places = at[:, None] + np.arange(-half, half + 1)
+    inside = (places >= 0) & (places < len(flat))
+    ends = np.concatenate([[0], np.cumsum(inside.sum(axis=1))])
+    kernels = (np.broadcast_to(weight * tau**p, places.shape)[inside] for p in range(powers + 1))
+    shape = len(at), len(flat)
+    sums = (csr_array((kernel, places[inside], ends), shape) @ flat for kernel in kernels)
+    return [s.T.reshape(*g.shape[:-1], len(at)) for s in sums]
 
 
 def turning(z: np.ndarray, scale: np.ndarray, smooth: int) -> np.ndarray:

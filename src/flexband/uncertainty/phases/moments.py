@@ -101,6 +101,52 @@ def product(a, b):
     return total
 
 
+@compiled
+def workspace(width, points, carriers):
+    """Return arrays for `average`."""
+    shape = carriers, points
+    own = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
+    return np.empty((width, points)), np.empty(points), *own, np.empty(shape), np.empty(shape)
+
+
+@compiled
+def average(rows, psi, weights, parts, turning, work, mean, base, first, square, second):
+    """Fill what `fill` takes by a rule in ξ.
+
+    Parameters
+    ----------
+    psi : Ψ at the points ξ, shape (N, points).
+    """
+    values, wb, cos, sin, re, im, w_re, w_im = work
+    np.dot(rows.T, psi, values)
+    for c in range(parts.carriers):
+        at = parts.phase + c * parts.block
+        cos_and_sin(values[at], rows[0, at], cos[c], sin[c])
+    for o in range(parts.outputs):
+        b = values[o]
+        for q in range(len(weights)):
+            b[q] -= rows[0, o]
+            wb[q] = weights[q] * b[q]
+        mean[o], base[o] = product(weights, b), product(wb, b)
+        for c in range(parts.carriers):  # u = re + i im
+            at = c * parts.block + o
+            x, y = values[parts.real + at], values[parts.imag + at]
+            for q in range(len(weights)):
+                re[c, q] = x[q] * cos[c, q] - y[q] * sin[c, q]
+                im[c, q] = x[q] * sin[c, q] + y[q] * cos[c, q]
+                w_re[c, q], w_im[c, q] = weights[q] * re[c, q], weights[q] * im[c, q]
+            first[o, c] = complex(product(weights, re[c]), product(weights, im[c]))
+            square[o, c] = product(w_re[c], re[c]) + product(w_im[c], im[c])
+        for k in range(len(turning)):
+            c, d, s = turning[k]
+            if s == 0:
+                second[o, k] = complex(product(wb, re[c]), product(wb, im[c]))
+            else:
+                real = product(w_re[c], re[d]) - s * product(w_im[c], im[d])
+                imag = product(w_im[c], re[d]) + s * product(w_re[c], im[d])
+                second[o, k] = complex(real, imag)
+
+
 @cached_on_disk
 def by_points(
     coefficients, interval_term, random_term, phi, psi, weights, parts, columns, turning, table
@@ -111,14 +157,11 @@ def by_points(
     ----------
     coefficients : shape (times, terms, parts), the parts with the columns `parts`.
     interval_term, random_term : which Φ_i and Ψ_j each term has.
-    phi, psi : Φ at points of η, (points, M), and Ψ at those of ξ, (points, N).
+    phi, psi : Φ at points of η, (points, M), and Ψ at those of ξ, (N, points).
     """
-    outputs, carriers, points = parts.outputs, parts.carriers, len(psi)
-    rows, psi = np.empty((psi.shape[1], coefficients.shape[2])), np.ascontiguousarray(psi.T)
-    values, wb = np.empty((rows.shape[1], points)), np.empty(points)
-    cos, sin = np.empty((carriers, points)), np.empty((carriers, points))
-    re, im = np.empty((carriers, points)), np.empty((carriers, points))  # of u
-    w_re, w_im = np.empty((carriers, points)), np.empty((carriers, points))
+    outputs, carriers = parts.outputs, parts.carriers
+    rows = np.empty((len(psi), coefficients.shape[2]))
+    work = workspace(rows.shape[1], len(weights), carriers)
     mean, base = np.empty(outputs), np.empty(outputs)
     first = np.empty((outputs, carriers), np.complex128)
     square = np.empty((outputs, carriers))
@@ -126,33 +169,7 @@ def by_points(
     for t in range(len(coefficients)):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
-            np.dot(rows.T, psi, values)
-            for c in range(carriers):
-                at = parts.phase + c * parts.block
-                cos_and_sin(values[at], rows[0, at], cos[c], sin[c])
-            for o in range(outputs):
-                b = values[o]
-                for q in range(points):
-                    b[q] -= rows[0, o]
-                    wb[q] = weights[q] * b[q]
-                mean[o], base[o] = product(weights, b), product(wb, b)
-                for c in range(carriers):
-                    at = c * parts.block + o
-                    x, y = values[parts.real + at], values[parts.imag + at]
-                    for q in range(points):
-                        re[c, q] = x[q] * cos[c, q] - y[q] * sin[c, q]
-                        im[c, q] = x[q] * sin[c, q] + y[q] * cos[c, q]
-                        w_re[c, q], w_im[c, q] = weights[q] * re[c, q], weights[q] * im[c, q]
-                    first[o, c] = complex(product(weights, re[c]), product(weights, im[c]))
-                    square[o, c] = product(w_re[c], re[c]) + product(w_im[c], im[c])
-                for k in range(len(turning)):
-                    c, d, s = turning[k]
-                    if s == 0:
-                        second[o, k] = complex(product(wb, re[c]), product(wb, im[c]))
-                    else:
-                        real = product(w_re[c], re[d]) - s * product(w_im[c], im[d])
-                        imag = product(w_im[c], re[d]) + s * product(w_re[c], im[d])
-                        second[o, k] = complex(real, imag)
+            average(rows, psi, weights, parts, turning, work, mean, base, first, square, second)
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 

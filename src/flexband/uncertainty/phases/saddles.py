@@ -13,7 +13,7 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
-from flexband.uncertainty.phases.moments import fill, section, squares
+from flexband.uncertainty.phases.moments import average, fill, section, squares, workspace
 
 SATURATED = 6.0
 """Slope [rad per standard deviation] at which the average of e^{iφ} vanishes: e^{−18}."""
@@ -26,6 +26,11 @@ NEWTON_STEPS = 4
 LARGEST = 10.0
 """Largest size of the integrand on a contour, which is |E e^{iψ}| ≤ 1 if ψ is quadratic."""
 
+SPREAD = 0.1
+"""How far the integrand without P, constant if ψ is quadratic, may differ from its mean over a
+contour: the mean over the points, absolute values of weights. Beyond, the rule is not exact enough.
+"""
+
 
 @cached_on_disk
 def by_saddles(
@@ -37,7 +42,7 @@ def by_saddles(
     norms,
     rule,
     weights,
-    samples,
+    psi,
     parts,
     columns,
     turning,
@@ -49,7 +54,7 @@ def by_saddles(
     ----------
     orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
     rule, weights : points ζ, the first axis along the slope of the phase, and weights.
-    samples : equally weighted points ξ for phases that have no saddle nearby.
+    psi : Ψ at samples of ξ, (N, samples), for phases that have no saddle nearby.
     """
     outputs, carriers = parts.outputs, parts.carriers
     times, _, width = coefficients.shape
@@ -61,14 +66,15 @@ def by_saddles(
     second = np.empty((outputs, len(turning)), np.complex128)
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     powers = np.empty((n, orders.max() + 1), np.complex128)
-    most = max(len(rule), len(samples))
-    basis, values = np.empty((2 * most, N)), np.empty((2 * most, width))
-    factors = np.empty(most, np.complex128)
+    basis, values = np.empty((2 * len(rule), N)), np.empty((2 * len(rule), width))
+    factors = np.empty(len(rule), np.complex128)
+    sampled = np.full(psi.shape[1], 1 / psi.shape[1])
+    work = workspace(width, len(sampled), carriers)
     for t in range(times):
         for e in range(len(phi)):
             section(coefficients[t], interval_term, random_term, phi[e], rows)
             squares(rows, norms, parts, base, square)
-            first[:], second[:] = 0.0, 0.0
+            mean[:], first[:], second[:] = 0.0, 0.0, 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
                 phase[:] = rows[:, parts.phase + c * parts.block]
@@ -78,19 +84,16 @@ def by_saddles(
                     continue
                 found, scale = _contour(phase, orders, powers, saddle, frame)
                 if found:
-                    size = _integrand(phase, orders, saddle, frame, rule, powers, basis, factors)
-                    for q in range(len(rule)):
-                        factors[q] *= scale * weights[q]
-                    average = abs(factors[: len(rule)].sum())
-                    found = size * abs(scale) <= LARGEST and average <= 1 + 1e-6
-                if not found:  # no saddle nearby, or the phase bends too much
-                    saddle[:], frame[:] = 0.0, np.eye(n)
-                    _integrand(phase, orders, saddle, frame, samples, powers, basis, factors)
-                    factors /= len(samples)
-                count = len(rule) if found else len(samples)
-                np.dot(basis[: 2 * count], rows, values[: 2 * count])
-                for q in range(count):
-                    re, im = values[q], values[count + q]
+                    _integrand(phase, orders, saddle, frame, rule, powers, basis, factors)
+                    found = _weighted(factors, weights, scale)
+                if not found:  # all by the same samples, so that no small σ² is lost in differences
+                    average(
+                        rows, psi, sampled, parts, turning, work, mean, base, first, square, second
+                    )
+                    break
+                np.dot(basis, rows, values)
+                for q in range(len(rule)):
+                    re, im = values[q], values[len(rule) + q]
                     for o in range(outputs):
                         at = c * parts.block + o
                         x, y = parts.real + at, parts.imag + at
@@ -107,13 +110,9 @@ def by_saddles(
 
 @compiled
 def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
-    """Fill Re Ψ_j and Im Ψ_j on a contour, (2 points, N), and e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)}.
-
-    Returns the largest size of the latter.
-    """
+    """Fill Re Ψ_j and Im Ψ_j on a contour, (2 points, N), and e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)}."""
     N, n = orders.shape
     terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
-    largest = 0.0
     for q in range(len(points)):
         exponent = -1j * phase[0]
         for v in range(n):
@@ -127,9 +126,22 @@ def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
             exponent += 1j * phase[j] * terms[j]
             basis[q, j], basis[len(points) + q, j] = terms[j].real, terms[j].imag
         factors[q] = np.exp(exponent)
-        if not abs(factors[q]) <= largest:  # NaN, too
-            largest = abs(factors[q])
-    return largest
+
+
+@compiled
+def _weighted(factors, weights, scale):
+    """Multiply the integrand by the weights and det L; return whether the rule is exact enough."""
+    size, mean = 0.0, 0j
+    for q in range(len(factors)):
+        factors[q] *= scale
+        mean += weights[q] * factors[q]
+        if not abs(factors[q]) <= size:  # NaN, too
+            size = abs(factors[q])
+    spread = 0.0
+    for q in range(len(factors)):
+        spread += abs(weights[q]) * abs(factors[q] - mean)
+        factors[q] *= weights[q]
+    return size <= LARGEST and abs(mean) <= 1 + 1e-6 and spread <= SPREAD
 
 
 @compiled

@@ -20,7 +20,7 @@ MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 64
 """Blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
 points than late ones."""
 
-SAMPLES = 2048
+SAMPLES = 8192
 """Points ξ for phases without a saddle."""
 
 
@@ -158,11 +158,12 @@ class Terms:
         rule = rule or resolving_rule(*self.over_random())
         if rule is not None:
             xi, weights = rule
-            psi = np.ascontiguousarray(expansion.orthogonal(xi))
+            psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
             by_points(*own, psi, weights, *filled)
         elif self.normal.all():
-            points = *saddle_rule(len(families)), sobol_normal(len(families), SAMPLES)
-            by_saddles(*own, index, norms, *points, *filled)
+            xi = sobol_normal(len(families), SAMPLES)
+            psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
+            by_saddles(*own, index, norms, *saddle_rule(len(families)), psi, *filled)
         else:
             grid = Grid.of(families, self.orders[m:], self.turns())
             psi = grid.values(index)

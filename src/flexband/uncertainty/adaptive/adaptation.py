@@ -32,8 +32,9 @@ FEWEST_HELD = 2
 MET = "the expansion meets its tolerance"
 """Reason to stop."""
 
-MANY = 3
-"""With so many variables one batch at least follows the first, which has few products."""
+SEVERAL = 2
+"""With so many variables one batch at least follows the first, which has few terms of each, and
+hardly any of their products."""
 
 
 def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
@@ -87,7 +88,7 @@ class Adaptation:
     def run(self, tolerance: float) -> str:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
         reason, confirmed, width = "", False, np.array(np.inf)
-        tested = sum(v.shape[1] for v in self.design.points) < MANY
+        tested = sum(v.shape[1] for v in self.design.points) < SEVERAL
         while True:
             width = 2 * width  # bands are searched only if they may be wide enough
             met = tested and self.error.relative(self.error.values, width) <= tolerance

@@ -27,10 +27,9 @@ from scipy.special import ndtri
 import flexband as fb
 from flexband.report.tables import remarks
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.adaptive.adaptation import succeeded
-from flexband.uncertainty.adaptive.fits import Runs
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
+from flexband.uncertainty.adaptive.runs import Runs, succeeded
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -154,6 +153,46 @@ def test_an_interval_and_a_lognormal_variable(p, q, slope, half, cv):
     assert off <= 5 * bands.attrs["expected_error"] * (high.max() - low.min())
 
 
+@pytest.mark.parametrize("power", [6, 7, 8])
+def test_a_response_that_grows_fast_is_expanded_as_soon_as_runs_show_that_it_does(power):
+    """x^p is exact with order p; E x^2p = (2p − 1)!!, of which values beyond 3σ are the most."""
+    inputs = {"a": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
+    bands = fb.propagate(lambda a, x: a + x**power, inputs, fb.AdaptivePCCI())
+    moment = [np.prod(np.arange(2 * k - 1, 0, -2.0)) for k in range(power + 1)]
+    mean = 0.0 if power % 2 else moment[power // 2]
+    std = np.sqrt(moment[power] - mean**2)
+    np.testing.assert_allclose(bands["error_bar"], [mean - std - 1, mean + std + 1], rtol=1e-6)
+    assert bands.attrs["expected_error"] < 0.01
+    assert bands.attrs["runs"] < 60
+
+
+@pytest.mark.parametrize(("power", "cv"), [(8, 0.3), (5, 0.5), (8, 0.5), (3, 1.0)])
+def test_what_no_order_follows_at_rare_values_is_not_expected_to_be_right(power, cv):
+    """E S^k of a lognormal variable, of which orders up to 8 have a part only."""
+    inputs = {"a": fb.Interval(0.9, 1.1), "S": fb.LogNormal(1.0, cv=cv)}
+    bands = fb.propagate(lambda a, S: a * S**power, inputs, fb.AdaptivePCCI())
+    variance = np.log(1 + cv**2)
+    mean = np.exp((power**2 - power) * variance / 2)
+    std = mean * np.sqrt(np.expm1(power**2 * variance))
+    true = np.array([1.1 * (mean - std), 1.1 * (mean + std)])
+    off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
+    assert off < 5 * bands.attrs["expected_error"]
+    assert "tolerance" not in bands.attrs["stopped"]
+
+
+def test_steep_saturation_does_not_leave_the_range_of_the_runs():
+    """|tanh| ≤ 1, and so is σ; high orders grow where a + b is beyond all runs."""
+    inputs = {"a": fb.Interval(0, 1), "b": fb.Normal(1.0, 0.1)}
+    bands = fb.propagate(lambda a, b: np.tanh(20 * (a + b - 1.3)), inputs, fb.AdaptivePCCI())
+    a, (z, w) = np.linspace(0, 1, 401)[:, None], np.polynomial.hermite_e.hermegauss(180)
+    F, w = np.tanh(20 * (a + 1 + 0.1 * z - 1.3)), w / w.sum()
+    std = np.sqrt((F - (F @ w)[:, None]) ** 2 @ w)
+    true = np.array([(F @ w - std).min(), (F @ w + std).max()])
+    off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
+    assert off < 5 * bands.attrs["expected_error"]
+    assert off < 0.15
+
+
 def true_error(bands, truth):
     """Return the error that `expected_error` is about: relative to the mean width, mean in time."""
     width = (truth["error_bar"][1] - truth["error_bar"][0]).mean()
@@ -228,7 +267,7 @@ def test_traps_are_right_or_say_how_wrong_they_are(name):
         "a stop",
         "a gap that closes in one corner",
     )
-    assert bands.attrs["expected_error"] < 0.06
+    assert bands.attrs["expected_error"] < 0.1
 
 
 def test_thirty_intervals_squared():

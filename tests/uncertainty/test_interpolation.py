@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 import flexband as fb
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.fits import Runs
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.made import MadeRuns
+from flexband.uncertainty.adaptive.runs import MadeRuns, Runs
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion

@@ -6,20 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.errors import RunError, warn
-from flexband.uncertainty.adaptive.discretization import discretization_error
+from flexband.errors import RunError
+from flexband.uncertainty.adaptive.choice import Choice
+from flexband.uncertainty.adaptive.discretization import discretization_error, runs_on_finer
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import BATCH, Choice, Fit, GrowingDesign, Runs
+from flexband.uncertainty.adaptive.fits import BATCH, Fit, GrowingDesign
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.made import MadeRuns
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
+from flexband.uncertainty.adaptive.runs import FEWEST_HELD, MadeRuns, RareRuns, Runs, succeeded
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, earlier_runs, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.surrogates.diagnostics import running, series, step
+from flexband.uncertainty.surrogates.diagnostics import running, series, share, step
 
 GROWTH = 0.25
 """Size of a batch, as a part of the fitted runs there are."""
@@ -27,7 +28,12 @@ GROWTH = 0.25
 MOST_INTERPOLATED = 48
 """Runs that interpolation may start with; where it takes more, terms are found by regression."""
 
-FEWEST_HELD = 2
+MOST_RARE = 2 * BATCH
+"""Most runs at rare values of random variables."""
+
+FEW = 10
+"""Where the tolerance is not met, one of the last batches is run at rare values, if the budget has
+at least so many."""
 
 MET = "the expansion meets its tolerance"
 """Reason to stop."""
@@ -35,11 +41,6 @@ MET = "the expansion meets its tolerance"
 SEVERAL = 2
 """With so many variables one batch at least follows the first, which has few terms of each, and
 hardly any of their products."""
-
-
-def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
-    """Return a response on finer discretizations, by the name of what is finer."""
-    return getattr(evaluate, "refinements", dict)()
 
 
 def fewest_fitted(variables: int) -> int:
@@ -80,6 +81,7 @@ class Adaptation:
             runs = Runs.joined(runs, Runs(known[0], known[1], held))
         self.made = MadeRuns(succeeded(runs, count), count, most)
         self.generic = len(self.held.values)
+        self.rare, self.rare_left = RareRuns.none(runs), MOST_RARE
         self.places = np.zeros((0, m))
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
@@ -95,12 +97,17 @@ class Adaptation:
             if met:
                 width = self.error.width
                 met = self.error.relative(self.error.values) <= tolerance
+            last = self.left - BATCH <= self._batch
+            if tested and self._hold_rare(tolerance, met=met, last=last):
+                continue
             if met:
                 reason = MET
             else:
                 reason = self._extend()
                 if not reason:
                     tested, confirmed = True, False
+                    continue
+                if self._hold_rare(tolerance, met=met, last=True):
                     continue
             if confirmed or not self._hold_extremes():
                 return reason
@@ -117,9 +124,14 @@ class Adaptation:
         return self.made.held
 
     @property
+    def checked(self) -> int:
+        """Number of runs that are not fitted."""
+        return len(self.held.values) + len(self.rare.weight)
+
+    @property
     def left(self) -> int:
         """Runs that the budget still allows."""
-        return self.most - self.made.count
+        return self.most - len(self.fitted.values) - self.checked
 
     @property
     def refined(self) -> int:
@@ -129,7 +141,7 @@ class Adaptation:
     @property
     def runs(self) -> int:
         """Number of runs."""
-        return self.made.count + self.refined
+        return len(self.fitted.values) + self.checked + self.refined
 
     def _judge(self, in_use: Sequence[Fit] = ()) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
@@ -137,7 +149,8 @@ class Adaptation:
         F = self.made.all.values
         self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages]
-        self.choice = Choice.of([*fits, *in_use], self.fitted, self.held)
+        own = self.fitted, self.held, self.generic, self.rare
+        self.choice = Choice.of([*fits, *in_use], *own)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, self.quantities
         self.error = ExpectedError.of(self.choice, *of)
@@ -150,6 +163,11 @@ class Adaptation:
         """Return the parts of all runs with the numbers of carriers that are in use."""
         return Split.of(self.stages, self.choice.carriers, self.held.xi, self.held.eta)
 
+    @property
+    def _batch(self) -> int:
+        """Number of runs of the next batch."""
+        return max(BATCH, BATCH * round(GROWTH * len(self.design) / BATCH))
+
     def _extend(self) -> str:
         """Run and fit the next batch; return why there is none.
 
@@ -158,8 +176,7 @@ class Adaptation:
         known, left = len(self.design), self.left - BATCH
         if left < 1:
             return "the budget is used up"
-        count = max(BATCH, BATCH * round(GROWTH * known / BATCH))
-        design = self.design.extended(min(count, left), self._parts())
+        design = self.design.extended(min(self._batch, left), self._parts())
         if len(design) == known:
             return "all orders are in use"
         xi, eta = (v[known:] for v in design.points)
@@ -186,6 +203,32 @@ class Adaptation:
         self._judge(self.choice.fits)
         return True
 
+    def _hold_rare(self, tolerance: float, *, met: bool, last: bool) -> bool:
+        """Run at rare values where the fit that misses least grows most; return whether there are.
+
+        It is for fits that only their growth speaks against, and the last runs of all.
+        """
+        doubted, m = self.choice.doubted, self.places.shape[1]
+        count = min(len(doubted.values.weight), self.rare_left, self.left - BATCH)
+        if count < 1 or (met and doubted.taken):
+            return False
+        missed = share(m) * np.max(doubted.missed / self.error.width)
+        grows = np.max(doubted.overshoot / self.error.width) > tolerance >= missed
+        if not (grows or (last and not len(self.rare.weight) and self.most >= FEW * BATCH)):
+            return False
+        self.rare_left -= count
+        xi, eta, _, weight = doubted.values.which(slice(count))
+        try:
+            values = series(self.evaluate(xi, eta))
+        except RunError:
+            return False
+        good = np.isfinite(values).all(axis=(1, 2))
+        new = Runs(xi[good], eta[good], values[good])
+        weight = np.concatenate([self.rare.weight, weight[good]])
+        self.rare = RareRuns(Runs.joined(self.rare.runs, new), weight)
+        self._judge(self.choice.fits)
+        return True
+
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> Runs:
         return succeeded(Runs(xi, eta, series(self.evaluate(xi, eta))), needed)
 
@@ -199,16 +242,7 @@ class Adaptation:
             return self.of_finer
         few = tuple(v[: self.design.few] for v in self.design.points)
         if self.finer is None:
-            self.finer = {}
-            try:
-                for name, response in refinements(self.evaluate).items():
-                    finer = Runs(few[0], few[1], series(response(*few)))
-                    self.finer[name] = succeeded(finer, len(few[0])).values
-            except RunError as error:
-                if getattr(self.evaluate, "left_out", []):
-                    raise
-                warn(f"the discretization error is not estimated: {error}")
-                self.finer = {}
+            self.finer = runs_on_finer(self.evaluate, *few)
         coarse, few = self.made.count, len(few[0])
         runs = [self.made.all.values, *self.finer.values()]
         stages = self._split(np.concatenate(runs)) if self.finer else []
@@ -218,22 +252,6 @@ class Adaptation:
             error = discretization_error(self.design, self.choice, stages, fine)
             self.of_finer[name] = running(error, self.error.window)
         return self.of_finer
-
-
-def succeeded(runs: Runs, needed: int) -> Runs:
-    """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
-    good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
-    failed, held = np.flatnonzero(~good[:needed]), good[needed:]
-    few = needed and held.sum() < min(FEWEST_HELD, len(held))
-    if len(failed) or few:
-        fitted = f"{len(failed)} of {needed} runs that are fitted"
-        which = fitted if len(failed) else "most of the held-out runs"
-        raise RunError(
-            f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "
-            "scanning methods go on without them",
-            dict.fromkeys(failed.tolist(), (0.0, "failed")),
-        )
-    return runs if good.all() else Runs(*(v[good] for v in runs))
 
 
 def _first_design(m: int, families: Sequence[Family], most: int) -> GrowingDesign:

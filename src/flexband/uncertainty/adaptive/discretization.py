@@ -10,10 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import Choice, Fit, GrowingDesign
+from flexband.errors import RunError, warn
+from flexband.uncertainty.adaptive.choice import Choice
+from flexband.uncertainty.adaptive.fits import Fit, GrowingDesign
+from flexband.uncertainty.adaptive.runs import Runs, succeeded
 from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage
-from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
+from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, series, stacked
 
 RICHARDSON = 4 / 3
 
@@ -46,3 +50,27 @@ def discretization_error(
         there.append(finer.of_outputs(own).expansion)
     bounds = (stacked(extremes_of(own)) for own in (here, there))
     return RICHARDSON * at_all_times(apart(*bounds), thin, times)
+
+
+def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
+    """Return a response on finer discretizations, by the name of what is finer."""
+    return getattr(evaluate, "refinements", dict)()
+
+
+def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
+    """Return runs at points on finer discretizations, (points, outputs, times), by name.
+
+    None are returned if one fails, which is an error where the discretization is left to the
+    method.
+    """
+    found: dict[str, np.ndarray] = {}
+    try:
+        for name, response in refinements(evaluate).items():
+            finer = Runs(xi, eta, series(response(xi, eta)))
+            found[name] = succeeded(finer, len(xi)).values
+    except RunError as error:
+        if getattr(evaluate, "left_out", []):
+            raise
+        warn(f"the discretization error is not estimated: {error}")
+        return {}
+    return found

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import Choice
+from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
 from flexband.uncertainty.surrogates.diagnostics import (
     ROUND_OFF,

@@ -1,4 +1,4 @@
-"""Expansions fitted to runs, and for each output the one that is best in runs it has not seen."""
+"""Expansions fitted to runs, and how they grow where random variables have rare values."""
 
 from __future__ import annotations
 
@@ -8,30 +8,20 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from flexband.uncertainty.adaptive.parts import Split
-from flexband.uncertainty.adaptive.rare_values import rare_values
+from flexband.uncertainty.adaptive.rare_values import RareValues
+from flexband.uncertainty.adaptive.runs import RareRuns, Runs
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
+from flexband.uncertainty.expansions.interpolation import Interpolation
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
 
-GAIN = 0.8
-"""A further carrier is used for an output where it brings the error below this part."""
-
-MOST_TIMES = 128
-"""Times at which growth at rare values is seen."""
-
 AT_ONCE = 64
 """Rare values at which an expansion is evaluated at once."""
-
-MARGIN, GROWTH = 1.5, 2
-"""There, an expansion may leave the range of the runs by this factor, times this power of how much
-farther out it is than the runs."""
 
 
 class Design(Protocol):
@@ -113,131 +103,45 @@ class Fit(NamedTuple):
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
-    def overshoot(self, runs: Runs, thin: slice) -> np.ndarray:
-        """Return how far it leaves the range of all runs for random variables far from their mean.
-
-        Moments of a polynomial depend on values there, and high orders may oscillate between the
-        outermost runs. Root mean square over each ξ alone, and over those that are multiplied,
-        shape (outputs, times).
+    def overshoot(
+        self, seen: Runs, places: Sequence[np.ndarray], rare: RareRuns, thin: slice
+    ) -> tuple[np.ndarray, RareValues]:
+        """Return how far it leaves the range of all runs at rare values of random variables.
 
         Parameters
         ----------
-        runs, thin : all runs at some of the times, and which these are.
+        seen, thin : all runs at some of the times, and which these are.
+        places : groups of η, shapes (places, m). The one where it is farthest outside counts.
+        rare : runs at rare values, which it may miss.
+
+        Returns
+        -------
+        Root mean square, shape (outputs, times), and a batch of the values where it is farthest.
         """
-        parts, own = self.at(thin).formed, runs.values[:, self.outputs]
+        parts = self.at(thin).formed
+        fit, own = self._replace(parts=parts), (parts.random_index, parts.families)
+        groups = [RareValues.of(*own, eta) for eta in places if len(eta)]
+        squares, shares = zip(*(fit._outside(seen, values) for values in groups), strict=True)
+        missed = rare.runs.at(thin).values[:, self.outputs]
+        missed = missed - fit.evaluate(rare.runs.xi, rare.runs.eta)
+        square = np.max(squares, axis=0) + np.einsum("p,pot->ot", rare.weight, missed**2)
+        return np.sqrt(square), RareValues.joined(groups).first(np.concatenate(shares), BATCH)
+
+    def _outside(self, seen: Runs, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
+        """Return the mean square of how far it is outside, and the share of each value in it.
+
+        Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.
+        """
+        own = seen.values[:, self.outputs]
         low, high = own.min(axis=0), own.max(axis=0)
-        directions, distance, weight = rare_values(parts.random_index)
-        square = np.zeros(low.shape)
-        for k in range(0, len(weight), AT_ONCE):
-            some = slice(k, k + AT_ONCE)
-            along, z = directions[some], (distance[some, None] * directions[some]).T
-            own = zip(parts.families, z, strict=True)
-            xi = np.stack([family.of_normal(x) for family, x in own], axis=1)
-            eta = np.resize(np.roll(runs.eta, -k, axis=0), (len(xi), runs.eta.shape[1]))
-            reached = np.abs(runs.xi @ along.T).max(axis=0)
-            farther = np.abs((xi * along).sum(axis=1)) / np.maximum(1.0, reached)
-            allowed = MARGIN * np.maximum(1.0, farther) ** GROWTH
-            off = self.columns.join(parts.evaluate(xi, eta))
-            off = np.abs(off - (low + high) / 2) - allowed[:, None, None] * (high - low) / 2
-            square += np.einsum("p,pot->ot", weight[some], np.maximum(off, 0.0) ** 2)
-        return np.sqrt(square)
-
-
-class Runs(NamedTuple):
-    """Runs of a response.
-
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    values : shape (runs, outputs, times).
-    """
-
-    xi: np.ndarray
-    eta: np.ndarray
-    values: np.ndarray
-
-    def at(self, times: slice) -> Runs:
-        """Return the runs at some of the times."""
-        return self._replace(values=self.values[..., times])
-
-    def which(self, own: slice) -> Runs:
-        """Return some of the runs, which are not copied."""
-        return Runs(*(v[own] for v in self))
-
-    @staticmethod
-    def joined(*parts: Runs) -> Runs:
-        """Return all runs of several parts."""
-        return Runs(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-class Choice(NamedTuple):
-    """The best fit of every output.
-
-    Attributes
-    ----------
-    fits : each of the outputs for which it is the best.
-    missed : what is missed of held-out runs, shape (runs, outputs, times).
-    overshoot : of the fits, shape (outputs, times).
-    """
-
-    fits: list[Fit]
-    missed: np.ndarray
-    overshoot: np.ndarray
-
-    @staticmethod
-    def of(fits: Sequence[Fit], fitted: Runs, held: Runs) -> Choice:
-        """Choose the fits that are best in held-out runs; every further carrier has to pay."""
-        shape = held.values.shape
-        thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
-        seen = Runs.joined(held.at(thin), fitted.at(thin))
-        missed, overshoot = np.empty(shape), np.empty(shape[1:])
-        least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
-        for k, fit in enumerate(fits):
-            miss = fit.evaluate(held.xi, held.eta)
-            for own, output in enumerate(fit.outputs):
-                np.subtract(held.values[:, output], miss[:, own], out=miss[:, own])
-            far = at_all_times(fit.overshoot(seen, thin), thin, shape[-1])
-            error = np.hypot(rms(miss), rms(far[None])) / GAIN ** len(fit.frequencies)
-            better = (error < least[fit.outputs]) | (k == 0)
-            own = fit.outputs[better]
-            least[own], best[own] = error[better], k
-            for output, part in zip(own, np.flatnonzero(better), strict=True):
-                missed[:, output] = miss[:, part]
-            overshoot[own] = far[better]
-        chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
-        return Choice(chosen, missed, overshoot)
-
-    def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
-        """Return the expansions of all outputs at some of the times, one for each fit."""
-        return [fit.at(times).expansion for fit in self.fits]
-
-    def in_place_of_runs(self) -> list[Expansion]:
-        """Return the expansions of all outputs; where it can be, they take the memory of the runs.
-
-        Neither the runs nor the fits can be used afterwards.
-        """
-        linear = [fit for fit in self.fits if isinstance(fit.parts, Interpolation)]
-        found = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
-        if linear:
-            outputs = np.sort(np.concatenate([fit.outputs for fit in linear]))
-            parts = [fit.parts for fit in linear if isinstance(fit.parts, Interpolation)]
-            found.append(expansion_of(outputs, in_place(parts), linear[0].columns))
-        return found
-
-    @property
-    def carriers(self) -> np.ndarray:
-        """The number of carriers of each output, shape (outputs,)."""
-        carriers = np.empty(self.missed.shape[1], dtype=int)
-        for fit in self.fits:
-            carriers[fit.outputs] = len(fit.frequencies)
-        return carriers
-
-    @property
-    def frequencies(self) -> list[float]:
-        """Those of the fit with the most carriers."""
-        return max((fit.frequencies for fit in self.fits), key=len)
-
-    @property
-    def orders(self) -> np.ndarray:
-        """The highest order in each variable, η first."""
-        return np.max([fit.parts.orders for fit in self.fits], axis=0)
+        size = np.ptp(own, axis=(0, 2))[:, None]
+        size[size == 0] = np.inf
+        square, share = np.zeros(low.shape), [np.zeros(0)]
+        for k in range(0, len(rare.weight), AT_ONCE):
+            some = rare.which(slice(k, k + AT_ONCE))
+            off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)
+            off -= some.allowed(seen.xi)[:, None, None] * (high - low) / 2
+            off = np.maximum(off, 0.0)
+            square += np.einsum("p,pot->ot", some.weight, off**2)
+            share.append(some.weight * np.mean((off / size) ** 2, axis=(1, 2)))
+        return square, np.concatenate(share)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import xarray as xr
 
 from flexband.errors import InputError, flag, numbers, positive, warn, whole
-from flexband.uncertainty.adaptive.adaptation import FEWEST_HELD, Adaptation, fewest_fitted
+from flexband.uncertainty.adaptive.adaptation import Adaptation, fewest_fitted
 from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import surrogate_of
+from flexband.uncertainty.adaptive.runs import FEWEST_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate

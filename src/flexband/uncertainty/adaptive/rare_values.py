@@ -1,16 +1,20 @@
 """Rare values of random variables, where an expansion must not grow beyond measure.
 
-The moments of a polynomial depend on values there. What several variables multiply may be large
-together where it is small for each alone.
+The moments of a polynomial depend on values there, and high orders may oscillate between the
+outermost runs. What several variables multiply may be large together where it is small for each
+alone. Whether a response grows as its expansion does, runs at rare values tell.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc, chdtri, ndtri
 
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import sobol
 
 FAR = np.arange(3.0, 5.5, 0.5)
@@ -22,8 +26,63 @@ SWEEPS = 3
 BETWEEN, AMONG = 6, 32
 """Directions between two variables, and among more."""
 
+MARGIN, GROWTH = 1.5, 2
+"""An expansion may leave the range of the runs by this factor, times this power of how much farther
+out it is than the runs."""
 
-def rare_values(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+
+class RareValues(NamedTuple):
+    """Rare values of random variables, and values of the interval variables there.
+
+    Attributes
+    ----------
+    xi, eta : shapes (points, n) and (points, m).
+    along : directions of ξ, shape (points, n).
+    weight : of an expectation, shape (points,).
+    """
+
+    xi: np.ndarray
+    eta: np.ndarray
+    along: np.ndarray
+    weight: np.ndarray
+
+    @staticmethod
+    def of(index: np.ndarray, families: Sequence[Family], eta: np.ndarray) -> RareValues:
+        """Return those of terms with orders `index` in each ξ; η are some of those given."""
+        along, distance, weight = _directions(index)
+        normals = zip(families, (distance[:, None] * along).T, strict=True)
+        columns = [family.of_normal(x) for family, x in normals]
+        xi = np.reshape(columns, (len(families), len(weight))).T
+        return RareValues(xi, np.resize(eta, (len(xi), eta.shape[1])), along, weight)
+
+    @staticmethod
+    def joined(parts: Sequence[RareValues]) -> RareValues:
+        """Return all values of several parts."""
+        return RareValues(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def which(self, own: slice | np.ndarray) -> RareValues:
+        """Return some of the values."""
+        return RareValues(*(v[own] for v in self))
+
+    def first(self, share: np.ndarray, count: int) -> RareValues:
+        """Return those of the largest share, the outermost of equal ones.
+
+        Each ξ is there once, with the weights of all its values.
+        """
+        order = np.lexsort((-np.sum(self.xi**2, axis=1), -share))
+        _, at, group = np.unique(self.xi[order], axis=0, return_index=True, return_inverse=True)
+        weight = np.bincount(group.ravel(), self.weight[order], len(at))
+        found = self.which(order[at])._replace(weight=weight)
+        return found.which(np.argsort(at)[:count])
+
+    def allowed(self, xi: np.ndarray) -> np.ndarray:
+        """Return by what factor an expansion may leave the range of runs at `xi`, (points,)."""
+        reached = np.abs(xi @ self.along.T).max(axis=0)
+        farther = np.abs((self.xi * self.along).sum(axis=1)) / np.maximum(1.0, reached)
+        return MARGIN * np.maximum(1.0, farther) ** GROWTH
+
+
+def _directions(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return directions and distances of rare values of normal variables, and their weights.
 
     They lie along each ξ of an order above 1, between each two that a term of order above 2

@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from flexband.errors import AssemblyError, InputError, RunError
-from flexband.uncertainty.adaptive.adaptation import Adaptation, refinements
+from flexband.uncertainty.adaptive.adaptation import Adaptation
+from flexband.uncertainty.adaptive.discretization import refinements
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.diagnostics import DOUBT, names_of_outputs
 

@@ -42,7 +42,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         expected_error=error.relative(total),
         largest_miss=_largest_miss(course),
         runs_fitted=len(course.fitted.values),
-        runs_checked=len(course.held.values),
+        runs_checked=course.checked,
         runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
         runs_refined=course.refined,
         refined=list(finer),

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import Choice, Fit, Runs
+from flexband.uncertainty.adaptive.fits import Fit
 from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.runs import RareRuns, Runs
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
@@ -69,7 +71,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         runs, dt = Runs(xi, eta, series(values)), step(values)
         fits = [Fit.of(design, stage) for stage in decompose(runs.values, dt)]
         fitted, held = (runs.which(own) for own in np.s_[: len(design), len(design) :])
-        choice = Choice.of(fits, fitted, held)
+        choice = Choice.of(fits, fitted, held, HELD, RareRuns.none(held))
         of_one = quantities(evaluate, runs.values.shape[1])
         error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), of_one)
         of_mean = growth(0) if space.families else 1.0  # without σ, the mean is the error bar

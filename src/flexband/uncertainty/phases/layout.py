@@ -70,7 +70,8 @@ class PartColumns(NamedTuple):
 
     def unpack(self, series: np.ndarray) -> tuple[np.ndarray, Carriers]:
         """Return the base, shape (…, outputs, times), and the parts of each carrier."""
-        rows = series.reshape(*series.shape[:-1], self.width, -1)
+        times = series.shape[-1] // self.width
+        rows = series.reshape(*series.shape[:-1], self.width, times)
         starts = range(self.phase, self.width, self.block)
         blocks = (rows[..., first : first + self.block, :] for first in starts)
         split = 1 + self.outputs

@@ -1,13 +1,79 @@
-"""The runs of a response, in memory that they can grow in."""
+"""Runs of a response at points of ξ and η, in memory that they can grow in."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import Runs
+from flexband.errors import RunError
+
+FEWEST_HELD = 2
+"""Fewest runs that are held out."""
 
 RESERVED = 2**31
 """Bytes that are reserved at most for all runs of a budget; they are used once there are runs."""
+
+
+class Runs(NamedTuple):
+    """Runs of a response.
+
+    Attributes
+    ----------
+    xi, eta : shapes (runs, n) and (runs, m).
+    values : shape (runs, outputs, times).
+    """
+
+    xi: np.ndarray
+    eta: np.ndarray
+    values: np.ndarray
+
+    def at(self, times: slice) -> Runs:
+        """Return the runs at some of the times."""
+        return self._replace(values=self.values[..., times])
+
+    def which(self, own: slice) -> Runs:
+        """Return some of the runs, which are not copied."""
+        return Runs(*(v[own] for v in self))
+
+    @staticmethod
+    def joined(*parts: Runs) -> Runs:
+        """Return all runs of several parts."""
+        return Runs(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+class RareRuns(NamedTuple):
+    """Runs at rare values of random variables.
+
+    Attributes
+    ----------
+    runs : values of shape (points, outputs, times).
+    weight : of an expectation, shape (points,).
+    """
+
+    runs: Runs
+    weight: np.ndarray
+
+    @staticmethod
+    def none(like: Runs) -> RareRuns:
+        """Return no runs, of the shapes of others."""
+        return RareRuns(Runs(*(own[:0].copy() for own in like)), np.zeros(0))
+
+
+def succeeded(runs: Runs, needed: int) -> Runs:
+    """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
+    good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
+    failed, held = np.flatnonzero(~good[:needed]), good[needed:]
+    few = needed and held.sum() < min(FEWEST_HELD, len(held))
+    if len(failed) or few:
+        fitted = f"{len(failed)} of {needed} runs that are fitted"
+        which = fitted if len(failed) else "most of the held-out runs"
+        raise RunError(
+            f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "
+            "scanning methods go on without them",
+            dict.fromkeys(failed.tolist(), (0.0, "failed")),
+        )
+    return runs if good.all() else Runs(*(v[good] for v in runs))
 
 
 class MadeRuns:

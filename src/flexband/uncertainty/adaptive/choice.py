@@ -1,0 +1,128 @@
+"""For each output, the fit that is best in runs it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.fits import Fit
+from flexband.uncertainty.adaptive.rare_values import RareValues
+from flexband.uncertainty.adaptive.runs import RareRuns, Runs
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
+from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
+
+GAIN = 0.8
+"""A further carrier is used for an output where it brings the error below this part."""
+
+MOST_TIMES = 128
+"""Times at which growth at rare values is seen."""
+
+
+class Doubted(NamedTuple):
+    """The fit that misses least in the held-out runs.
+
+    Attributes
+    ----------
+    missed, overshoot : root mean squares, shape (outputs,).
+    values : rare values at which it leaves the range of the runs by most.
+    taken : whether it is the choice for all outputs.
+    """
+
+    missed: np.ndarray
+    overshoot: np.ndarray
+    values: RareValues
+    taken: bool
+
+
+class Choice(NamedTuple):
+    """The best fit of every output.
+
+    Attributes
+    ----------
+    fits : each of the outputs for which it is the best.
+    missed : what is missed of held-out runs, shape (runs, outputs, times).
+    overshoot : of the fits, shape (outputs, times).
+    doubted : what grows at rare values, though it misses least in the held-out runs.
+    """
+
+    fits: list[Fit]
+    missed: np.ndarray
+    overshoot: np.ndarray
+    doubted: Doubted
+
+    @staticmethod
+    def of(fits: Sequence[Fit], fitted: Runs, held: Runs, generic: int, rare: RareRuns) -> Choice:
+        """Choose the fits that are best in held-out runs; every further carrier has to pay.
+
+        Parameters
+        ----------
+        generic : number of held-out runs at generic points; the others are at extremes.
+        rare : runs at rare values.
+        """
+        shape = held.values.shape
+        thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
+        seen = Runs.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
+        places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
+        missed, overshoot = np.empty(shape), np.empty(shape[1:])
+        least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
+        closest, fewest, doubted = 0, np.inf, None
+        size = np.maximum(rms(held.values), 1e-300)
+        for k, fit in enumerate(fits):
+            miss = fit.evaluate(held.xi, held.eta)
+            for own, output in enumerate(fit.outputs):
+                np.subtract(held.values[:, output], miss[:, own], out=miss[:, own])
+            far, values = fit.overshoot(seen, places, rare, thin)
+            far = at_all_times(far, thin, shape[-1])
+            alone, beyond = rms(miss), rms(far[None])
+            error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
+            better = (error < least[fit.outputs]) | (k == 0)
+            if len(alone) == shape[1] and np.sum(alone / size) < fewest:
+                closest, fewest, doubted = k, np.sum(alone / size), (alone, beyond, values)
+            own = fit.outputs[better]
+            least[own], best[own] = error[better], k
+            for output, part in zip(own, np.flatnonzero(better), strict=True):
+                missed[:, output] = miss[:, part]
+            overshoot[own] = far[better]
+        chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
+        assert doubted is not None  # new fits are of all outputs
+        return Choice(chosen, missed, overshoot, Doubted(*doubted, bool(np.all(best == closest))))
+
+    def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
+        """Return the expansions of all outputs at some of the times, one for each fit."""
+        return [fit.at(times).expansion for fit in self.fits]
+
+    def in_place_of_runs(self) -> list[Expansion]:
+        """Return the expansions of all outputs; where it can be, they take the memory of the runs.
+
+        Neither the runs nor the fits can be used afterwards.
+        """
+        linear = [fit for fit in self.fits if isinstance(fit.parts, Interpolation)]
+        found = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
+        if linear:
+            outputs = np.sort(np.concatenate([fit.outputs for fit in linear]))
+            parts = [fit.parts for fit in linear if isinstance(fit.parts, Interpolation)]
+            found.append(expansion_of(outputs, in_place(parts), linear[0].columns))
+        return found
+
+    @property
+    def carriers(self) -> np.ndarray:
+        """The number of carriers of each output, shape (outputs,)."""
+        carriers = np.empty(self.missed.shape[1], dtype=int)
+        for fit in self.fits:
+            carriers[fit.outputs] = len(fit.frequencies)
+        return carriers
+
+    @property
+    def frequencies(self) -> list[float]:
+        """Those of the fit with the most carriers."""
+        return max((fit.frequencies for fit in self.fits), key=len)
+
+    @property
+    def orders(self) -> np.ndarray:
+        """The highest order in each variable, η first."""
+        return np.max([fit.parts.orders for fit in self.fits], axis=0)

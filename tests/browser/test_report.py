@@ -51,6 +51,34 @@ def folder(tmp_path_factory):
     return folder / "out"
 
 
+SMALL = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+t = np.linspace(0.0, 1.0, 51)
+
+def move(p, q, r):
+    p, q, r = (1e-4 * v[:, None] for v in (p, q, r))
+    x, y = (4 + 0 * t + p * 1e4 + q * 1e4 + r * 1e4) * 1e-4, p + 5e-4 * r + 4e-4 * t
+    return xr.DataArray(np.stack([x, y], axis=1), dims=("sample", "output", "time"), coords={
+        "output": ["P_X", "P_Y"], "unit": ("output", ["m", "m"]), "time": t})
+
+inputs = {"p": fb.Interval(-1.0, 1.0), "q": fb.Interval(-1.0, 1.0), "r": fb.Normal(0.0, 1.0)}
+study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01))
+"""
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("small")
+    (folder / "small.py").write_text(SMALL, encoding="utf-8")
+    words = ["run", str(folder / "small.py"), "--output", str(folder), "--verify", "0"]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    return folder
+
+
 def numbers(text):
     return [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text)]
 
@@ -232,22 +260,57 @@ def many(tmp_path_factory):
     return folder
 
 
-def test_all_contributions_are_drawn_and_phones_have_legends_below(many, opened):
-    for width in (1280, 390):
-        page = opened(many / "report.html", viewport={"width": width, "height": 900})
-        chart = page.locator(".plot").first
-        chart.scroll_into_view_if_needed()
-        chart.locator("svg.main-svg").first.wait_for()
-        drawn = chart.evaluate(
-            "plot => plot.data.filter((own) => own.stackgroup).map((own) => [own.name, own.y[9]])"
-        )
-        assert len(drawn) == 8
-        assert drawn[-1][0] == "4 others"
-        width_there = chart.evaluate("plot => plot.data[plot.data.length - 1].y[9]")
-        assert sum(v for _, v in drawn) == pytest.approx(width_there, rel=0.02)
-        keys = page.locator("figure.chart .keys").first.inner_text()
-        assert ("4 others" in keys) == (width == 390)
-        assert (chart.locator(".legend").count() == 0) == (width == 390)
+@pytest.mark.parametrize("width", [1366, 390])
+def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, opened, width):
+    page = opened(many / "report.html", viewport={"width": width, "height": 850})
+    figure = page.locator("figure.chart").first
+    chart = figure.locator(".plot")
+    chart.scroll_into_view_if_needed()
+    chart.locator("svg.main-svg").first.wait_for()
+    drawn = chart.evaluate(
+        "plot => plot.data.filter((own) => own.yaxis === 'y2').map((own) => [own.name, own.y[9]])"
+    )
+    assert len(drawn) == 8 + 1
+    assert drawn[-2][0] == "4 others"
+    assert sum(v for _, v in drawn[:-1]) == pytest.approx(drawn[-1][1], rel=0.02)
+    assert chart.evaluate("plot => plot.data.every((own) => !own.stackgroup)")
+    assert chart.locator(".legend").count() == 0  # which the cursor would cross
+    above, below = figure.locator(".keys").all()
+    assert "interval mean" in above.inner_text()
+    assert "4 others" in below.inner_text()
+    looks = [
+        own.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
+        for own in above.locator("span", has_text=re.compile("nominal|P_X below")).all()
+    ]
+    assert looks == ["dotted", "dashed"]
+    assert "need not add up to the width" in figure.inner_text()
+    if width > 1000:  # the bands, the contributions and their numbers are one screen
+        assert figure.bounding_box()["height"] < 850
+
+
+def test_numbers_of_axes_have_no_prefixes_of_units(small, opened):
+    page = opened(small / "report.html", viewport={"width": 1366, "height": 850})
+    chart = page.locator(".plot").first
+    chart.scroll_into_view_if_needed()
+    chart.locator("svg.main-svg").first.wait_for()
+    ticks = chart.locator(".ytick text, .y2tick text").all_text_contents()
+    assert ticks
+    assert all(re.fullmatch(r"[−-]?\d+(\.\d+)?", one) for one in ticks), ticks
+    plot = page.locator("#path .plot")
+    plot.scroll_into_view_if_needed()
+    plot.locator("svg.main-svg").first.wait_for()
+    title = plot.locator(".ytitle").bounding_box()
+    for label in plot.locator(".ytick text").all():
+        assert label.bounding_box()["x"] >= title["x"] + title["width"] - 1
+
+
+def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, opened):
+    page = opened(small / "report.html")
+    x, y = (own.inner_text() for own in page.locator("#charts .reading").all())
+    assert "Lowest with p = -1, q = -1; highest with p = 1, q = 1." in x
+    assert "Lowest with p = -1; highest with p = 1; others matter by less than 0.5 %" in y
+    assert "only 0.05 % wider" in y  # μ ± σ is ± (1 + 5e-4)
+    assert "% wider" not in x
 
 
 def test_narrow_tubes_are_magnified_and_numbers_are_true(many, opened):
@@ -277,6 +340,7 @@ def test_narrow_tubes_are_magnified_and_numbers_are_true(many, opened):
 def test_sliders_move_the_margins_of_limits(many, opened):
     page = opened(many / "report.html")
     table = page.locator(".what-if-limits")
+    table.locator("tr").nth(1).wait_for()
     study, now = (float(v.split()[0]) for v in table.locator("tr").nth(1).locator("td")
                   .all_inner_texts()[:2])  # fmt: skip
     assert study == now

@@ -45,6 +45,13 @@ flexband.timeSlider = function ({ name, unit, values }) {
   return row;
 };
 
+/** What the lower chart shows. */
+flexband.MATTERS = "Below: how much narrower the error bar would be if that input alone were at its nominal " +
+  "value (below zero: wider). Inputs act together, so that these need not add up to the width.";
+
+/** Part of the largest width below which an input is left out where the worst inputs are told. */
+flexband.HARDLY = 0.005;
+
 flexband.Chart = class {
   constructor(charts, output, number, panel) {
     Object.assign(this, { charts, output, number, drawn: false, other: null });
@@ -61,10 +68,12 @@ flexband.Chart = class {
     const label = `Chart of ${this.title}: interval mean and interval error bar ${charts.bar}`;
     this.plot = flexband.element("div", { className: "plot", role: "img", "aria-label": label });
     this.plot.dataset.number = number;
-    this.plot.style.height = output.contributions ? "36rem" : "24rem";
+    this.plot.style.height = output.contributions ? "32rem" : "22rem";
     this.reading = flexband.element("figcaption", { className: "reading", "aria-live": "polite" });
-    this.keys = flexband.element("div", { className: "keys" });
-    figure.append(this.plot, this.keys, this.reading);
+    this.keys = ["above", "below"].map(() => flexband.element("div", { className: "keys" }));
+    figure.append(this.keys[0], this.plot, this.keys[1]);
+    if (output.contributions) figure.append(flexband.element("p", { className: "note" }, flexband.MATTERS));
+    figure.append(this.reading);
     this.read(this.widest());
   }
 
@@ -116,8 +125,8 @@ flexband.Chart = class {
       const wider = [moved(own.bar[0], -1), moved(own.bar[1], 1)];
       area(wider, "± expected error", color("line"), "transparent");
     }
-    area(own.bar, `interval error bar ${this.charts.bar}`, color("shade"), color("accent"));
-    area(own.mean, "interval mean", color("accent"), color("accent"));
+    area(own.bar, `interval error bar ${this.charts.bar}`, color("shade"), color("edge"));
+    area(own.mean, "interval mean", color("core"), "transparent");
     found[found.length - 1].hoverinfo = "none"; // the numbers are below the chart
     if (own.nominal) line(own.nominal, "nominal", { color: color("ink"), width: 1, dash: "dot" });
     for (const limit of output.limits || []) {
@@ -147,35 +156,29 @@ flexband.Chart = class {
     const shown = flexband.mostlyLargest(own, n, colors.length);
     const found = shown.map(({ name, values }, k) => ({
       x: this.x, y: smooth(values), name: flexband.plain(name), yaxis: "y2", mode: "lines",
-      stackgroup: "inputs", line: { width: 0 }, fillcolor: colors[k], hoverinfo: "skip",
-      legend: "legend2",
+      line: { color: colors[k], width: 1.6 }, hoverinfo: "skip",
     }));
     found.push({
       x: this.x, y: smooth(own.width.values), name: "width of the error bar", yaxis: "y2", mode: "lines",
-      line: { color: flexband.color("ink"), width: 1 }, hoverinfo: "skip", legend: "legend2",
+      line: { color: flexband.color("ink"), width: 1 }, hoverinfo: "skip",
     });
     return found;
   }
 
-  layout() {
-    const output = this.output, own = output.contributions;
-    const narrow = this.narrow(), split = own && (narrow ? [0.3, 0, 0.36, 1] : [0.26, 0.38, 0.46, 0.93]);
-    const domain = split ? [split[2], split[3]] : [0, narrow ? 1 : 0.9];
-    const { name, unit } = this.charts.x;
-    const deviation = `deviation from nominal${this.output.unit ? ` [${this.output.unit}]` : ""}`;
-    const envelope = this.output.narrow ? deviation : this.title;
+  layout(traces) {
+    const { output } = this, split = Boolean(output.contributions), { name, unit } = this.charts.x;
+    const deviation = `deviation from nominal${output.unit ? ` [${output.unit}]` : ""}`;
+    const envelope = output.narrow ? deviation : this.title;
     const words = { values: this.title, deviation, envelope };
-    const axis = flexband.plotAxis, part = output.unit ? ` [${output.unit}]` : "";
+    const part = output.unit ? ` [${output.unit}]` : "";
+    const axis = (title, which) => flexband.plotAxis(title, flexband.largest(
+      traces.filter((own) => (own.yaxis || "y") === which).map((own) => own.y)));
     return {
-      ...flexband.plotLayout(), dragmode: "zoom", hovermode: "x", uirevision: this.view,
-      showlegend: !narrow,
-      legend: { orientation: "h", y: 1.0, yanchor: "top", x: 0 },
-      xaxis: { ...axis(unit ? `${name} [${unit}]` : name), anchor: split ? "y2" : "y" },
-      yaxis: { ...axis(words[this.view]), domain },
-      ...(split && {
-        legend2: { orientation: "h", y: split[1], yanchor: "top", x: 0 },
-        yaxis2: { ...axis(`part of the width${part}`), domain: [0, split[0]] },
-      }),
+      ...flexband.plotLayout(), dragmode: "zoom", hovermode: "x", uirevision: this.view, showlegend: false,
+      xaxis: { ...flexband.plotAxis(unit ? `${name} [${unit}]` : name, this.x[this.x.length - 1]),
+        anchor: split ? "y2" : "y" },
+      yaxis: { ...axis(words[this.view], "y"), domain: [split ? 0.4 : 0, 1] },
+      ...(split && { yaxis2: { ...axis(`part of the width${part}`, "y2"), domain: [0, 0.34] } }),
       shapes: this.cursor === undefined ? [] : [this.line()],
     };
   }
@@ -185,19 +188,16 @@ flexband.Chart = class {
     return { type: "line", x0: this.cursor, x1: this.cursor, yref: "paper", y0: 0, y1: 1, line: style };
   }
 
-  /** Return whether legends would take several lines in the chart; they are below it then. */
-  narrow() {
-    return this.plot.clientWidth < 600;
-  }
-
   /** Draw the chart, if it is not drawn yet or has changed. */
   draw(changed = false) {
     if (this.drawn && !changed) return;
     const first = !this.drawn;
     this.drawn = true;
     const traces = this.traces();
-    Plotly.react(this.plot, traces, this.layout(), flexband.plotOptions);
-    this.keys.replaceChildren(...(this.narrow() ? flexband.keysOf(traces) : []));
+    Plotly.react(this.plot, traces, this.layout(traces), flexband.plotOptions);
+    for (const [k, keys] of this.keys.entries()) {
+      keys.replaceChildren(...flexband.keysOf(traces.filter((own) => Number(own.yaxis === "y2") === k)));
+    }
     if (first) this.plot.on("plotly_hover", (event) => this.tell(event.points[0].x));
   }
 
@@ -231,19 +231,34 @@ flexband.Chart = class {
     const { all, output, charts } = this, { name, unit } = charts.x, g = flexband.number;
     const finest = (all.bar[1][k] - all.bar[0][k]) / 1000 || Infinity;
     const range = (pair) => `${g(pair[0][k], finest)} … ${g(pair[1][k], finest)}`;
+    const spread = ([low, high]) => high[k] - low[k], wider = 1 - spread(all.mean) / spread(all.bar);
     let text = `${name} = ${g(this.x[k])} ${unit}: interval mean ${range(all.mean)}, ` +
       `error bar ${range(all.bar)} ${output.unit}`;
+    if (wider > 0 && wider < 0.01) text += ` (only ${g(Number((100 * wider).toPrecision(2)))} % wider)`;
     if (all.nominal) text += `, nominal ${g(all.nominal[k], finest)}`;
     if (all.error) text += `; expected error ± ${g(all.error[k])}`;
     const parts = Object.entries(output.errors || {}).map(([w, e]) => `${w} ${g(e.values[k])}`);
     if (parts.length) text += ` (${parts.join(", ")})`;
     if (output.worst && charts.inputs.length) {
       const n = this.x.length;
-      const at = (b) => charts.inputs.map(
-        (input, i) => `${input} = ${g(output.worst.values[(2 * i + b) * n + k])}`).join(", ");
-      text += `. Lowest with ${at(0)}; highest with ${at(1)}`;
+      const told = this.mattering(), few = told.length < charts.inputs.length;
+      const at = (b) => told.map(
+        (i) => `${charts.inputs[i]} = ${g(output.worst.values[(2 * i + b) * n + k])}`).join(", ");
+      if (told.length) text += `. Lowest with ${at(0)}; highest with ${at(1)}`;
+      if (told.length && few) text += `; others matter by less than ${100 * flexband.HARDLY} % of the width`;
     }
     this.reading.textContent = text + ".";
+  }
+
+  /** Return the numbers of the interval inputs that this output depends on, as far as is known. */
+  mattering() {
+    const { output, charts, x } = this, all = [...charts.inputs.keys()], own = output.contributions;
+    if (!own) return all;
+    const least = flexband.HARDLY * flexband.largest([own.width.values]);
+    return all.filter((i) => {
+      const k = own.names.indexOf(charts.inputs[i]);
+      return k < 0 || flexband.largest([flexband.row(own.values, k, x.length)]) > least;
+    });
   }
 
   /** Show the bands of other inputs, or none. */

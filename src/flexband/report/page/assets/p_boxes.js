@@ -34,7 +34,7 @@ flexband.starters.push(function ({ p_boxes: boxes, charts }) {
     ];
     Plotly.react(plot, traces, {
       ...flexband.plotLayout(), showlegend: false, hovermode: "x",
-      xaxis: flexband.plotAxis(names[o]),
+      xaxis: flexband.plotAxis(names[o], flexband.largest([x])),
       yaxis: { ...flexband.plotAxis("probability of a value up to this"), range: [0, 1] },
     }, flexband.plotOptions);
     const median = [upper, lower].map((f) => x[f.findIndex((v) => v >= 0.5)]);

@@ -20,10 +20,10 @@ flexband.starters.push(function ({ path }) {
   const select = element("select", {}, ...factors.map((factor) =>
     element("option", { value: factor, selected: factor === own }, `× ${factor}`)));
   const plot = element("div", { className: "plot", role: "img" });
-  const caption = element("p", { className: "reading" });
+  const caption = element("p", { className: "reading" }), keys = element("div", { className: "keys" });
   plot.style.height = "30rem";
   panel.append(element("label", { className: "tools screen-only" }, "Deviations from the nominal path ", select),
-    plot, caption);
+    keys, plot, caption);
 
   /** Return the closed polygon of a region, magnified about the nominal point. */
   const region = (k) => [0, 1].map((axis) => {
@@ -34,7 +34,7 @@ flexband.starters.push(function ({ path }) {
   let cursor = 0;
 
   function draw() {
-    const axis = (name) => flexband.plotAxis(`${name} [${path.unit}]`), factor = Number(select.value);
+    const axis = (name) => flexband.plotAxis(`${name} [${path.unit}]`, size), factor = Number(select.value);
     const all = [[], []];
     for (let k = 0; k < regions; k++) region(k).forEach((own, a) => all[a].push(...own, null));
     const [first, second] = region(cursor);
@@ -43,7 +43,7 @@ flexband.starters.push(function ({ path }) {
       `${number(path.radius)} ${path.unit} from the nominal path. Numbers at the pointer are true.`;
     plot.setAttribute("aria-label", caption.textContent);
     const told = [x, y].map(flexband.plain), unit = flexband.plain(path.unit);
-    Plotly.react(plot, [
+    const traces = [
       { x: all[0], y: all[1], mode: "lines", name: `regions ${path.bar}${factor === 1 ? "" : `, × ${factor}`}`,
         fill: "toself", fillcolor: color("shade"), line: { color: color("accent"), width: 0.3 }, hoverinfo: "skip" },
       { x: nominal[0], y: nominal[1], mode: "lines", name: "nominal", line: { color: color("ink"), width: 1 },
@@ -51,9 +51,11 @@ flexband.starters.push(function ({ path }) {
         hovertemplate: `${told[0]} %{x} ${unit}<br>${told[1]} %{y} ${unit}<br>` +
           `at most %{customdata} ${unit} away<extra></extra>` },
       { x: first, y: second, mode: "lines", name: "at the cursor", fill: "toself",
-        line: { color: color("second"), width: 2 }, hoverinfo: "skip" },
-    ], {
-      ...flexband.plotLayout(), legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
+        fillcolor: "transparent", line: { color: color("second"), width: 2 }, hoverinfo: "skip" },
+    ];
+    keys.replaceChildren(...flexband.keysOf(traces));
+    Plotly.react(plot, traces, {
+      ...flexband.plotLayout(), showlegend: false,
       xaxis: axis(x),
       yaxis: { ...axis(y), scaleanchor: "x", scaleratio: 1 },
     }, flexband.plotOptions);

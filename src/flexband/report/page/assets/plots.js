@@ -2,12 +2,17 @@
 "use strict";
 window.flexband = window.flexband || {};
 
-/** Return the names and colours of traces, as a legend below a chart. */
+/** Return the names of traces with their colours and dashes, as a legend beside a chart. */
 flexband.keysOf = (traces) => traces.filter((own) => own.showlegend !== false).map((own) => {
   const key = flexband.element("span", {}, own.name.replaceAll("&lt;", "<").replaceAll("&amp;", "&"));
-  key.style.setProperty("--key", own.fillcolor || own.line.color);
+  key.className = own.fill && own.fillcolor !== "transparent" ? "area" : { dot: "dotted", dash: "dashed" }[own.line.dash] || "solid";
+  key.style.setProperty("--key", key.className === "area" ? own.fillcolor : own.line.color);
   return key;
 });
+
+/** Return the largest absolute value of curves. */
+flexband.largest = (curves) => curves.reduce(
+  (most, own) => own.reduce((a, v) => (Math.abs(v) > a ? Math.abs(v) : a), most), 0);
 
 /** Return the largest contributions, the first ones, and the sum of the others as the last one. */
 flexband.mostlyLargest = function ({ names, values }, n, most) {
@@ -25,11 +30,12 @@ flexband.plotLayout = () => ({
   margin: { l: 64, r: 12, t: 8, b: 44 },
 });
 
-/** Return an axis with a title. */
-flexband.plotAxis = function (title) {
-  const line = flexband.color("line");
-  const text = { text: flexband.plain(title), font: { size: 12 } };
-  return { gridcolor: line, zerolinecolor: line, linecolor: line, title: text };
+/** Return an axis with a title, whose numbers are written as in tables, without prefixes of units. */
+flexband.plotAxis = function (title, largest = 1) {
+  const line = flexband.color("line"), plain = largest === 0 || (largest >= 1e-4 && largest < 1e6);
+  const text = { text: flexband.plain(title), font: { size: 12 }, standoff: 8 };
+  return { gridcolor: line, zerolinecolor: line, linecolor: line, title: text, automargin: true,
+    exponentformat: plain ? "none" : "e" };
 };
 
 /** Options of charts: no button that sends anything anywhere. */

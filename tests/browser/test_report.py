@@ -65,7 +65,7 @@ def move(p, q, r):
         "output": ["P_X", "P_Y"], "unit": ("output", ["m", "m"]), "time": t})
 
 inputs = {"p": fb.Interval(-1.0, 1.0), "q": fb.Interval(-1.0, 1.0), "r": fb.Normal(0.0, 1.0)}
-study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01))
+study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), limits=fb.Limit("P_Y", below=2e-3))
 """
 
 
@@ -73,9 +73,13 @@ study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01))
 def small(tmp_path_factory):
     folder = tmp_path_factory.mktemp("small")
     (folder / "small.py").write_text(SMALL, encoding="utf-8")
-    words = ["run", str(folder / "small.py"), "--output", str(folder), "--verify", "0"]
-    result = CliRunner().invoke(app, words)
-    assert result.exit_code == 0, result.output
+    for words in (
+        ["run", str(folder / "small.py"), "--output", str(folder), "--verify", "0"],
+        ["quantiles", str(folder)],
+        ["report", str(folder)],
+    ):
+        result = CliRunner().invoke(app, words)
+        assert result.exit_code == 0, result.output
     return folder
 
 
@@ -186,6 +190,24 @@ def test_phones_need_no_scrolling_sideways(folder, opened, scheme):
     assert (ink, paper) == {
         "light": ("#1a1d21", "#ffffff"), "dark": ("#e8eaed", "#14171b")
     }[scheme]  # fmt: skip
+
+
+def test_phones_show_all_cells_of_tables_and_pictures_that_can_be_read(small, opened):
+    page = opened(small / "report.html", viewport={"width": 390, "height": 844})
+    page.locator(".what-if-limits td").first.wait_for()
+    cells = page.locator("table:not(.long) td, table:not(.long) caption")
+    boxes = [own.bounding_box() for own in cells.all() if own.is_visible()]
+    assert len(boxes) > 20
+    assert max(own["x"] + own["width"] for own in boxes) <= 390
+    told = page.locator("#bands table").last.locator("td").all()[1:4]
+    heads = [own.evaluate("cell => getComputedStyle(cell, '::before').content") for own in told]
+    assert heads[:2] == ['"verdict"', '"least margin"']
+    at = page.locator(".what-if-limits td").last
+    assert at.inner_text() == "time = 1 s"  # before a slider moves, too
+    picture = page.locator("figure .scrolled img").first
+    assert picture.bounding_box()["width"] >= 600
+    assert picture.evaluate("image => image.parentElement.scrollWidth") >= 600
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 def test_the_report_is_small_and_says_how_it_was_made(folder):

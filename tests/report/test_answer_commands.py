@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from flexband.report.page.answers import answers_in
 
 STUDY = """
 import numpy as np
@@ -61,6 +62,25 @@ def test_peaks_and_distribution_functions(folder):
         exact = norm.cdf([value - 0.25, value + 0.25])
         np.testing.assert_allclose(saved["distribution"], exact, atol=0.02)
     assert (folder / "p_box.png").is_file()
+
+
+def test_the_report_has_the_numbers_of_answers_and_says_what_pictures_show(folder):
+    for words in (["derived", folder, "peak", "X"], ["quantiles", folder], ["range", folder],
+                  ["p-box", folder, "w", "--time", 0.5], ["sobol", folder]):  # fmt: skip
+        run(*words)
+    own = {one.title: one for one in answers_in(folder)[0]}
+    peak = own["Quantities made of outputs: Peak(of='X')"]
+    header, rows = peak.table
+    assert header[1:3] == ["lowest", "highest"]
+    assert [row[0] for row in rows] == ["mean", "error bar μ ± σ", "range of 99 %"]
+    np.testing.assert_allclose([float(v) for v in rows[2][1:3]], [9.0, 11.0], rtol=1e-3)
+    indices = own["Parts of the variance: Sobol' indices"]
+    assert indices.pictures == []
+    assert indices.remarks == ["x is the only random input: all of the variance is due to it."]
+    captions = [caption for one in own.values() for caption, _ in one.pictures]
+    assert len(captions) == 3
+    assert "values of w, at time 0.5, up to the one on the axis" in " ".join(captions)
+    assert all("for all values of the interval inputs" in one for one in captions)
 
 
 def test_a_path(folder):

@@ -23,6 +23,23 @@ TITLES = {
 }
 """Answers by the names of their files."""
 
+CAPTIONS = {
+    "allocation": "Above: each tolerance as a part of the largest one that is allowed. Below: the "
+    "margins of the limits that these tolerances leave; a limit is kept where its margin is above "
+    "zero",
+    "sobol": "Part of the variance that each random input takes part in: the lowest and the "
+    "highest for all values of the interval inputs",
+    "quantiles": "Lowest and highest quantiles of each output for all values of the interval "
+    "inputs; the legend names their probabilities",
+    "p_box": "Probability{} up to the one on the axis: the lowest and the highest for all values "
+    "of the interval inputs",
+    "range": "Lowest and highest values of each output for all values of the interval inputs and "
+    "the stated part of the random ones",
+    "derived": "Error bar of the quantity: the lowest μ − kσ and the highest μ + kσ for all values "
+    "of the interval inputs",
+}
+"""Of the pictures of answers."""
+
 MARGINS = (
     "How far {} stays inside each limit, for all values of the interval inputs: the limit is kept "
     "where this margin is above zero. A chart of probabilities follows if there are any."
@@ -50,14 +67,8 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
     limits, probability = (read_answer(folder, name, older) for name in ("limits", "probability"))
     for name, title in TITLES.items():
         answer = read_answer(folder, name, older)
-        if answer is None:
-            continue
-        inputs = "changes" if "changes" in answer.attrs else "inputs"
-        texts = (answer.attrs.get(k) for k in ("verdict", inputs, "surrogate_not_trusted"))
-        remarks = [str(text) for text in texts if text]
-        tables = {"allocation": allocation_table, "narrowed": summary_table}
-        table = tables[name](answer) if name in tables else None
-        found.append(Answer(title, table, remarks, _pictures(folder, name, title)))
+        if answer is not None:
+            found.append(_part(folder, name, title, answer))
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
     if limits is not None and (pictures := _pictures(folder, "limits", MARGINS.format(bar))):
         found.insert(0, Answer("Limits over time", None, [], pictures))
@@ -65,6 +76,20 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
         text = f"Answers of earlier results are left out: {', '.join(older)}. Ask again."
         found.append(Answer("Left out", None, [text], []))
     return found, limits, probability
+
+
+def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
+    """Return an answer as a part of the report."""
+    inputs = "changes" if "changes" in answer.attrs else "inputs"
+    texts = (answer.attrs.get(k) for k in ("verdict", inputs, "surrogate_not_trusted"))
+    remarks = [str(text) for text in texts if text]
+    tables = {"allocation": allocation_table, "narrowed": summary_table, "derived": derived_table}
+    table = tables[name](answer) if name in tables else None
+    if name == "sobol" and answer.sizes["name"] == 1:
+        return Answer(title, None, [only_one(answer), *remarks], [])
+    if name == "derived":
+        title = f"{title}: {quantity_of(answer)}"
+    return Answer(title, table, remarks, _pictures(folder, name, _caption(name, answer)))
 
 
 def read_answer(folder: Path, name: str, older: list[str] | None = None) -> xr.Dataset | None:
@@ -83,6 +108,29 @@ def read_answer(folder: Path, name: str, older: list[str] | None = None) -> xr.D
             older.append(name)
         return None
     return answer
+
+
+def _caption(name: str, answer: xr.Dataset) -> str:
+    """Return what the picture of an answer shows, and what it was computed from."""
+    told = CAPTIONS.get(name, TITLES[name])
+    if name == "p_box":
+        at = {k: c for k, c in answer.coords.items() if not c.ndim and k not in ("unit", "output")}
+        where = "".join(
+            f", at {k} {number(c) if c.dtype.kind == 'f' else c.values}" for k, c in at.items()
+        )
+        of = (
+            f" of values of {answer['output'].values}"
+            if "output" in answer.coords
+            else " of values"
+        )
+        told = told.format(of + where + ",")
+    made = answer.attrs.get("made")
+    return f"{told}. From {made}." if made else f"{told}."
+
+
+def only_one(found: xr.Dataset) -> str:
+    """Return what Sobol' indices of a single random input tell."""
+    return f"{found['name'].values[0]} is the only random input: all of the variance is due to it."
 
 
 def _pictures(folder: Path, name: str, caption: str) -> list[tuple[str, str]]:
@@ -108,6 +156,29 @@ def allocation_table(found: xr.Dataset) -> Table:
         for one in (found.isel(name=k) for k in range(found.sizes["name"]))
     ]
     return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
+
+
+def quantity_of(found: xr.Dataset) -> str:
+    """Return the quantity of a result of `derived`, with its unit."""
+    unit = found["mean"].attrs.get("units")
+    return str(found.attrs["quantity"]) + (f" [{unit}]" if unit else "")
+
+
+def derived_table(found: xr.Dataset) -> Table:
+    """Return the bounds of a quantity: the lowest and the highest over its values."""
+    words = {
+        "mean": "mean",
+        "error_bar": f"error bar μ ± {deviations(found)}",
+        "range": f"range of {100 * found.attrs['probability']:g} %",
+    }
+    rows = []
+    for name, own in words.items():
+        errors = [f"{name}_sampling_error", f"{name}_expected_error"]
+        ends = found[name].sel(bound="lower").min(), found[name].sel(bound="upper").max()
+        scale = float(abs(found[name]).max())
+        row = [own, *(number(v, 5, scale) for v in ends)]
+        rows.append([*row, *(number(found[k].max(), 2) if k in found else "" for k in errors)])
+    return ["", "lowest", "highest", "sampling error", "expected error"], rows
 
 
 def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:

@@ -104,12 +104,18 @@ def _output(
 
 
 def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
-    """Return k of the error bars μ ± kσ that limits were checked with, and their least margins."""
+    """Return k of the error bars μ ± kσ that limits were checked with, and least margins: where."""
     if limits is None:
         return None
-    margins = zip(limits["limit"].values, limits["least_margin"].values, strict=True)
-    least = {str(name): float(margin) for name, margin in margins if np.isfinite(margin)}
-    return {"sigmas": float(limits.attrs["sigmas"]), "least": least}
+
+    def of_limits(kind: str) -> dict[str, float]:
+        if kind not in limits or limits[kind].dtype.kind not in "iuf":
+            return {}
+        found = zip(limits["limit"].values, limits[kind].values, strict=True)
+        return {str(name): float(own) for name, own in found if np.isfinite(own)}
+
+    least = {"least": of_limits("least_margin"), "at": of_limits("least_margin_at")}
+    return {"sigmas": float(limits.attrs["sigmas"]), **least}
 
 
 def _limits(limits: xr.Dataset, one: xr.Dataset, name: str) -> list[dict[str, Any]]:

@@ -4,11 +4,11 @@
 /** Return the table of margins, and what shows those of bounds; null where no limit is drawn. */
 flexband.whatIfLimits = function ({ what_if: data, charts }) {
   if (!charts || !charts.limits || charts.outputs.length !== data.outputs.length) return null;
-  const { element } = flexband, { sigmas, least } = charts.limits;
+  const { element } = flexband, { sigmas, least, at } = charts.limits;
   const rows = Object.keys(least).map((name) => {
     const curves = charts.outputs.flatMap(({ limits }, output) =>
       (limits || []).filter((own) => own.name === name).map((own) => ({ ...own, output })));
-    const cells = ["", "", ""].map(() => element("td"));
+    const cells = ["study", "now", "at"].map((head) => element("td", { "data-of": head }));
     const row = element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells);
     const unit = curves.length ? charts.outputs[curves[0].output].unit : "";
     return { name, curves, cells, row, unit };
@@ -25,12 +25,12 @@ flexband.whatIfLimits = function ({ what_if: data, charts }) {
 
   /** Return the least margin of curves, and the time where it is. */
   function margin(curves, { times, limit_bar: [lower, upper] }) {
-    let found = [Infinity, 0];
+    let found = [Infinity];
     for (const { output, side, values } of curves) {
       times.forEach((t, k) => {
         const at = output * times.length + k, limit = values.values[t];
         const own = side === "below" ? limit - upper[at] : lower[at] - limit;
-        if (own < found[0]) found = [own, t];
+        if (own < found[0]) found = [own, charts.x.values.values[t]];
       });
     }
     return found;
@@ -39,13 +39,13 @@ flexband.whatIfLimits = function ({ what_if: data, charts }) {
   /** Show the margins of bounds, or those of the study. */
   function show(bounds) {
     for (const { name, curves, cells, unit } of rows) {
-      const [own, t] = bounds ? margin(curves, bounds) : [least[name], null];
+      const [own, t] = bounds ? margin(curves, bounds) : [least[name], at[name]];
       const about = bounds && !bounds.done ? "≈ " : "";
       cells[0].textContent = shown(least[name], unit);
       cells[1].textContent = about + shown(own, unit);
       cells[1].className = own < 0 ? "no" : "";
       const { name: free, unit: of } = charts.x;
-      cells[2].textContent = t === null ? "" : `${free} = ${flexband.number(charts.x.values.values[t])} ${of}`;
+      cells[2].textContent = t === undefined ? "" : `${free} = ${flexband.number(t)} ${of}`;
     }
   }
   return { table, show };

@@ -79,11 +79,11 @@ flexband.starters.push(function (everything) {
   const copy = element("button", { type: "button", className: "screen-only", textContent: "Copy" });
   const python = element("code");
   const status = element("p", { className: "what-if-status", role: "status" });
+  const heads = ["output", "study", "now", "change", "largest expected error"];
   const rows = data.outputs.map(({ name }) => {
-    const cells = ["", "", "", ""].map(() => element("td"));
+    const cells = heads.slice(1).map((head) => element("td", { "data-of": head }));
     return { cells, row: element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells) };
   });
-  const heads = ["output", "study", "now", "change", "largest expected error"];
   const cells = heads.map((text) => element("th", { scope: "col", textContent: text }));
   const table = element("table", { className: "what-if-table" },
     element("caption", { textContent: "Largest width of the error bar over time" }),

@@ -1,6 +1,7 @@
 """The animated mechanism in a browser."""
 
 import json
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
@@ -97,6 +98,30 @@ def test_play_moves_the_drawing_the_slider_and_the_page(page):
     assert drawn(page) != first
     page.wait_for_timeout(100)
     assert page.evaluate("heard.length") == len(heard)
+
+
+def test_the_legend_says_which_arrow_is_the_longest(page):
+    joints = ("A", "B", "C", "slot")
+    sensors = {name: fb.Reaction(name) for name in joints}
+    found = fb.simulate(replace(crank(0.2), sensors=sensors), duration=1.0, step=5e-3)
+    sizes = np.hypot(*(found.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY"))
+    joint = int(np.argmax(sizes.max(axis=1)))
+    legend = page.locator(".motion-key-reaction").inner_text()
+    assert legend.startswith(f"reactions; the longest arrow, {joints[joint]} at t = ")
+    time, size = (
+        float(v.split()[0]) for v in (legend.partition("t = ")[2], legend.partition("is ")[2])
+    )
+    assert size == pytest.approx(sizes.max(), rel=5e-3)
+    assert size == pytest.approx(sizes[joint, round(time / 5e-3)], rel=5e-3)
+
+
+def test_lengths_are_in_metres_as_elsewhere_on_the_page(page):
+    shown = page.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
+    assert shown == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
+    assert page.locator(".motion-now").inner_text().endswith(" m.")
+    trace = page.locator(".motion-key-trace")
+    style = trace.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
+    assert style == "solid"  # as it is drawn
 
 
 def test_it_ends_and_begins_again(page):

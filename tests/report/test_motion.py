@@ -39,7 +39,11 @@ def four_bar(length, youngs_modulus):
             "push": fb.Force("rocker.end", lambda t: 5.0 * t, 2.0, following=True),
             "spring": fb.Spring("coupler.middle", (1.0, 2.0), 40.0),
         },
-        sensors={"middle": fb.Position("coupler.middle"), "C": fb.Reaction("C")},
+        sensors={
+            "middle": fb.Position("coupler.middle"),
+            "C": fb.Reaction("C"),
+            "turn": fb.Angle("rocker"),
+        },  # of an angle there is no path
     )
 
 

@@ -21,30 +21,6 @@ flexband.starters.push(function (data) {
   document.addEventListener("flexband:what-if", (e) => made.forEach((c) => c.compare(e.detail)));
 });
 
-/** Return a slider that moves the cursor of all charts. */
-flexband.timeSlider = function ({ name, unit, values }) {
-  const x = values.values, row = flexband.element("label", { className: "tools screen-only" });
-  const slider = flexband.element("input", { type: "range", max: x.length - 1, value: 0 });
-  const text = flexband.element("span");
-  const show = (k) => {
-    text.textContent = `${name} = ${flexband.number(x[k])} ${unit}`;
-    slider.setAttribute("aria-valuetext", text.textContent);
-  };
-  slider.style.flex = "1";
-  slider.addEventListener("input", () => {
-    const detail = { time: x[slider.value], from: "slider" };
-    document.dispatchEvent(new CustomEvent("flexband:time", { detail }));
-  });
-  document.addEventListener("flexband:time", ({ detail }) => {
-    const k = flexband.nearest(x, detail.time);
-    slider.value = k;
-    show(k);
-  });
-  show(0);
-  row.append(flexband.element("span", {}, "Cursor"), slider, text);
-  return row;
-};
-
 /** What the lower chart shows. */
 flexband.MATTERS = "Below: how much narrower the error bar would be if that input alone were at its nominal " +
   "value (below zero: wider). Inputs act together, so that these need not add up to the width.";

@@ -3,11 +3,8 @@
 window.flexband = window.flexband || {};
 flexband.starters = flexband.starters || [];
 
-/** Return a length with its unit, such as "0.21 mm". */
-flexband.shownLength = function (metres) {
-  const [unit, size] = metres >= 1 ? ["m", 1] : metres >= 1e-3 || !metres ? ["mm", 1e3] : ["µm", 1e6];
-  return `${Number((metres * size).toPrecision(3))} ${unit}`;
-};
+/** Return a length in metres, as all lengths of the page are, such as "0.00021 m". */
+flexband.shownLength = (metres) => `${flexband.power(Number(metres.toPrecision(3)))} m`;
 
 flexband.MotionPlayer = class {
   constructor(panel, data) {
@@ -180,7 +177,7 @@ flexband.MotionPlayer = class {
 
   /** Tell in words what is shown. */
   say() {
-    const time = `t = ${this.scene.times[this.frame].toFixed(this.digits())} s`;
+    const time = `t = ${this.seconds(this.scene.times[this.frame])}`;
     this.button.textContent = this.playing ? "❚❚ Pause" : "▶ Play";
     this.slider.value = String(this.frame);
     this.slider.setAttribute("aria-valuetext", time);
@@ -194,8 +191,10 @@ flexband.MotionPlayer = class {
     this.now.textContent = samples ? ` Largest deviation now: ${flexband.shownLength(apart[this.frame])}.` : "";
   }
 
-  digits() {
-    return Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(this.duration || 1))));
+  /** Return a time with as many digits as tell apart instants of the motion. */
+  seconds(time) {
+    const step = this.duration / Math.max(1, this.scene.count - 1) || 1;
+    return `${time.toFixed(Math.max(0, Math.min(6, -Math.floor(Math.log10(step)))))} s`;
   }
 
   /** Draw with other colours or options. */
@@ -206,7 +205,7 @@ flexband.MotionPlayer = class {
   }
 
   tellLegend() {
-    const { element } = flexband, { samples, largestForce, data } = this.scene, { options } = this;
+    const { element } = flexband, { samples, largestForce, largestAt, data } = this.scene, { options } = this;
     const entry = (kind, text) => element("span", { className: `motion-key motion-key-${kind}` }, text);
     const parts = [entry("nominal", "nominal motion")];
     if (options.samples) {
@@ -214,7 +213,8 @@ flexband.MotionPlayer = class {
       parts.push(entry("sample", `${samples} samples of the inputs, ${often}`));
     }
     if (options.forces && largestForce) {
-      parts.push(entry("reaction", `reactions, the longest arrow ${Number(largestForce.toPrecision(3))} N`));
+      const { name, time } = largestAt, size = Number(largestForce.toPrecision(3));
+      parts.push(entry("reaction", `reactions; the longest arrow, ${name} at t = ${this.seconds(time)}, is ${size} N`));
     }
     if (data.forces.some((own) => own.kind === "force") && options.forces) parts.push(entry("load", "applied forces"));
     if (data.traces.length) parts.push(entry("trace", "paths of measured points"));

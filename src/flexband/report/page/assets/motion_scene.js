@@ -30,7 +30,7 @@ flexband.MotionScene = class {
 
   /** Find what is the same at all instants: the box, ranges of guides, the largest force. */
   prepare() {
-    const { position, force, samples, bodies, joints, loads } = this.data;
+    const { position, forces, samples, bodies, joints, loads } = this.data;
     const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
     const reach = (place, radius = 0) => {
       for (const axis of [0, 1]) {
@@ -48,9 +48,12 @@ flexband.MotionScene = class {
     this.ranges = new Map(joints.filter((j) => j.axis !== undefined).map((j) => [j, this.range(j)]));
     this.rests = new Map(loads.filter((l) => l.kind === "spring").map((l) => [l, this.length(l)]));
     this.largestForce = 0;
-    for (let k = 0; k < force.shape[0]; k++) {
+    for (const own of forces) {
       for (let frame = 0; frame < this.count; frame++) {
-        this.largestForce = Math.max(this.largestForce, Math.hypot(...this.vector("force", k, frame)));
+        const size = Math.hypot(...this.vector("force", own.force, frame));
+        if (size <= this.largestForce) continue;
+        this.largestForce = size;
+        this.largestAt = { name: own.name, time: this.times[frame] };
       }
     }
     if (this.largestForce < 1e-12) this.largestForce = 0; // rounding
@@ -128,7 +131,7 @@ flexband.MotionScene = class {
   drawTrace(pen, trace, frame) {
     const path = [];
     for (let k = 0; k < this.count; k++) path.push(this.at(trace.at, k));
-    pen.line(path, { color: "muted", width: 0.8, dash: [3, 3] });
+    pen.line(path, { color: "muted", width: 0.8 });
     pen.line(path.slice(0, frame + 1), { color: "muted", width: 1.4 });
   }
 

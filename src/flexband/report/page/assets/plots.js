@@ -1,6 +1,30 @@
-// What charts have in common: legends, layouts, options.
+// What charts have in common: the cursor, legends, layouts, options.
 "use strict";
 window.flexband = window.flexband || {};
+
+/** Return a slider that moves the cursor of all charts. */
+flexband.timeSlider = function ({ name, unit, values }) {
+  const x = values.values, row = flexband.element("label", { className: "tools screen-only" });
+  const slider = flexband.element("input", { type: "range", max: x.length - 1, value: 0 });
+  const text = flexband.element("span");
+  const show = (k) => {
+    text.textContent = `${name} = ${flexband.number(x[k])} ${unit}`;
+    slider.setAttribute("aria-valuetext", text.textContent);
+  };
+  slider.style.flex = "1";
+  slider.addEventListener("input", () => {
+    const detail = { time: x[slider.value], from: "slider" };
+    document.dispatchEvent(new CustomEvent("flexband:time", { detail }));
+  });
+  document.addEventListener("flexband:time", ({ detail }) => {
+    const k = flexband.nearest(x, detail.time);
+    slider.value = k;
+    show(k);
+  });
+  show(0);
+  row.append(flexband.element("span", {}, "Cursor"), slider, text);
+  return row;
+};
 
 /** Return the names of traces with their colours and dashes, as a legend beside a chart. */
 flexband.keysOf = (traces) => traces.filter((own) => own.showlegend !== false).map((own) => {

@@ -13,6 +13,7 @@ from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.configuration import assembled
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
+from flexband.mechanics.sensors.motion import Acceleration, Position, Velocity
 from flexband.mechanics.simulate import simulated
 from flexband.report.drawing.scene import Scene
 from flexband.report.page.arrays import packed
@@ -137,7 +138,8 @@ def _items(scene: Scene, tracks: Tracks) -> dict[str, Any]:
     mechanism = scene.mechanism
     loads = [load_item(scene, tracks, name) for name in mechanism.loads]
     reactions = [reaction_item(scene, tracks, name) for name in mechanism.joints]
-    points = {name: getattr(one, "point", None) for name, one in mechanism.sensors.items()}
+    moving = Position, Velocity, Acceleration  # whose paths tell something, unlike that of an Angle
+    points = {name: one.point for name, one in mechanism.sensors.items() if isinstance(one, moving)}
     return {
         "bodies": [body_item(scene, tracks, name) for name in mechanism.bodies],
         "joints": [joint_item(scene, tracks, name) for name in mechanism.joints],

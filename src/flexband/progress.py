@@ -12,6 +12,25 @@ from flexband.errors import function
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""
 
+
+class Budget(int):
+    """A total of runs that may become smaller or, with other discretizations, larger.
+
+    Attributes
+    ----------
+    each : the most runs on one discretization; 0 if there is only one, so that it is the total.
+    """
+
+    each = 0
+
+    @classmethod
+    def of(cls, total: int, each: int) -> Budget:
+        """Return a total with what is known of it."""
+        made = cls(total)
+        made.each = each
+        return made
+
+
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
 

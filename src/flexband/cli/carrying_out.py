@@ -92,7 +92,7 @@ def carry_out(
             "done": 0,
             "total": None,
         }
-        course = Course(folder, about, most=hasattr(study.method, "max_runs"))
+        course = Course(folder, about)
         compile_ahead(study)
         try:
             result = results(plan, study, store, course, as_json=as_json)
@@ -161,7 +161,7 @@ def results(
     if store is not None and (before := recorded_runs(course.folder)):
         text = f"{output} has {before} recorded runs; those that serve are not made again."
         print_text(text, error=True)
-    with progress_bars(most=hasattr(study.method, "max_runs")) as task:
+    with progress_bars() as task:
         progress = course.of(task(label)) if store is not None else task(label)
         if study.expands:
             surrogate = study.expand(**options, progress=progress)

@@ -20,9 +20,8 @@ PERIOD = 0.5
 class Course:
     """How far a study is, written to its folder while it runs."""
 
-    def __init__(self, folder: StudyFolder, about: dict[str, Any], *, most: bool = False):
-        """Begin; `most` is whether the number of all runs is the most that there may be."""
-        self.folder, self.about, self.most = folder, about, "at most " * most
+    def __init__(self, folder: StudyFolder, about: dict[str, Any]):
+        self.folder, self.about = folder, about
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
         self.before, self.sized = 0, False
@@ -54,7 +53,7 @@ class Course:
             return
         self.sized = True
         size = 8e-6 * total * math.prod(outputs.shape[1:])
-        print_text(f"Outputs of {self.most}{total} runs take {size:.3g} MB.", error=True)
+        print_text(f"Outputs of {total} runs take {size:.3g} MB.", error=True)
         if size > 1e-6 * free_memory():
             print_remark(f"only {1e-6 * free_memory():.3g} MB of memory are free")
 

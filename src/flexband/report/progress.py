@@ -11,33 +11,29 @@ import rich.progress as rp
 from rich.console import Console
 
 from flexband.errors import InputError, shown
+from flexband.progress import Budget, Progress
 
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
 
-LOOKED_UP = 0.2
-"""Time [s] in which runs of a store are looked up: it tells nothing about the time left."""
-
-Progress = Callable[[int, int], object]
+MEASURED = 5.0
+"""Time [s] after the first batch, which may compile, from which on the time left is told."""
 
 
 @contextmanager
-def progress_bars(*, most: bool = False) -> Iterator[Callable[[str], Progress]]:
-    """Give the function that begins a task by its name, and returns what reports its progress.
-
-    Parameters
-    ----------
-    most : whether the number of all runs is the most that there may be, until the last is made.
-    """
+def progress_bars() -> Iterator[Callable[[str], Progress]]:
+    """Give the function that begins a task by its name, and returns what reports its progress."""
     console = Console(stderr=True, markup=False, emoji=False, highlight=False)
     live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
     if not live:
-        yield lambda name: _Lines(name, console, "at most " * most)
+        yield lambda name: _Lines(name, console)
         return
-    columns = (rp.BarColumn(), rp.MofNCompleteColumn(), rp.TimeElapsedColumn())
-    name, left = rp.TextColumn("{task.description}", markup=False), rp.TimeRemainingColumn()
-    with rp.Progress(name, *columns, left, console=console) as bars:
-        yield lambda name: _advancing(bars, f"{name}, at most" if most else name)
+    texts = [
+        rp.TextColumn(f"{{task.{own}}}", markup=False) for own in ("description", "fields[told]")
+    ]
+    columns = texts[0], rp.BarColumn(), texts[1], rp.TimeElapsedColumn(), rp.TimeRemainingColumn()
+    with rp.Progress(*columns, console=console) as bars:
+        yield lambda name: _advancing(bars, name)
 
 
 @contextmanager
@@ -67,37 +63,56 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
     """
     if not isinstance(name, str):
         raise InputError(f"name must be text; got {shown(name)}")
-    with progress_bars(most=True) as task:
+    with progress_bars() as task:
         yield task(name)
 
 
+def _told(done: int, total: int) -> str:
+    """Return how many runs are done, of how many; of how many is not known of a budget of each."""
+    if isinstance(total, Budget) and total.each:
+        return f"{done} runs, at most {total.each} on each discretization"
+    return f"{done} of {'at most ' * isinstance(total, Budget)}{total} runs"
+
+
 def _advancing(bars: rp.Progress, name: str) -> Progress:
-    task = bars.add_task(name, total=None)
-    return lambda done, total: bars.update(task, completed=done, total=total)
+    task = bars.add_task(name, total=None, told="")
+
+    def advance(done: int, total: int) -> None:
+        known = None if isinstance(total, Budget) and total.each else total
+        bars.update(task, completed=done, total=known, told=_told(done, total))
+
+    return advance
 
 
 class _Lines:
-    """Progress as lines: at the start, after the first batch, from time to time, at the end."""
+    """Progress as lines: at the start, from time to time, and at the end."""
 
-    def __init__(self, name: str, console: Console, most: str):
-        self.name, self.console, self.most = name, console, most
-        self.begin = self.told = time.monotonic()
+    def __init__(self, name: str, console: Console):
+        self.name, self.console = name, console
+        self.printed, self.text = float("-inf"), ""
         self.first: int | None = None
-        self.batches = 0
+        self.measured: tuple[float, int] | None = None  # time and runs after the first batch
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        if self.first is None or now < self.begin + LOOKED_UP:
-            self.first, self.begin = done, self.begin if self.first is not None else now
-        self.batches += done > self.first
-        if self.batches > 1 and now < self.told + PERIOD and done < total:
-            return
-        self.told = now
-        made = done - self.first
-        left = (now - self.begin) / made * (total - done) if made else None
-        most = self.most if done < total else ""
-        text = "" if left is None or done >= total else f", {most or 'about '}{duration(left)} left"
-        self.console.print(f"{self.name}: {done} of {most}{total} runs{text}", soft_wrap=True)
+        if self.first is None:
+            self.first = done
+        if self.measured is None and done > self.first:
+            self.measured = now, done
+        ended = done >= total and not isinstance(total, Budget)
+        text = _told(done, total) + ("" if ended else self.left(now, done, total))
+        if text != self.text and (ended or now >= self.printed + PERIOD):
+            self.printed, self.text = now, text
+            self.console.print(f"{self.name}: {text}", soft_wrap=True)
+
+    def left(self, now: float, done: int, total: int) -> str:
+        """Return the time left in words, once it is known from more than the first batch."""
+        begin, before = self.measured or (now, done)
+        several = isinstance(total, Budget) and total.each
+        if several or done == before or now < begin + MEASURED:
+            return ""
+        seconds = (now - begin) / (done - before) * (total - done)
+        return f", {'at most' if isinstance(total, Budget) else 'about'} {duration(seconds)} left"
 
 
 def duration(seconds: float) -> str:

@@ -220,8 +220,13 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
         "runs_checked": "held out",
         "runs_refined": "with half the step or twice the elements",
         "runs_coarser": "with other steps or elements",
-        "runs_repeated": "repeated",
+        "runs_repeated": "made again, to see if it repeats",
         "runs_failed": "failed",
     }
     parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]
-    return f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
+    told = f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
+    if attrs.get("runs_coarser") or attrs.get("runs_refined"):
+        told += (
+            ". The budget, max_runs, is for those that are fitted or held out on one discretization"
+        )
+    return told

@@ -19,6 +19,7 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.execution.store import as_store, versions
+from flexband.progress import Budget
 from flexband.uncertainty.evaluations.evaluations import evaluations, setting
 from flexband.uncertainty.evaluations.reuse import generic_runs, keep_domains, located
 from flexband.uncertainty.inputs.choices import cases
@@ -59,11 +60,18 @@ def in_cases(
         placed, explored = located(response, inputs, as_store(options["store"]))
     all_inputs = cases(placed)
     found: dict[str, Result] = {}
-    finished, labels = 0, None
+    finished, labels, budget = 0, None, None
 
     def advance(done: int, total: int) -> None:
+        nonlocal budget
+        left = len(all_inputs) - len(found)
+        whole = finished + total * left
+        if isinstance(total, Budget):
+            budget = total
+        if budget and (total is budget or left > 1):
+            whole = Budget.of(whole, budget.each)
         if progress is not None:
-            progress(finished + done, finished + total * (len(all_inputs) - len(found)))
+            progress(finished + done, whole)
 
     with evaluations(response, placed, **options) as evaluate:
         if explored:
@@ -94,6 +102,8 @@ class Runs:
         self.done, self.total, self.labels = 0, method.runs(space), None
         check_runs(method, space, most_runs, count)
         self.total += 1  # one run is made again
+        refined = getattr(response, "refinements", getattr(response, "refined", None))
+        self.each = self.total if callable(refined) else 0
         self.response, self.method, self.evaluations = response, method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
         self.stored: np.ndarray | None = None
@@ -128,7 +138,7 @@ class Runs:
         """Evaluate the response, or one whose discretization is `finer`."""
         self.total = max(self.total, self.done + len(xi))
         if not self.done:
-            self.progress(0, self.total)
+            self.progress(0, self.budget)
         known = setting(self.case, finer)
         found = self.evaluations(
             response, self.space, known, (xi, eta), self.labels, self._advance, recorded=recorded
@@ -199,7 +209,14 @@ class Runs:
 
     def _advance(self, finished: int, under_way: int = 0) -> None:
         self.done += finished
-        self.progress(self.done + under_way, self.total)
+        self.progress(self.done + under_way, self.budget)
+
+    @property
+    def budget(self) -> int:
+        """The number of all runs, or the most of a method that finds out how many it needs."""
+        if getattr(self.method, "finds_discretization", False):
+            return Budget.of(self.total, self.each)
+        return self.total
 
     def attributes(self, doubts: str = "") -> dict[str, object]:
         """Return the number of runs and the method, and report that all runs are done.
@@ -208,7 +225,7 @@ class Runs:
         warned of.
         """
         self._check_inputs()
-        if self.done < self.total:
+        if self.budget > self.done or isinstance(self.budget, Budget):
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}

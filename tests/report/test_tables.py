@@ -30,7 +30,7 @@ def test_a_summary_has_ranges_and_the_largest_width():
     header, rows = summary_table(own)
     assert rows[0] == ["u [m]", "-1 … 1", "-2 … 2", "4", "1 s", "3 %"]
     assert rows[1][-1] == ""  # no width to compare with
-    assert header[-1] == "expected error, mean over time"
+    assert header[-1] == "expected error"
     assert error_in_words(own) == (
         "The ends of the error bars are expected to be off by 3 % of the bars' width for u, mean "
         "over time; for the other outputs by less."
@@ -42,7 +42,7 @@ def test_a_summary_has_ranges_and_the_largest_width():
     assert "off by 3 % of" in error_in_words(earlier)
     assert "not estimated" in error_in_words(bands())
     header, rows = summary_table(bands(truncation=(("output", "time"), np.full((2, 3), 0.04))))
-    assert (header[-1], rows[0][-1]) == ("largest truncation indicator", "1 %")
+    assert (header[-1], rows[0][-1]) == ("truncation indicator", "1 %")
 
 
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])
@@ -207,3 +207,26 @@ def test_cells_are_never_cut_or_wrapped(width, monkeypatch, capsys):
         own = " ".join(line for line in lines if f"output {k} " in line)
         assert all(cell in own for cell in cells)
         assert own.count(f"output {k} ") == (2 if width == 80 else 1)
+
+
+def test_tables_that_are_split_are_about_equally_wide(monkeypatch, capsys):
+    outputs = ["rocker", "bend", "C_X", "C_Y", "mid_X", "mid_Y"]
+    header = ["input", *(f"{one}, {told}" for one in outputs for told in ("mean", "at widest"))]
+    for width, parts in ((80, [6, 6]), (120, [6, 6]), (60, [4, 4, 4]), (300, [12])):
+        monkeypatch.setenv("COLUMNS", str(width))
+        print_table("shares", (header, [["youngs_modulus", *["12.3 %"] * 12]]))
+        lines = capsys.readouterr().out.splitlines()
+        assert [line.count("%") for line in lines if "youngs" in line] == parts
+
+
+def test_headers_of_a_part_are_on_one_line_if_they_fit(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    own = bands(relative_expected_error=("output", [0.03, 0.01]))
+    checked = xr.Dataset({"confirmed": ("output", [True, True])}, {"output": ["u", "v"]})
+    header, rows = summary_table(own, checked)
+    wide = [[row[0], "-120.3 … 253.9", "-235.2 … 286.9", *row[3:]] for row in rows]
+    print_table("demo", (header, wide))
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 1 + 2 * (3 + 2 + 1)
+    assert any("error bar μ ± σ" in line for line in lines)
+    assert any("largest width" in line and "expected error" in line for line in lines)

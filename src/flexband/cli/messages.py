@@ -108,11 +108,14 @@ def print_table(title: str, content: tuple[list[str], list[list[str]]]) -> None:
     """
     header, rows = content
     console = Console(markup=False, emoji=False)
-    widths = _widths(header, rows)
-    if sum(widths) + 3 * len(widths) + 1 > console.width:
-        widths = _widths([max(head.split() or [""], key=cell_len) for head in header], rows)
+    whole = _widths(header, rows)
+    words = _widths([max(head.split() or [""], key=cell_len) for head in header], rows)
+    parts = [list(range(len(header)))]
+    if not _fits(whole, console.width):
+        parts = _parts(words, console.width)
     print_text(title)
-    for part in _parts(widths, console.width):
+    for part in parts:
+        widths = whole if _fits([whole[c] for c in part], console.width) else words
         columns = [
             Column(header[c], width=widths[c], justify="right" if c else "left") for c in part
         ]
@@ -122,16 +125,34 @@ def print_table(title: str, content: tuple[list[str], list[list[str]]]) -> None:
         console.print(table)
 
 
+def _fits(widths: list[int], most: int) -> bool:
+    """Return whether a table with these columns is not wider than `most` characters."""
+    return sum(widths) + 3 * len(widths) + 1 <= most
+
+
 def _widths(header: list[str], rows: list[list[str]]) -> list[int]:
     """Return the width of every column whose cells are not wrapped."""
     return [max(1, *map(cell_len, column)) for column in zip(header, *rows, strict=True)]
 
 
 def _parts(widths: list[int], most: int) -> list[list[int]]:
-    """Return the columns of tables that are not wider than `most` characters, if possible."""
+    """Return the columns of the fewest tables that are not wider than `most`, if possible.
+
+    Of all ways to split them, it is the one whose widest table is the narrowest.
+    """
+    size = [own + 3 for own in widths]
+    count = len(_filled(size, most))
+    least = next(
+        w for w in range(size[0] + 1, most + sum(size) + 2) if len(_filled(size, w)) <= count
+    )
+    return _filled(size, least)
+
+
+def _filled(size: list[int], most: int) -> list[list[int]]:
+    """Return the columns of tables, each filled until it would be wider than `most`."""
     parts = [[0]]
-    for c in range(1, len(widths)):
-        if len(parts[-1]) > 1 and sum(widths[k] + 3 for k in [*parts[-1], c]) + 1 > most:
+    for c in range(1, len(size)):
+        if len(parts[-1]) > 1 and sum(size[k] for k in [*parts[-1], c]) + 1 > most:
             parts.append([0])
         parts[-1].append(c)
     return parts

@@ -50,7 +50,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     """
     bar = f"error bar μ ± {deviations(bands)}"
     shares, rows = expected_errors(bands), []
-    kind = f"expected error{_averaged(bands)}" if shares else "largest truncation indicator"
+    kind = "expected error" if shares else "truncation indicator"
     header = ["output", "interval mean", bar, "largest width", "at", kind]
     for name in outputs_of(bands):
         one = select(bands, name)
@@ -233,5 +233,6 @@ def field_remarks(fields: Mapping[str, Field]) -> list[str]:
 
 
 def comparison_remarks(fields: Mapping[str, Field]) -> list[str]:
-    """Return what fields are made of and what wall times include, as sentences."""
-    return [*field_remarks(fields), "Times do not include compilation."]
+    """Return what fields are made of, and what runs and wall times include, as sentences."""
+    repeated = "Numbers of runs do not include the one that is made again to see that it repeats."
+    return [*field_remarks(fields), "Times do not include compilation.", repeated]

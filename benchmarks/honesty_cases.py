@@ -33,6 +33,7 @@ PROBLEMS: dict[str, Callable[[np.random.Generator], Problem]] = {
     "alias": formulas.alias,
     "products": formulas.products,
     "pulses": formulas.pulses,
+    "scalars": formulas.scalars,
     "uniform": by_inputs.uniform,
 }
 """Families whose cases have sometimes more inputs than variables."""

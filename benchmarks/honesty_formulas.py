@@ -161,3 +161,29 @@ def pulses(r: Random) -> Problem:
     ]
     formula = forms[r.integers(len(forms))]
     return Problem(own, [of_all(own, formula, points=241, nodes=81)], times(r))
+
+
+def scalars(r: Random) -> Problem:
+    """Draw powers, exponentials and gains of engineering, at one time: no mean over time helps."""
+    own = ("normal", "interval") if r.random() < 0.7 else ("normal", "interval", "interval")
+    p, q, c = r.uniform(-3, 3, 2), r.uniform(-4, 4), r.uniform(-1, 1)
+    half, cv = r.uniform(0.02, 0.3, 2), r.uniform(0.03, 0.25)
+    ratio, damping = r.uniform(0.5, 0.85), r.uniform(0.1, 0.3)
+
+    def scatter(x: np.ndarray, size: float) -> np.ndarray:
+        return np.exp(size * x - size**2 / 2)
+
+    def dimensions(*y: np.ndarray) -> np.ndarray:
+        return np.prod([(1 + h * e) ** k for h, k, e in zip(half, p, y, strict=False)], axis=0)
+
+    def gain(x: np.ndarray, e: np.ndarray) -> np.ndarray:
+        square = ratio**2 / scatter(x, cv / 3)
+        return 1 / np.sqrt((1 - square) ** 2 + (damping * (1 + half[0] * e)) ** 2 * square)
+
+    forms: list[Formula] = [
+        lambda x, e, *y: dimensions(e, *y[:-1]) * scatter(x, cv) ** q + c * e + 0 * y[-1],
+        lambda x, e, *y: np.exp(p[0] * half[0] * e + q * cv * x) + np.sin((1 + cv * x) * e) * c,
+        lambda x, e, *y: gain(x, e) * dimensions(*y[:-1]),
+    ]
+    formula = forms[r.integers(len(forms))]
+    return Problem(own, [of_all(own, formula, nodes=25)], 1)

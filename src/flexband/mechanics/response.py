@@ -30,6 +30,9 @@ from flexband.progress import listener
 OUTPUTS = 500
 """Times without a given step."""
 
+MOST_PARTS = 64
+"""Of the time between two outputs, at which a motion is looked at."""
+
 
 @dataclass(frozen=True)
 class DynamicResponse:
@@ -72,6 +75,18 @@ class DynamicResponse:
         if self._mechanism(values).elements:
             finer["elements"] = self._finer(element_parts=2)
         return finer
+
+    def at_more_times(self) -> DynamicResponse | None:
+        """Return the response at its steps between the times of outputs too; None without such.
+
+        Of more than 64 steps from one time to the next, every second, third … is taken.
+        """
+        parts = [k for k in range(2, MOST_PARTS + 1) if self.step_parts % k == 0]
+        most = max(parts, default=self.step_parts)
+        if most == 1:
+            return None
+        step, own = self.output_step / most, self.step_parts // most
+        return replace(self, output_step=step, step_parts=own, given=self.given or self)
 
     def left_out(self, **values: Any) -> list[str]:
         """Return which of "step" and "elements" were not given, so that a study chooses them."""
@@ -170,9 +185,10 @@ class DynamicResponse:
         """Return in words what is finer than in the response that this is a refinement of."""
         if self.given is None:
             return ""
-        parts = self.step_parts // self.given.step_parts, self.element_parts
+        parts = round(self.given.step / self.step), self.element_parts
         words = zip(("steps", "elements"), parts, strict=True)
-        return " with " + " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
+        told = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
+        return f" with {told}" if told else ""
 
 
 def dynamic_response(

@@ -18,6 +18,9 @@ from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, with_relative_error
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
 
+FAR = 0.01
+"""Part of its range by which an output may leave it between the times without a remark."""
+
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
 
@@ -166,10 +169,38 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
             )
+    lines += between_remarks(bands)
     if "remark" in bands.attrs:
         lines.append(f"The bands are {bands.attrs['remark']}")
     if "not_trusted" in bands.attrs:
         lines.append(f"Not reliable: {bands.attrs['not_trusted']}")
+    return lines
+
+
+def between_remarks(bands: xr.Dataset) -> list[str]:
+    """Return which outputs leave their bands' range between the times in all runs looked at."""
+    if "above_between" not in bands:
+        return []
+    lines, last = [], bands["above_between"].dims[-1]
+    for name in outputs_of(bands):
+        one = select(bands, name)
+        unit = f" {one['unit'].values}" if "unit" in one.coords else ""
+        unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
+        low, high = one["error_bar"].transpose("bound", ...).values
+        largest = max(high.max() - low.min(), NO_WIDTH * max(abs(high).max(), abs(low).max()))
+        for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
+            least = one[f"{side}_between_least"].values[..., :-1]
+            reach = np.maximum(end[..., :-1], end[..., 1:]) + least
+            if reach.max() <= end.max() + FAR * largest:
+                continue
+            at = number(bands[last].values[np.unravel_index(reach.argmax(), reach.shape)[-1]])
+            way = "up" if sign > 0 else "down"
+            lines.append(
+                f"Between the output times, {name or 'the response'} goes {way} to "
+                f"{number(sign * reach.max())}{unit}, after {at}{unit_of_last}, {side} every band "
+                f"at these times ({bands.attrs['runs_between']} runs at more times): a smaller "
+                "output_step shows it"
+            )
     return lines
 
 

@@ -40,6 +40,10 @@ class Discretized:
         """Return the response on finer discretizations, by the name of what is finer."""
         return self.response.refinements(**values)  # type: ignore[attr-defined]
 
+    def at_more_times(self) -> Response | None:
+        """Return the response at more times, or None if it has none."""
+        return getattr(self.response, "at_more_times", lambda: None)()
+
     def discretization(self, **values: Any) -> dict[str, float]:
         """Return the numbers of the discretization, by name."""
         return self.response.discretization(**values)  # type: ignore[attr-defined]

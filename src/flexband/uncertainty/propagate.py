@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import xarray as xr
@@ -11,8 +12,10 @@ from flexband.errors import InputError
 from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
+from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.budget import MOST_RUNS, check_method
 from flexband.uncertainty.runs.runs import Runs, in_cases
+from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -68,6 +71,9 @@ def propagate(
     number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k;
     ``attrs["inputs"]`` and ``attrs["versions"]`` are texts. One run is made again, alone, and
     counted in ``attrs["runs_repeated"]`` too: a sample must not depend on others of its batch.
+    If the response is known between its times, as a motion in steps shorter than these, 16 further
+    runs, ``attrs["runs_between"]``, tell `above_between` and `below_between`: by how much outputs
+    leave the range of two neighbouring values between the times.
 
     Raises
     ------
@@ -86,7 +92,9 @@ def propagate(
 
     def solved(runs: Runs) -> xr.Dataset:
         bands = method.solve(runs.space, runs.start, sigmas)
-        return bands.assign_attrs(runs.attributes(bands.attrs.get("not_trusted", "")))
+        counted = runs.attributes(bands.attrs.get("not_trusted", ""))
+        between = between_times(runs, bands)
+        return described(bands.assign(between.variables).assign_attrs(counted | between.attrs))
 
     check_method(method)
     found = in_cases(solved, response, inputs, method, most_runs, progress, options)
@@ -120,7 +128,10 @@ def expand(
     def expanded(runs: Runs) -> Surrogate:
         surrogate = method.expand(runs.space, runs.start)
         doubts = surrogate.diagnostics.attrs.get("not_trusted", "")
-        return surrogate.telling(**runs.attributes(doubts))
+        counted = runs.attributes(doubts)
+        between = between_times(runs, surrogate.diagnostics)
+        told = surrogate.diagnostics.assign(between.variables)
+        return replace(surrogate, diagnostics=told.assign_attrs(counted | between.attrs))
 
     found = in_cases(expanded, response, inputs, method, most_runs, progress, options)
     return found[""] if len(found) == 1 else SurrogateOfChoices(inputs, found)

@@ -19,6 +19,7 @@ from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
+from flexband.uncertainty.answers.margins import told_between
 from flexband.uncertainty.answers.probability.texts import told
 from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -179,6 +180,9 @@ def limit_in_words(one: xr.Dataset) -> str:
         free = str(one["margin"].dims[-1])
         unit = " s" if free == "time" else ""
         margin += f" at {free} {number(one['least_margin_at'])}{unit}"
+        if between := told_between(one):
+            margin += f"; {between} {number(one['margin_between_after'])}{unit}"
+            margin += " (a smaller output_step shows it)"
     kept = {"kept": "is kept", "not kept": "is NOT kept"}
     words = kept.get(str(one["verdict"].values), "is not certainly kept")
     return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}."

@@ -56,14 +56,16 @@ def check_limits(
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
     limited; `expected_error` that of the error bar; `above` and `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
-    error and the value of the last dim where it is; `side` tells whether it is the limit "below" or
-    "above" which is nearest there; `worst_inputs`, dims (input, limit), are the values of the
+    error and the value of the last dim where it is; `margin_between` is the least margin between
+    the times, and `margin_between_after` the time before it; `side` tells whether it is the limit
+    "below" or "above" which is nearest; `worst_inputs`, dims (input, limit), are the values of the
     interval inputs there, and `worst_choice` the options. `grid_error` is by how much the margin
-    may be less between the times, by parabolas. `verdict` is "kept" if the margin is more than its
-    errors everywhere, "not kept" if it is below zero by more than the expected error somewhere,
-    else "undecided". ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the
-    expected error is: "error_bar_expected_error", "truncation" (an indicator), or "not estimated"
-    (then it is zero).
+    may be less between the times, by parabolas, and by what the outputs do there in the runs in
+    which that was looked at (`above_between` of `propagate`). `verdict` is "kept" if the margin is
+    more than its errors everywhere, "not kept" if it is below zero by more than the expected error
+    somewhere, at a time or, in all these runs, between two, else "undecided".
+    ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
+    "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
 
     Raises
     ------
@@ -135,13 +137,15 @@ def _checked(
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
     one = bar.isel(bound=side)[where][at]
+    after, surely = _between(margins, bands, labels, where)
     drop = drops(margin, spacing(labels))
-    between = np.where(limited, margin - drop, np.inf).min()
+    between = np.minimum(np.where(limited, margin - drop, np.inf), after)
+    lowest = np.unravel_index(int(np.argmin(between)), between.shape)
     trusted = "trusted" not in bands or bool(np.all(_of_output(bands["trusted"], labels, corridor)))
     verdict = UNDECIDED
-    if trusted and np.any(margin[limited] + error[limited] < 0):
+    if trusted and np.any(np.minimum(margin, surely)[limited] + error[limited] < 0):
         verdict = NOT_KEPT
-    elif trusted and np.all(margin[limited] - drop[limited] - error[limited] >= 0):
+    elif trusted and np.all(between[limited] - error[limited] >= 0):
         verdict = KEPT
     dims = bar[0][where].dims
     coords = {k: c for k, c in bar[0][where].coords.items() if set(c.dims) <= set(dims)}
@@ -152,13 +156,15 @@ def _checked(
         "below": (dims, np.where(np.isfinite(upper), upper, np.nan)),
         "least_margin": margin[at],
         "least_margin_error": error[at],
-        "grid_error": margin[at] - between,
+        "margin_between": between[lowest],
+        "grid_error": margin[at] - between[lowest],
         "side": ("above", "below")[side],
         "verdict": verdict,
     }
     last = labels.dims[-1]
     if last in one.coords and last != "output" and labels.ndim > 1:
         data["least_margin_at"] = one[last].values
+        data["margin_between_after"] = bar[0][where][lowest][last].values
     at_bound = bands.get("error_bar_at")
     if at_bound is not None:
         places = at_bound.transpose("input", *bar.dims).isel(bound=side)
@@ -168,6 +174,30 @@ def _checked(
         choice = bands["error_bar_choice"].transpose(*bar.dims).isel(bound=side)
         data["worst_choice"] = str(choice.values[where][at])
     return xr.Dataset(data, coords)
+
+
+def _between(
+    margins: np.ndarray, bands: xr.Dataset, labels: xr.DataArray, where: tuple[Any, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least margin from each time to the next, and how large it is at most in all runs.
+
+    Parameters
+    ----------
+    margins : to the limits above and below, shape (2, …, times).
+    """
+    found = np.full((2, *margins.shape[1:]), np.inf)
+    if "above_between" not in bands:
+        return found[0], found[1]
+    ends = np.where(np.isfinite(margins), margins, np.nan)
+    ends = np.minimum(ends[..., :-1], ends[..., 1:])
+    for k, kind in enumerate(("", "_least")):
+        beyond = [
+            bands[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values[where][..., :-1]
+            for side in ("below", "above")
+        ]
+        left = ends - np.stack(beyond)
+        found[k, ..., :-1] = np.where(np.isnan(left), np.inf, left).min(axis=0)
+    return found[0], found[1]
 
 
 def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -> np.ndarray:
@@ -187,7 +217,12 @@ def _in_words(one: xr.Dataset, labels: xr.DataArray) -> str:
     if "least_margin_at" in one:
         last = labels.dims[-1]
         text += f" at {last} {_number(one['least_margin_at'].values)}"
-        text += f" {labels[last].attrs.get('units', '')}".rstrip()
+        unit_of_last = labels[last].attrs.get("units", "")
+        text += f" {unit_of_last}".rstrip()
+        if between := told_between(one):
+            text += (
+                f"; {between} {_number(one['margin_between_after'].values)} {unit_of_last}".rstrip()
+            )
     inputs = []
     if "worst_inputs" in one:
         pairs = zip(one["input"].values, one["worst_inputs"].values, strict=True)
@@ -195,6 +230,19 @@ def _in_words(one: xr.Dataset, labels: xr.DataArray) -> str:
     if "worst_choice" in one:
         inputs.insert(0, str(one["worst_choice"].values))
     return text + (f", with {', '.join(inputs)}" if inputs else "")
+
+
+def told_between(one: xr.Dataset) -> str:
+    """Return in words what the least margin between the times is, if it decides, up to "after"."""
+    if "margin_between_after" not in one:
+        return ""
+    margin, between = float(one["least_margin"]), float(one["margin_between"])
+    if not between - float(one["least_margin_error"]) < 0 <= margin:
+        return ""
+    unit = f" {one['unit'].values}" if "unit" in one.coords else ""
+    last = one["margin"].dims[-1]
+    where = "output times" if last == "time" else f"values of {last}"
+    return f"{between:.4g}{unit} between the {where}, after"
 
 
 def _number(value: np.ndarray) -> str:
@@ -209,6 +257,8 @@ LONG_NAMES = {
     "least_margin": "least margin",
     "least_margin_error": "error expected of the least margin",
     "least_margin_at": "where the least margin is",
+    "margin_between": "least margin between the times",
+    "margin_between_after": "last time before it",
     "worst_inputs": "values of the interval inputs at the least margin",
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",
@@ -226,6 +276,7 @@ def _described(result: xr.Dataset) -> xr.Dataset:
             result[name].attrs["long_name"] = words.format(k=k)
             if len(units) == 1 and result[name].dtype.kind == "f" and name != "worst_inputs":
                 result[name].attrs["units"] = str(next(iter(units)))
-    if "least_margin_at" in result:
-        result["least_margin_at"].attrs.pop("units", None)
+    for name in ("least_margin_at", "margin_between_after"):
+        if name in result:
+            result[name].attrs.pop("units", None)
     return result

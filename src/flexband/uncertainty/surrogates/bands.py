@@ -37,6 +37,10 @@ LONG_NAMES = {
     "carriers": "number of carriers",
     "trusted": "whether most of the variation in held-out runs is predicted",
     "orders": "highest order of the expansion",
+    "above_between": "largest rise above this value and the next one, between them",
+    "above_between_least": "least such rise of some runs",
+    "below_between": "largest fall below this value and the next one, between them",
+    "below_between_least": "least such fall of some runs",
     "truncation": "indicator of the truncation error",
     "bound": "bound over all values of the interval inputs",
 }

@@ -54,10 +54,8 @@ def over_choices(given: Mapping[str, Any], found: Mapping[str, xr.Dataset]) -> x
     for name in set(worst.data_vars) - VARIABLES:
         if all(name in one for one in bands):
             values = np.stack([one[name].values for one in bands])
-            result[name] = (
-                worst[name].dims,
-                values.min(0) if values.dtype == bool else values.max(0),
-            )
+            least = values.dtype == bool or str(name).endswith("_least")
+            result[name] = worst[name].dims, values.min(0) if least else values.max(0)
     told: dict[str, Any] = {"choice_runs": [one.attrs["runs"] for one in bands]}
     told["inputs"] = in_words(given)
     for name, value in worst.attrs.items():

@@ -1,0 +1,103 @@
+"""What outputs do between the times of a response: a few runs at more times.
+
+A motion is integrated in steps that may be much shorter than the time between two outputs. A
+response tells of these times by a method `at_more_times`, which returns the same response at them,
+or None if there are none.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, RunError, warn, without_warnings
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
+from flexband.uncertainty.inputs.space import Response
+from flexband.uncertainty.runs.runs import Runs
+
+COUNT = 16
+"""Runs: the nominal one, and others at the ends of all intervals, where most bounds are."""
+
+SEED = 0
+
+
+def between_times(runs: Runs, told: xr.Dataset) -> xr.Dataset:
+    """Return by how much outputs leave the range of two neighbouring values, between their times.
+
+    Parameters
+    ----------
+    runs : of the response, at whose times there are bands.
+    told : diagnostics of these; ``attrs["halved"]`` names what is finer than in the response.
+
+    Returns
+    -------
+    Variables with the dims of the outputs, from each time to the next: `above_between` and
+    `below_between`, the largest of all runs, and `above_between_least` and `below_between_least`.
+    ``attrs["runs_between"]`` counts the runs. Nothing, if nothing is known between the times.
+    """
+    space, labels = runs.space, runs.labels
+    assert labels is not None
+    response = _at_more_times(runs.response, space.arguments_at(*space.nominal()), told)
+    if response is None:
+        return xr.Dataset()
+    rng = np.random.default_rng(SEED)
+    eta = rng.choice([-1.0, 1.0], (COUNT, space.interval_dimension))
+    normals = latin_hypercube_normals(COUNT, space.random_dimension, SEED)
+    xi = of_normals(np.broadcast_to(normals, (COUNT, space.random_dimension)), space.families)
+    xi[0], eta[0] = 0.0, 0.0
+    evaluate, failures = runs.evaluations, runs.evaluations.failures
+    try:
+        with without_warnings():
+            made = evaluate(response, space, "", (xi, eta), None, lambda *_: None, recorded=False)
+        assert made.values is not None
+        good = np.setdiff1d(np.arange(COUNT), list(made.failed))
+        above, below = _beyond(made.values[good], labels)
+    except (RunError, InputError, MemoryError) as error:
+        why = (str(error) or type(error).__name__).splitlines()[0]
+        warn(f"what outputs do between their times is not known: {why}")
+        return xr.Dataset()
+    finally:
+        evaluate.failures = failures
+    found = {
+        "above_between": above.max(axis=0), "above_between_least": above.min(axis=0),
+        "below_between": below.max(axis=0), "below_between_least": below.min(axis=0),
+    }  # fmt: skip
+    dims = labels.dims[1:]
+    return xr.Dataset({k: (dims, v) for k, v in found.items()}, attrs={"runs_between": len(good)})
+
+
+def _at_more_times(
+    response: Response, nominal: dict[str, Any], told: xr.Dataset
+) -> Response | None:
+    """Return the response at more times, on the discretization that the method chose."""
+    if not callable(getattr(response, "at_more_times", None)):
+        return None
+    for name in told.attrs.get("halved", []):
+        response = response.refinements(**nominal)[name]  # pyright: ignore
+    return response.at_more_times()  # pyright: ignore
+
+
+def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far runs go above and below both neighbouring values, (runs, …, times).
+
+    Parameters
+    ----------
+    values : runs at more times.
+    labels : of the response, for its times.
+    """
+    count, more = labels.shape[-1], values.shape[-1]
+    parts = (more - 1) // max(1, count - 1)
+    if values.dims != labels.dims or parts * (count - 1) + 1 != more:
+        raise InputError(
+            "at_more_times must divide each step between the response's times into as many; got "
+            f"{more} times for {count}"
+        )
+    at, inner = values.values[..., ::parts], values.values[..., :-1]
+    inner = inner.reshape(*inner.shape[:-1], count - 1, parts)
+    before, after = at[..., :-1], at[..., 1:]
+    above, below = np.zeros(at.shape), np.zeros(at.shape)
+    above[..., :-1] = np.maximum(inner.max(axis=-1) - np.maximum(before, after), 0.0)
+    below[..., :-1] = np.maximum(np.minimum(before, after) - inner.min(axis=-1), 0.0)
+    return above, below

@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.stats import norm
 
 import flexband as fb
 from flexband.errors import FlexbandWarning
@@ -122,3 +123,22 @@ def test_a_response_of_ones_own_may_tell_more_times(more, warned):
     told = [str(one.message) for one in caught if issubclass(one.category, FlexbandWarning)]
     assert len([one for one in told if "as many" in one]) == warned
     assert ("below_between" in bands) == (more is not None and not warned)
+
+
+SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}
+
+
+def test_the_probability_is_that_of_the_motion_between_its_times():
+    """The oscillator leaves −1.03 if its amplitude does; at the output times it never does."""
+    surrogate = fb.expand(response(0.1), SCATTERED, METHOD)
+    found = fb.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
+    assert float(found["probability"].max()) < 1e-9
+    exact = norm.sf(1.5)
+    low, high = (found[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
+    assert low < exact < high
+    assert "at the output times alone, below" in found.attrs["verdict"]
+    fine = fb.expand(response(0.001), SCATTERED, METHOD)
+    found = fb.failure_probability(fine, fb.Limit("m_X", above=-1.03))
+    assert float(found["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
+    assert "95 % confidence: 0.0" in found.attrs["verdict"]
+    assert "alone" not in found.attrs["verdict"]

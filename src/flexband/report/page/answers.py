@@ -186,7 +186,7 @@ def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
     header = ["limit", "verdict", "least margin", "its expected error"]
     every: Any = checked if probability is None else probability
     if probability is not None:
-        header += ["probability, lower", "upper"]
+        header += ["probability, lower (95 % confidence)", "upper"]
     rows = []
     for k, name in enumerate(every["limit"].values.tolist()):
         row = [name, "", "", ""]

@@ -20,7 +20,7 @@ from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
 from flexband.uncertainty.answers.margins import told_between
-from flexband.uncertainty.answers.probability.texts import told
+from flexband.uncertainty.answers.probability.texts import chance
 from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -157,9 +157,7 @@ def verdict(
         lines += [limit_in_words(limits.isel(limit=k)) for k in range(limits.sizes["limit"])]
     if probability is not None:
         last = probability.isel(limit=-1)  # of leaving any limit
-        ends = [told(last.isel(bound=b)) for b in range(2)]
-        text = f"from {ends[0]} to {ends[1]}" if ends[0] != ends[1] else ends[0]
-        lines.append(f"The probability of leaving a limit at any time is {text}.")
+        lines.append(f"The probability of leaving a limit at any time is {chance(last)}.")
     if contributions is not None:
         share = contributions["mean_share"].isel(name=0)
         parts = {k: float(tables.select(share, k).max()) for k in tables.outputs_of(share)}

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 
 from flexband.uncertainty.answers.peaks import drops
 from flexband.uncertainty.answers.probability.importance import Mixture
-from flexband.uncertainty.answers.probability.states import LimitState
+from flexband.uncertainty.answers.probability.states import LimitState, Part, least_of
 from flexband.uncertainty.answers.probability.subset import Rare, rare
 from flexband.uncertainty.surrogates.sigmas import growth
 
@@ -46,7 +46,8 @@ class Estimate:
     probability : of leaving them at any time, with the times as points.
     error : its standard error.
     looser, tighter : the same with the limits moved by the expected error.
-    between : the same with parabolas between the times.
+    between : the same between the times too, by parabolas, and by what all runs do there that were
+        looked at; by what any of them does; and the standard errors of both.
     at_each, at_each_error : at each output and time, and standard errors, (series,).
     count : samples; 0 if none was found that leaves the limits.
     most : the rough estimate of subset simulation; its upper bound if there is no sample.
@@ -57,7 +58,7 @@ class Estimate:
     error: float
     looser: float
     tighter: float
-    between: float
+    between: tuple[float, ...]
     at_each: np.ndarray
     at_each_error: np.ndarray
     count: int
@@ -68,7 +69,15 @@ class Estimate:
 
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
-        low, high = interval(np.array(self.probability), np.array(self.error), self.most)
+        return self._confidence(self.probability, self.error)
+
+    def confidence_between(self) -> tuple[float, float]:
+        """Return the interval that holds the probability between the times too."""
+        least, most, *errors = self.between
+        return self._confidence(least, errors[0])[0], self._confidence(most, errors[1])[1]
+
+    def _confidence(self, probability: float, error: float) -> tuple[float, float]:
+        low, high = interval(np.array(probability), np.array(error), self.most)
         if self.uneven:  # few samples have most of the weight: their spread may be far too small
             low = min(low, self.most / ROUGH)
             high = max(high, min(1.0, self.most * ROUGH))
@@ -201,26 +210,28 @@ class _Sums:
     def add(self, u: np.ndarray, eta: np.ndarray, weights: np.ndarray) -> None:
         """Add samples."""
 
-        def reduce(own: slice, margins: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        def reduce(own: slice, sides: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
             parts = self.state.parts
+            margins = [one.min(axis=1) for one in sides]
             errors = [self.moved * part.error / part.scale for part in parts]
             pairs = list(zip(margins, errors, strict=True))
-            least = np.min([one.min(axis=(1, 2)) for one in margins], axis=0)
+            least = least_of(margins)
             looser = np.min([(one + e).min(axis=(1, 2)) for one, e in pairs], axis=0)
-            between = least.copy()
+            between = np.stack([least, least])
             inside = least >= 0
             if self.state.steps is not None:
-                for one, part in zip(margins, parts, strict=True):
-                    kept = one[inside]
+                for one, part in zip(sides, parts, strict=True):
+                    kept = one[inside].min(axis=1)
                     lowered = kept - drops(kept, part.steps(self.state.steps))
-                    between[inside] = np.minimum(between[inside], lowered.min(axis=(1, 2)))
+                    found = np.minimum(lowered.min(axis=(1, 2)), part.least_between(one[inside]))
+                    between[:, inside] = np.minimum(between[:, inside], found)
             out = np.concatenate(
                 [(one < 0).reshape(len(one), -1) for one in margins], axis=1, dtype=float
             )
             powers = np.stack([weights[own], weights[own] ** 2])
-            return np.stack([weights[own], least, looser, between]), powers @ out
+            return np.stack([weights[own], least, looser, *between]), powers @ out
 
-        found = self.state.reduced(u, eta, reduce)
+        found = self.state.reduced(u, eta, reduce, Part.sides)
         self.u.append(u)
         self.rows += [rows for rows, _ in found]
         for _, each in found:
@@ -230,11 +241,12 @@ class _Sums:
         """Return the estimate of all samples; `most` bounds it if none leaves the limits."""
         weights, *margins = np.concatenate(self.rows, axis=1)
         count = len(weights)
-        least, looser, between = (min(1.0, float(np.mean(weights * (m < 0)))) for m in margins)
-        error = float(np.std(weights * (margins[0] < 0))) / math.sqrt(count)
+        out = [weights * (m < 0) for m in margins]
+        least, looser, *between = (min(1.0, float(np.mean(one))) for one in out)
+        error, _, *errors = (float(np.std(one)) / math.sqrt(count) for one in out)
         first, second = self.each / count
         each_error = np.sqrt(np.maximum(second - first**2, 0) / count)
         return Estimate(
-            least, error, looser, least, between, np.minimum(1.0, first), each_error,
+            least, error, looser, least, (*between, *errors), np.minimum(1.0, first), each_error,
             count if least else 0, most, np.concatenate(self.u), weights, margins[0],
         )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -54,10 +54,10 @@ def failure_probability(
 ) -> xr.Dataset:
     """Return the probability that a response leaves its limits, as bounds over interval inputs.
 
-    A sample of the random inputs fails if it leaves the limit at any time: first passage, on the
-    times of the response. Its probability is computed on the surrogate by importance sampling, down
-    to 1e-9, without runs. What the surrogate and the times miss is part of the result. With the
-    response, runs near the limit correct the probability for what the surrogate misses.
+    A sample of the random inputs fails if it leaves the limit at any time: first passage. Its
+    probability is computed on the surrogate by importance sampling, down to 1e-9, without runs.
+    What the surrogate and the times miss is part of the result. With the response, runs near the
+    limit correct the probability for what the surrogate misses.
 
     Parameters
     ----------
@@ -73,12 +73,15 @@ def failure_probability(
     Returns
     -------
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
-    `probability` is that of leaving the limit at any time; `confidence_low` and `confidence_high`
-    are its confidence interval, 95 %, of the sampling. If no sample leaves the limit the
+    `probability` is that of leaving the limit at any output time; `confidence_low` and
+    `confidence_high` are its confidence interval, 95 %, of the sampling. If no sample leaves the limit the
     probability is 0 and `confidence_high` a bound of it. `limit_looser` and `limit_tighter` are the
     probability with the limit moved by what the surrogate is expected to miss of a run (root mean
     square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for μ ± kσ. `between_times` is the
-    probability with parabolas through the peaks between the times. `probability_at`, dim "input",
+    probability of leaving the limit at the times or between them, by parabolas through the peaks,
+    and by what the outputs do there in all runs in which that was looked at (`above_between` of
+    `propagate`), and `between_times_low` and `between_times_high` the interval that holds it, with
+    what they do in any of these runs. `probability_at`, dim "input",
     has the values of the interval inputs at the bounds, and `probability_choice` the options.
     `at_each_time`, `at_each_time_low` and `at_each_time_high` are the probability of being outside
     at each time, with its confidence interval, each bounded over the interval inputs on its own:
@@ -194,7 +197,7 @@ def _probability(
         "confidence_high": ("bound", list(high)),
         "limit_looser": ("bound", [one.looser for one in own]),
         "limit_tighter": ("bound", [max(one.tighter, one.probability) for one in own]),
-        "between_times": ("bound", [one.between for one in own]),
+        **{k: ("bound", v) for k, v in _between(own, told).items()},
         "samples": ("bound", [len(one.u) for one in own]),
     }
     for name in ("runs", "disagreements") if model is not None else ():
@@ -209,6 +212,30 @@ def _probability(
     if "input" in data:
         coords["input"] = data.pop("input")[1]
     return xr.Dataset(data, coords)
+
+
+def _between(own: Sequence[Estimate], told: Sequence[Any]) -> dict[str, np.ndarray]:
+    """Return the probabilities between the times too, and their confidence intervals.
+
+    Parameters
+    ----------
+    own, told : of the surrogate, and with what runs correct.
+    """
+    names, found = ("between_times", "between_times_low", "between_times_high"), []
+    for one, other in zip(own, told, strict=True):
+        low, high = one.confidence_between()
+        value = one.between[0]
+        if other is not one:
+            (low_told, high_told), grown = other.confidence(), np.ones(2)
+            if one.probability:  # as many more samples leave the limits between the times
+                grown = np.array(one.between[:2]) / one.probability
+            value, low, high = (
+                other.probability * grown[0],
+                low_told * grown[0],
+                high_told * grown[1],
+            )
+        found.append(np.minimum([value, low, high], 1.0))
+    return dict(zip(names, np.sort(np.transpose(found), axis=1), strict=True))
 
 
 def _least(state: LimitState, model: Model, eta: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -34,6 +34,8 @@ class Part:
     error : what is expected to be missed of a run, in the outputs' units, (outputs, times).
     scale : unit of the margins of each output, (outputs, 1).
     series : numbers of outputs and times in the response, (outputs, times).
+    beyond : by how much values go below and above two neighbouring ones, from each time to the
+        next, in the outputs' units: the least and the most of some runs, (2, 2, outputs, times).
     """
 
     expansion: Expansion
@@ -42,6 +44,22 @@ class Part:
     error: np.ndarray
     scale: np.ndarray
     series: np.ndarray
+    beyond: np.ndarray
+
+    def sides(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return margins to both limits in parts of the scale, (points, 2, outputs, times)."""
+        values = self.expansion.evaluate_quickly(xi, eta)
+        return np.stack([values - self.lower, self.upper - values], axis=1) / self.scale
+
+    def least_between(self, sides: np.ndarray) -> np.ndarray:
+        """Return the least margins of samples between the times, (2, points): see `beyond`."""
+        apart = np.diff(self.series, axis=1) != 1
+        ends = np.minimum(sides[..., :-1], sides[..., 1:])
+        found = []
+        for beyond in self.beyond[..., :-1] / self.scale:
+            within = np.where(apart, np.inf, ends - beyond)
+            found.append(within.min(axis=(1, 2, 3), initial=np.inf))
+        return np.stack(found)
 
     def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return margins in parts of the scale, shape (points, outputs, times)."""
@@ -62,8 +80,8 @@ class Part:
     def at(self, times: np.ndarray) -> Part:
         """Return the part at some of its times."""
         own = self.expansion.of(self.expansion.outputs, times)
-        names = ("lower", "upper", "error", "series")
-        return replace(self, expansion=own, **{k: getattr(self, k)[:, times] for k in names})
+        names = ("lower", "upper", "error", "series", "beyond")
+        return replace(self, expansion=own, **{k: getattr(self, k)[..., times] for k in names})
 
     def tighter(self, count: float) -> Part:
         """Return the part with limits that are tighter by so many of its errors."""
@@ -103,7 +121,7 @@ class LimitState:
         times = labels.shape[-1] if labels.ndim > 1 else 1
         lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
         limited = np.isfinite(lower) | np.isfinite(upper)
-        number = np.arange(limited.size).reshape(limited.shape)
+        number, beyond = np.arange(limited.size).reshape(limited.shape), _beyond(surrogate)
         u = rng.standard_normal((PILOT, space.random_dimension))
         eta = rng.uniform(-1, 1, (PILOT, space.interval_dimension))
         parts = []
@@ -121,7 +139,8 @@ class LimitState:
             scale = np.maximum(spread, 1e-12 * size + 1e-300)
             index = np.ix_(own, at)
             own_error = error.reshape(-1, times)[index]
-            parts.append(Part(part, lower[index], upper[index], own_error, scale, number[index]))
+            bounds = lower[index], upper[index], own_error, scale, number[index]
+            parts.append(Part(part, *bounds, beyond[:, :, *index]))
         return LimitState(space.families, tuple(parts), spacing(labels))
 
     @property
@@ -139,7 +158,11 @@ class LimitState:
         return replace(self, parts=tuple(part.tighter(count) for part in self.parts))
 
     def reduced(
-        self, u: np.ndarray, eta: np.ndarray, reduce: Callable[[slice, list[np.ndarray]], Any]
+        self,
+        u: np.ndarray,
+        eta: np.ndarray,
+        reduce: Callable[[slice, list[np.ndarray]], Any],
+        of: Callable[[Part, np.ndarray, np.ndarray], np.ndarray] = Part.margins,
     ) -> list[Any]:
         """Return what a function makes of the margins of blocks of samples, in several threads.
 
@@ -147,7 +170,8 @@ class LimitState:
         ----------
         u : shape (points, n).
         eta : shape (points, m) or (m,).
-        reduce : is given a block and its margins, one array (points, outputs, times) per part.
+        reduce : is given a block and its margins, one array (points, outputs, times) per part, or
+            what `of` returns of a part.
         """
         eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
         block = max(MIN_BLOCK, AT_ONCE // self.width)
@@ -157,7 +181,7 @@ class LimitState:
         def solve(number: int) -> None:
             own = blocks[number]
             xi = of_normals(u[own], self.families)
-            found[number] = reduce(own, [part.margins(xi, eta[own]) for part in self.parts])
+            found[number] = reduce(own, [of(part, xi, eta[own]) for part in self.parts])
 
         in_threads(solve, list(range(len(blocks))))
         return found
@@ -192,3 +216,17 @@ class LimitState:
             if len(at):
                 parts.append(part.at(at))
         return replace(self, parts=tuple(parts))
+
+
+def _beyond(surrogate: Surrogate) -> np.ndarray:
+    """Return the `beyond` of all outputs, (2, 2, outputs, times): zero where it is not known."""
+    labels, told = surrogate.labels, surrogate.diagnostics
+    times = labels.shape[-1] if labels.ndim > 1 else 1
+    if "above_between" not in told:
+        return np.zeros((2, 2, max(1, int(np.prod(labels.shape[1:-1]))), times))
+    found = [
+        told[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
+        for kind in ("_least", "")
+        for side in ("below", "above")
+    ]
+    return np.reshape(found, (2, 2, -1, times))

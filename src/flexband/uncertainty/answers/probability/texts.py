@@ -2,28 +2,61 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
+
+SAME = 0.02
+"""Part of a probability by which it may be larger between the times without being told twice."""
 
 
 def in_words(one: xr.Dataset) -> str:
     """Return the probability of leaving one limit as a sentence."""
-    lower, upper = (told(one.isel(bound=k)) for k in range(2))
-    both = upper if "probability_at" not in one and "probability_choice" not in one else (
-        f"from {lower}{_place(one.isel(bound=0))} to {upper}{_place(one.isel(bound=1))}"
-    )  # fmt: skip
     tighter = float(one["limit_tighter"][1])
-    text = f"{one['limit'].values}: left with probability {both}"
+    text = f"{one['limit'].values}: left with probability {chance(one, places=True)}"
     if "runs" in one:
         text += f", corrected with {int(one['runs'][1])} runs of the model"
-        text += " each" * (both != upper)
+        text += " each" * _differs(one)
     elif tighter > 0:
         text += f"; up to {tighter:.2g} with the expected error of the surrogate"
     return text
 
 
+def chance(one: xr.Dataset, *, places: bool = False) -> str:
+    """Return the bounds of the probability of leaving a limit, with their confidence, as text.
+
+    Parameters
+    ----------
+    places : whether it has the values of the interval inputs at the bounds.
+    """
+    names = ("between_times", "between_times_low", "between_times_high")
+    values, low, high = (one[k].values for k in names)
+    where = [_place(one.isel(bound=k)) if places else "" for k in range(2)]
+    text = _bounds(one, values, high, where)
+    if values[1]:
+        text += f" (95 % confidence: {low[0]:.3g} to {high[1]:.3g})"
+    at_times = one["probability"].values
+    if np.any(values > (1 + SAME) * at_times):
+        own = _bounds(one, at_times, one["confidence_high"].values, ["", ""])
+        text += f"; at the output times alone, {own}"
+    return text
+
+
+def _bounds(one: xr.Dataset, values: np.ndarray, high: np.ndarray, where: list[str]) -> str:
+    numbers = [f"{v:.3g}" if v else f"below {h:.2g}" for v, h in zip(values, high, strict=True)]
+    if not _differs(one) or (numbers[0] == numbers[1] and not any(where)):
+        return numbers[1]
+    return f"from {numbers[0]}{where[0]} to {numbers[1]}{where[1]}"
+
+
+def _differs(one: xr.Dataset) -> bool:
+    """Return whether both bounds are probabilities of their own."""
+    return "probability_at" in one or "probability_choice" in one
+
+
 def told(one: xr.Dataset) -> str:
-    """Return a probability with its confidence interval as text, or its upper bound."""
-    value, low, high = (float(one[k]) for k in ("probability", "confidence_low", "confidence_high"))
+    """Return one bound of a probability with its confidence interval, or how large it may be."""
+    names = ("between_times", "between_times_low", "between_times_high")
+    value, low, high = (float(one[k]) for k in names)
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"
 
 
@@ -36,12 +69,14 @@ def _place(one: xr.Dataset) -> str:
 
 
 LONG_NAMES = {
-    "probability": "probability of leaving the limit at any time",
+    "probability": "probability of leaving the limit at any of the output times",
     "confidence_low": "lower end of its 95 % confidence interval",
     "confidence_high": "upper end of its 95 % confidence interval",
     "limit_looser": "probability with the limit looser by the expected error of the surrogate",
     "limit_tighter": "probability with the limit tighter by the expected error of the surrogate",
-    "between_times": "probability with parabolas through the peaks between the times",
+    "between_times": "probability of leaving the limit at any time, between the output times too",
+    "between_times_low": "lower end of the interval that holds it",
+    "between_times_high": "upper end of the interval that holds it",
     "samples": "samples of the surrogate",
     "runs": "runs of the response that correct the probability",
     "disagreements": "runs in which the corrected surrogate was wrong about the limit",

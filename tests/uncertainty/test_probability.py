@@ -8,6 +8,7 @@ import xarray as xr
 from scipy.stats import norm
 
 import flexband as fb
+from flexband.uncertainty.answers.probability.estimates import clear
 
 NORMAL = fb.Normal(0.0, 1.0)
 T = np.linspace(0.0, 1.0, 41)
@@ -158,6 +159,41 @@ def test_each_time_has_bounds_of_its_own():
     np.testing.assert_allclose(f[1], h, atol=0.1)
     assert np.all(f[0][np.abs(h) > 0.05] == -np.sign(h[np.abs(h) > 0.05]))
     assert "units" not in found["at_each_time_at"].attrs
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_at_each_time_ends_are_in_order_and_no_sample_stands_alone(seed):
+    """A Gaussian process of standard deviation s(t) around e g(t), from 1e-2 down to 1e-30."""
+    size, g = 0.3 + 0.9 * np.sin(np.pi * T) ** 2, 0.3 * np.cos(2 * np.pi * T)
+
+    def response(e, a, b):
+        wave = a[:, None] * np.cos(6 * T) + b[:, None] * np.sin(6 * T)
+        return over_time(size * wave + e[:, None] * g)
+
+    inputs = {"e": fb.Interval(-1, 1), "a": NORMAL, "b": NORMAL}
+    surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
+    found = fb.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed).isel(limit=0)
+    exact = norm.sf((3.0 - np.abs(g) * np.array([[-1.0], [1.0]])) / size)
+    value, low, high = (found[f"at_each_time{k}"].values for k in ("", "_low", "_high"))
+    for one in (value, low, high):
+        assert np.all(one[0] <= one[1])
+    assert np.all((low <= value) & (value <= high))
+    told = value > 0
+    assert 0.3 < np.mean(told) < 1.0
+    np.testing.assert_allclose(np.log(value[told] / exact[told]), 0.0, atol=1.2)
+    assert np.mean(exact <= high) > 0.85  # samples are common to all times
+    assert np.all(exact <= 1.5 * high)
+    assert np.mean((low <= exact)[told]) > 0.85
+
+
+def test_a_probability_of_few_samples_is_only_bounded():
+    """One sample of weight 1 tells as much as one event of Poisson's distribution: 5.57 at most."""
+    count, ones = 8000, np.array([1.0, 10.0, 100.0])
+    value, low, high = clear(ones / count, np.sqrt(ones) / count, 1.0, 0.0)
+    np.testing.assert_allclose(value * count, [0.0, 10.0, 100.0])
+    assert high[0] * count == pytest.approx(5.572, rel=1e-3)
+    assert low[0] == 0
+    assert np.all(low[1:] < value[1:])
 
 
 def four_bar(crank, coupler, rocker, ground):

@@ -14,7 +14,7 @@ from scipy.special import ndtr
 
 from flexband.uncertainty.answers.descent import lowest_over_times
 from flexband.uncertainty.answers.probability.ends import SMOOTH
-from flexband.uncertainty.answers.probability.estimates import Estimate, interval
+from flexband.uncertainty.answers.probability.estimates import Estimate, clear
 from flexband.uncertainty.answers.probability.importance import Mixture
 from flexband.uncertainty.answers.probability.states import LimitState, Part
 from flexband.uncertainty.answers.probability.subset import Rare
@@ -116,9 +116,21 @@ def at_each_time(
             first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
             error = np.sqrt(np.maximum(second - first**2, 0) / SAMPLES)
             own = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
-            found.append(np.stack([own[0], *interval(*own, most)]))
-            places.append(eta)
+            crossed = own[0][0] > own[0][1]  # which samples of the search could not tell apart
+            own = [np.where(crossed, one[::-1], one) for one in own]
+            found.append(_ordered(np.stack(clear(own[0], own[1], most, most))))
+            places.append(np.where(crossed[:, None], eta[::-1], eta))
     return np.concatenate(found, axis=2), np.concatenate(places, axis=1)
+
+
+def _ordered(told: np.ndarray) -> np.ndarray:
+    """Return probabilities and the ends of their intervals, (3, bound, times), in order.
+
+    The upper bound is no less than the lower one, so that each tells of the other.
+    """
+    told[:2, 1] = told[:2].max(axis=1)
+    told[2, 0] = told[2].min(axis=0)
+    return told
 
 
 def _weighted(

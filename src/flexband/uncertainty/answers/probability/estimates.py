@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri
+from scipy.stats import chi2
 
 from flexband.uncertainty.answers.peaks import drops
 from flexband.uncertainty.answers.probability.importance import Mixture
@@ -32,6 +33,10 @@ BATCH, MOST = 1000, 32_000
 ROUGH, UNEVEN = 2.5, 25.0
 """Factor within which subset simulation is right, and the largest mean square of the weights of
 samples that leave the limits, in parts of their squared mean, with which theirs is trusted."""
+
+FEWEST, UPPER = 9, 0.975
+"""Samples of equal weights with which a probability at one time is told, and the level of the upper
+end of its confidence interval if there are fewer."""
 
 TWO_SIDED = 1.96
 """Standard errors of a two-sided confidence interval of 95 %."""
@@ -88,13 +93,13 @@ class Estimate:
         """Whether sampling ended before the accuracy was reached, or weights are very unequal."""
         return are_uneven(self.weights[self.margins < 0], len(self.u))
 
-    def confidence_at_each(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the confidence intervals of the probabilities at each time."""
+    def told_at_each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the probabilities at each time that are clear, and confidence intervals."""
         most = self.confidence()[1]
         own = self.weights[self.margins < 0]
         if len(own):  # none of so many that leave the limits at some time does so at this one
             most *= min(1.0, -math.log(0.05) * float(np.sum(own**2) / np.sum(own) ** 2))
-        return interval(self.at_each, self.at_each_error, most)
+        return clear(self.at_each, self.at_each_error, self.confidence()[1], most)
 
 
 def are_uneven(own: np.ndarray, count: int) -> bool:
@@ -124,6 +129,33 @@ def interval(
     factor = np.exp(TWO_SIDED * relative)
     low, high = probability / factor, np.minimum(1.0, probability * factor)
     return np.where(some, low, 0.0), np.where(some, high, most)
+
+
+def clear(
+    probability: np.ndarray,
+    error: np.ndarray,
+    most: np.ndarray | float,
+    none: np.ndarray | float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return estimates that are clear, 0 for the others, and the confidence intervals of all.
+
+    With n = (probability / error)², an estimate is as uncertain as a count of n samples of equal
+    weights. Fewer than nine are not clear: they are bounded like none at all, whose weights may be
+    larger than theirs, and by Poisson's distribution.
+
+    Parameters
+    ----------
+    error : standard errors.
+    most, none : upper bounds of all, and of those without any sample.
+    """
+    some = (probability > 0) & (error > 0)
+    n = np.divide(probability, error, out=np.full(probability.shape, np.inf), where=some) ** 2
+    few = some & (n < FEWEST)
+    told = np.where(few, 0.0, probability)
+    low, high = interval(told, error, none)
+    count = np.where(few, n, 1.0)
+    bound = probability / count * chi2.ppf(UPPER, 2 * (count + 1)) / 2
+    return told, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
 
 
 def deviations(probability: float) -> float:

@@ -74,18 +74,19 @@ def failure_probability(
     -------
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
     `probability` is that of leaving the limit at any output time; `confidence_low` and
-    `confidence_high` are its confidence interval, 95 %, of the sampling. If no sample leaves the limit the
-    probability is 0 and `confidence_high` a bound of it. `limit_looser` and `limit_tighter` are the
-    probability with the limit moved by what the surrogate is expected to miss of a run (root mean
-    square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for μ ± kσ. `between_times` is the
-    probability of leaving the limit at the times or between them, by parabolas through the peaks,
-    and by what the outputs do there in all runs in which that was looked at (`above_between` of
-    `propagate`), and `between_times_low` and `between_times_high` the interval that holds it, with
-    what they do in any of these runs. `probability_at`, dim "input",
+    `confidence_high` are its confidence interval, 95 %, of the sampling. If no sample leaves the
+    limit the probability is 0 and `confidence_high` a bound of it. `limit_looser` and
+    `limit_tighter` are the probability with the limit moved by what the surrogate is expected to
+    miss of a run (root mean square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for
+    μ ± kσ. `between_times` is the probability of leaving the limit at the times or between them, by
+    parabolas through the peaks, and by what the outputs do there in all runs in which that was
+    looked at (`above_between` of `propagate`); `between_times_low` and `between_times_high` are the
+    interval that holds it, with what they do in any of these runs. `probability_at`, dim "input",
     has the values of the interval inputs at the bounds, and `probability_choice` the options.
     `at_each_time`, `at_each_time_low` and `at_each_time_high` are the probability of being outside
     at each time, with its confidence interval, each bounded over the interval inputs on its own:
-    `at_each_time_at` has their values.
+    `at_each_time_at` has their values. Where too few samples tell it, with a relative standard
+    error of more than a third, it is 0, and `at_each_time_high` tells how large it may be.
     `samples` counts samples of the surrogate. With the response, `probability` and its confidence
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
     `surrogate_probability` is that of the surrogate, `runs` counts runs, and `disagreements` those
@@ -187,8 +188,7 @@ def _probability(
             state, m, known, own, rng
         )
     else:
-        one = own[0]
-        each[:, :, state.series] = np.stack([one.at_each, *one.confidence_at_each()])[:, None]
+        each[:, :, state.series] = np.stack(own[0].told_at_each())[:, None]
     each = each.reshape(3, 2, *labels.shape[1:])
     low, high = zip(*(one.confidence() for one in told), strict=True)
     data: dict[str, Any] = {

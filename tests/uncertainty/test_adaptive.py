@@ -180,6 +180,19 @@ def test_what_no_order_follows_at_rare_values_is_not_expected_to_be_right(power,
     assert "tolerance" not in bands.attrs["stopped"]
 
 
+def test_rare_values_at_which_a_response_fails_are_left_out():
+    """Those of x⁸ beyond 4.3 standard deviations, which no point of the design reaches."""
+    inputs = {"a": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
+
+    def response(a, x):
+        if np.any(np.abs(x) > 4.3):
+            raise fb.InputError("x must be from -4.3 to 4.3")
+        return a + x**8
+
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI())
+    assert bands.attrs["expected_error"] > 0.01 or float(bands["error_bar"][1]) > 1500
+
+
 def test_steep_saturation_does_not_leave_the_range_of_the_runs():
     """|tanh| ≤ 1, and so is σ; high orders grow where a + b is beyond all runs."""
     inputs = {"a": fb.Interval(0, 1), "b": fb.Normal(1.0, 0.1)}

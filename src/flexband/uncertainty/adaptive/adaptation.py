@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.errors import RunError
+from flexband.errors import InputError, RunError
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.adaptive.discretization import discretization_error, runs_on_finer
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
@@ -220,7 +220,7 @@ class Adaptation:
         xi, eta, _, weight = doubted.values.which(slice(count))
         try:
             values = series(self.evaluate(xi, eta))
-        except RunError:
+        except (RunError, InputError):  # such rare values need not have a meaning
             return False
         good = np.isfinite(values).all(axis=(1, 2))
         new = Runs(xi[good], eta[good], values[good])

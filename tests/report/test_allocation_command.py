@@ -51,7 +51,7 @@ def test_grades_and_refusals(folder):
     found = json.loads(run("allocate", folder, *grades, "--json").stdout)
     assert found["tolerance"] == pytest.approx([0.1, 0.2])
     refused = run("allocate", folder, "--below", "y=1", "--cost", "a")
-    assert refused.exit_code != 0
+    assert refused.exit_code == 2
     assert "--cost must be NAME=NUMBER" in " ".join(refused.output.split())
 
 

@@ -50,7 +50,7 @@ def response(e, x):
 inputs = {"e": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
 study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
 """
-    for limits, status in ((", limits=fb.Limit(below=1.2)", 0), ("", 1)):
+    for limits, status in ((", limits=fb.Limit(below=1.2)", 0), ("", 2)):
         file = tmp_path / f"study_{status}.py"
         file.write_text(study.replace("LIMITS", limits), encoding="utf-8")
         call = ["run", str(file), "--output", str(tmp_path / str(status))]
@@ -75,7 +75,7 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
 )
 def test_refused(folder, options, message):
     printed = CliRunner().invoke(app, ["limits", str(folder), *options])
-    assert printed.exit_code == 1
+    assert printed.exit_code == 2
     assert message in printed.output
 
 

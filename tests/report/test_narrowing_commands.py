@@ -52,7 +52,7 @@ def test_inputs_are_narrowed(folder):
         ("e=0..2", "between"),
     ):
         refused = run("narrow", folder, change)
-        assert refused.exit_code != 0
+        assert refused.exit_code == 2
         assert text in " ".join(refused.output.split())
 
 
@@ -64,7 +64,7 @@ def test_scatter_is_given_as_inputs_have_it(tmp_path):
     assert found[0] == pytest.approx(found[1])
     assert found[0] == pytest.approx(1.0 + 0.2, rel=5e-3)
     refused = run("narrow", tmp_path, "x.width=0.1")
-    assert refused.exit_code == 1
+    assert refused.exit_code == 2
     assert "x has cv, mean, std; got 'x.width=0.1'" in " ".join(refused.output.split())
 
 

@@ -75,6 +75,17 @@ def test_contributions_are_stacked(surrogate, ax):
     for layer, top in zip(ax.collections, tops, strict=True):
         np.testing.assert_allclose(edges(layer)[1], top, atol=1e-9)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), found["width"].sel(output="tip_Y"))
+    with pytest.raises(fb.InputError, match="contributions with shapley=True"):
+        fb.plot.contributions(found, "tip_Y", variable="shapley")
+    with pytest.raises(fb.InputError, match="variable must be 'contribution' or 'shapley'"):
+        fb.plot.contributions(found, "tip_Y", variable="width")
+
+
+def test_shapley_values_are_stacked_to_the_whole_width(surrogate, ax):
+    found = fb.contributions(surrogate, shapley=True)
+    fb.plot.contributions(found, "tip_Y", variable="shapley", ax=ax)
+    width = found["width"].sel(output="tip_Y")
+    np.testing.assert_allclose(edges(ax.collections[-1])[1], width, atol=1e-9)
 
 
 def test_errors_of_zero_are_left_out(ax):

@@ -39,5 +39,5 @@ def test_quantiles_and_range(tmp_path):
     assert '"probability": "0.99"' in result.output
     assert (tmp_path / "range.png").is_file()
     result = call("quantiles", tmp_path, "-p", 2)
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "between 0 and 1" in result.output

@@ -123,11 +123,11 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     assert "onfirmed" not in call_adaptive(study_file, tmp_path / "none", 0.1, "--verify", 0)
     assert not (tmp_path / "none" / "verification.nc").exists()
     none = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--verify", 4)
-    assert none.exit_code == 1
+    assert none.exit_code == 2
     assert "--verify requires a method with a surrogate; got LHS–Scanning" in none.output
     for samples in (1, -1):
         few = call("run", study_file, "--output", out / "few", "--verify", samples)
-        assert few.exit_code == 1
+        assert few.exit_code == 2
         assert f"--verify must be 2 or more; got {samples}" in few.output
     assert not (out / "few").exists()  # refused before the runs
 
@@ -137,7 +137,7 @@ def test_options_change_the_method_of_the_study(study_file, tmp_path):
     assert result.exit_code == 0, result.output
     assert "improved PCCI (1, 2), 13 runs" in result.output
     wrong = call("run", study_file, "--output", tmp_path / "out", "--samples", 500)
-    assert wrong.exit_code == 1
+    assert wrong.exit_code == 2
     message = "options of improved PCCI are --random-order, --interval-order; got --samples"
     assert message in " ".join(wrong.output.split())
 
@@ -148,7 +148,7 @@ def test_methods_are_those_of_the_package(study_file):
                  "monte-carlo", "--random-order", "--max-runs", "--seed"):  # fmt: skip
         assert name in output
     wrong = call("run", study_file, "--method", "magic")
-    assert wrong.exit_code == 1
+    assert wrong.exit_code == 2
     assert "--method must be 'adaptive-pcci', " in wrong.output
 
 
@@ -240,7 +240,7 @@ def test_missing_file_and_bad_orders(tmp_path, study_file):
     assert "file must be a Python file that exists" in missing.output
     for orders in ("three", "", "1,2,3"):
         bad = call("compare", study_file, "--orders", orders)
-        assert bad.exit_code == 1
+        assert bad.exit_code == 2
         assert "orders must be pairs k,q such as" in bad.output
 
 

@@ -47,6 +47,10 @@ def test_a_sum_has_a_closed_form(of_linear):
         np.testing.assert_allclose(found["shapley"].sel(name=name), 4 * own * (1 + T), atol=1e-12)
     np.testing.assert_allclose(found["shapley"].sel(name="e"), 6 * T, atol=1e-12)
     np.testing.assert_allclose(found["shapley"].sum("name"), width, rtol=1e-12)
+    mean = (1 + T).mean() * 4 * shares["a"] / width.mean()
+    assert float(found["shapley_mean_share"].sel(name="a")) == pytest.approx(mean, rel=1e-12)
+    last = 8 * shares["b"] / width[-1]
+    assert float(found["shapley_share_at_widest"].sel(name="b")) == pytest.approx(last, rel=1e-12)
     assert list(found["name"].values) == ["b", "e", "a", "f"]
     share = expected["e"][-1] / width[-1]
     assert found["share_at_widest"].sel(name="e") == pytest.approx(share, rel=1e-12)

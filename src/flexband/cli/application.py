@@ -14,6 +14,9 @@ from flexband.cli.commands import commands, load
 from flexband.cli.messages import EXITS, Ending, print_text
 from flexband.report.terminal import print_anywhere
 
+DURING = "--during"
+"""The option with two values."""
+
 
 class _Commands(TyperGroup):
     """The commands, whose texts can be printed on any terminal, and which all take --debug.
@@ -34,11 +37,23 @@ class _Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         own = args[: args.index("--")] if "--" in args else args
         Ending.debug = "--debug" in own
-        return super().parse_args(ctx, [a for a in own if a != "--debug"] + [*args[len(own) :]])
+        known = [a for a in _apart(own) if a != "--debug"]
+        return super().parse_args(ctx, [*known, *args[len(own) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:
         print_anywhere()
         return super().main(*arguments, **options)
+
+
+def _apart(args: Sequence[str]) -> list[str]:
+    """Return arguments with the two times of --during apart: a blank or a comma may be between."""
+    found: list[str] = []
+    for arg in args:
+        name, equals, value = arg.partition("=")
+        parts = [name, value] if name == DURING and equals else [arg]
+        for part in parts:
+            found += part.split(",") if found[-1:] == [DURING] else [part]
+    return found
 
 
 app = typer.Typer(

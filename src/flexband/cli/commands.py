@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 MODULES = (  # the order of the help page
-    "runs", "status", "report", "export", "comparison", "points",
+    "runs", "status", "report", "export", "comparison", "points", "answers.ranking",
     "answers.narrowing", "answers.limits", "answers.ranges", "answers.allocation",
     "answers.derived", "answers.paths",
 )  # fmt: skip

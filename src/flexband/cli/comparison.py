@@ -11,7 +11,7 @@ import typer
 import flexband as fb
 from flexband.cli.application import app
 from flexband.cli.files import File, Output, Replace, check_folder, save
-from flexband.cli.messages import print_table, print_text, reported_errors
+from flexband.cli.messages import UsageError, print_table, print_text, reported_errors, usage
 from flexband.execution.fingerprint import fingerprint
 from flexband.report.progress import progress_bars
 from flexband.study.comparison import compare, usual_methods
@@ -51,11 +51,12 @@ def compare_methods(
 
     study = load_study(file)
     if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):
-        raise fb.InputError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
+        raise UsageError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")
     pairs = [(int(k), int(q)) for k, q in re.findall(r"(\d+),(\d+)", orders)]
-    reference = fb.LHSScanning(samples, points, seed)
+    with usage():
+        reference = fb.LHSScanning(samples, points, seed)
+        methods = usual_methods(study, reference, pairs)
     compile_ahead(study)
-    methods = usual_methods(study, reference, pairs)
     check_folder(output)
     folder = StudyFolder(output)
     with folder.held(kept=False):

@@ -12,7 +12,7 @@ import xarray as xr
 
 from flexband.cli.application import app
 from flexband.cli.files import Folder
-from flexband.cli.messages import print_text, reported_errors
+from flexband.cli.messages import UsageError, print_text, reported_errors
 from flexband.errors import InputError
 from flexband.execution.store import open_runs
 from flexband.files import replaced
@@ -35,7 +35,7 @@ def export(
     It works at any moment, also while the study runs.
     """
     if to.suffix not in KINDS:
-        raise InputError(f"--to must be a file whose name ends with {', '.join(KINDS)}; got '{to}'")
+        raise UsageError(f"--to must be a file whose name ends with {', '.join(KINDS)}; got '{to}'")
     runs = open_runs(folder)
     if to.suffix == ".nc":
         from flexband.report.results import write_netcdf  # noqa: PLC0415

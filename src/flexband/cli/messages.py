@@ -17,10 +17,9 @@ from rich.table import Table as RichTable
 
 from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, StoreError
 
-ERROR, DOUBTFUL, WAITING, STOPPED = 1, 3, 4, 130
-"""Exit statuses besides 0, done, and 2, wrong usage: an error; finished, but the result does not
-meet its tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by
-Ctrl-C."""
+ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 130
+"""Exit statuses besides 0, done: an error; wrong usage; finished, but the result does not meet its
+tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by Ctrl-C."""
 
 EXITS = (
     "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
@@ -42,9 +41,25 @@ class Ending:
     stopped = "flexband: stopped"
 
 
+class UsageError(InputError):
+    """A command line that cannot be carried out; the message tells what is wrong with it."""
+
+
+@contextmanager
+def usage() -> Iterator[None]:
+    """Raise `UsageError` for what is refused, where only the command line can be wrong."""
+    try:
+        yield
+    except InputError as error:
+        raise UsageError(str(error)) from error
+
+
 @contextmanager
 def reported_errors() -> Iterator[None]:
-    """Print warnings as remarks, and errors as one line; exit with status 1 after an error."""
+    """Print warnings as remarks, and errors as one line.
+
+    Exit with status 2 if the command line is wrong, with status 1 after another error.
+    """
     Ending.stopped = "flexband: stopped"
     try:
         with warnings.catch_warnings():
@@ -61,7 +76,7 @@ def reported_errors() -> Iterator[None]:
         if Ending.debug:
             traceback.print_exception(error)
         print_text(f"flexband: {in_words(error)}", "red", error=True)
-        raise typer.Exit(ERROR) from None
+        raise typer.Exit(USAGE if isinstance(error, UsageError) else ERROR) from None
 
 
 def in_words(error: BaseException) -> str:

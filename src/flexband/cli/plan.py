@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from flexband.cli.messages import usage
 from flexband.cli.methods import METHODS
 from flexband.errors import InputError, StoreError, known, positive, whole
 from flexband.execution.processes import Processes
@@ -67,18 +68,21 @@ class Plan:
         Raises
         ------
         InputError
-            If the file has no study, or an option is not of its method.
+            If the file has no study.
+        UsageError
+            If an option is not of its method, or its value is not allowed.
         """
         study = load_study(Path(self.file))
         method = METHODS[self.method]() if self.method else study.method
-        study = study.using(with_options(method, self.values))
-        if self.sigmas is not None:
-            study = replace(study, sigmas=checked_sigmas(self.sigmas))
-        if self.verify:
-            whole("--verify", self.verify, 2)
-            if not study.expands:
-                label = study.method.label
-                raise InputError(f"--verify requires a method with a surrogate; got {label}")
+        with usage():
+            study = study.using(with_options(method, self.values))
+            if self.sigmas is not None:
+                study = replace(study, sigmas=checked_sigmas(self.sigmas))
+            if self.verify:
+                whole("--verify", self.verify, 2)
+                if not study.expands:
+                    label = study.method.label
+                    raise InputError(f"--verify requires a method with a surrogate; got {label}")
         return study
 
     def new_runs(self, study: Study) -> int:

@@ -11,7 +11,7 @@ import typer
 from flexband.cli.application import app
 from flexband.cli.carrying_out import carry_out
 from flexband.cli.files import File, Folder, Output
-from flexband.cli.messages import print_text, reported_errors
+from flexband.cli.messages import print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
 from flexband.cli.plan import Plan
 from flexband.cli.runs import Failed, Method, Sigmas, plan_in
@@ -45,7 +45,8 @@ def points(
     the bands, with exit status 0, once the method has all the runs that it needs.
     """
     given = {name: value for name, value in values.items() if value is not None}
-    plan = Plan(str(file.resolve()), method, given, sigmas, verify, failed)
+    with usage():
+        plan = Plan(str(file.resolve()), method, given, sigmas, verify, failed)
     response_elsewhere(plan.study())
     carry_out(plan, output)
 

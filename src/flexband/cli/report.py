@@ -13,7 +13,7 @@ import flexband as fb
 from flexband.cli.answers.checking import check
 from flexband.cli.application import app
 from flexband.cli.files import Folder, save
-from flexband.cli.messages import print_remark, print_text, reported_errors
+from flexband.cli.messages import UsageError, print_remark, print_text, reported_errors, usage
 from flexband.errors import InputError, whole
 from flexband.study.study import Study
 
@@ -147,10 +147,11 @@ def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> 
     from flexband.report.page.p_boxes import p_boxes  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
-    whole("--p-boxes", count, 1, 1000)
+    with usage():
+        whole("--p-boxes", count, 1, 1000)
     found = None if surrogate is None else p_boxes(surrogate, bands, count)
     if found is None:
-        raise InputError("--p-boxes requires a surrogate with random inputs, over one variable")
+        raise UsageError("--p-boxes requires a surrogate with random inputs, over one variable")
     save(lambda: write_netcdf(found, folder / "p_boxes.nc"))
 
 

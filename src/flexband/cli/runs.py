@@ -10,10 +10,10 @@ import typer
 from flexband.cli.application import app
 from flexband.cli.carrying_out import carry_out
 from flexband.cli.files import File, Folder, Output
-from flexband.cli.messages import reported_errors
+from flexband.cli.messages import UsageError, reported_errors, usage
 from flexband.cli.methods import METHODS, with_method_options
 from flexband.cli.plan import POLICIES, Plan
-from flexband.errors import InputError, StoreError
+from flexband.errors import StoreError
 from flexband.study.folder import StudyFolder
 from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.verification import RUNS
@@ -81,7 +81,8 @@ def run(
     """
     given = {name: value for name, value in values.items() if value is not None}
     own = str(file.resolve())
-    plan = Plan(own, method, given, sigmas, verify, failed, batch, executor, time_limit)
+    with usage():
+        plan = Plan(own, method, given, sigmas, verify, failed, batch, executor, time_limit)
     carry_out(plan, output, recorded=store, insist=insist, replace=replace, as_json=as_json)
 
 
@@ -114,7 +115,7 @@ def rerun(
 ) -> None:
     """Make the failed runs of the study in FOLDER again, and go on with it."""
     if not failed:
-        raise InputError("rerun requires --failed; runs that succeeded are not made again")
+        raise UsageError("rerun requires --failed; runs that succeeded are not made again")
     plan = plan_in(folder, executor=executor, time_limit=time_limit)
     carry_out(plan, folder, insist=insist, again=True, as_json=as_json)
 
@@ -127,4 +128,5 @@ def plan_in(folder: Path, **changes: Any) -> Plan:
             f"folder must be that of a study that `flexband run` began; there is no study.json in "
             f"{str(folder)!r}"
         )
-    return Plan.of(about, **changes)
+    with usage():
+        return Plan.of(about, **changes)

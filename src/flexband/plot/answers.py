@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError
+from flexband.errors import InputError, known
 from flexband.plot.series import (
     SYMBOLS,
     label,
@@ -24,7 +24,13 @@ from flexband.plot.series import (
 from flexband.plot.style import LINES, MIDDLE, axes_of, shades
 
 
-def contributions(found: xr.Dataset, output: str | None = None, *, ax: Axes | None = None) -> Axes:
+def contributions(
+    found: xr.Dataset,
+    output: str | None = None,
+    *,
+    variable: str = "contribution",
+    ax: Axes | None = None,
+) -> Axes:
     """Draw what each input contributes to the width of the error bar, above each other.
 
     Where they add up to less than the width, inputs act together; what is negative is not drawn.
@@ -33,6 +39,7 @@ def contributions(found: xr.Dataset, output: str | None = None, *, ax: Axes | No
     ----------
     found : result of `contributions`.
     output : name of the output; it may be left out if there is only one.
+    variable : "contribution" or "shapley", which adds up to the width.
     ax : axes to draw on, those of a new figure by default.
 
     Returns
@@ -42,9 +49,12 @@ def contributions(found: xr.Dataset, output: str | None = None, *, ax: Axes | No
     Raises
     ------
     InputError
-        If `found` is no result of `contributions`, has no such output, or does not depend on time.
+        If `found` is no result of `contributions`, has no such output or variable, or does not
+        depend on time.
     """
-    each = variable_of("found", found, "contribution", "contributions").transpose("name", ...)
+    known("variable", variable, ("contribution", "shapley"))
+    of = "contributions" if variable == "contribution" else "contributions with shapley=True"
+    each = variable_of("found", found, variable, of).transpose("name", ...)
     width = variable_of("found", found, "width", "contributions")
     output = output_of(width, output)
     x, total = series(width, output)

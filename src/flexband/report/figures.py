@@ -88,12 +88,12 @@ def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
     return figure
 
 
-def contributions_figure(found: xr.Dataset) -> Figure:
+def contributions_figure(found: xr.Dataset, variable: str = "contribution") -> Figure:
     """Draw, for every output, what widens the error bar; `found` is a result of `contributions`."""
     outputs = outputs_of(found["width"])
     figure, rows = _stacked(len(outputs))
     for axes, output in zip(rows, outputs, strict=True):
-        plot.contributions(found, output, ax=axes)
+        plot.contributions(found, output, variable=variable, ax=axes)
     return figure
 
 
@@ -107,6 +107,19 @@ def bounds_figure(found: xr.Dataset, name: str) -> Figure:
     for axes, output in zip(rows, outputs, strict=True):
         plot.bounds(found, name, output, ax=axes)
     rows[0].set_title(found[name].attrs.get("long_name", name), fontsize=10)
+    return figure
+
+
+def derived_figure(found: xr.Dataset) -> Figure:
+    """Draw the error bar of a quantity and, below it, its range; `found` is one of `derived`."""
+    figure, rows = _stacked(2)
+    titles = {
+        "error_bar": f"μ ± {deviations(found)} over all values of the interval inputs",
+        "range": f"range of {100 * found.attrs['probability']:g} % of the values, over all values "
+        "of the interval inputs",
+    }
+    for axes, (name, title) in zip(rows, titles.items(), strict=True):
+        plot.bounds(found, name, ax=axes).set_title(title, fontsize=10)
     return figure
 
 
@@ -141,10 +154,17 @@ def path_figure(found: xr.Dataset) -> Figure:
 
 
 def allocation_figure(found: xr.Dataset) -> Figure:
-    """Draw tolerances, and the margins that they leave; `found` is a result of `allocate`."""
-    figure, rows = _stacked(2)
+    """Draw tolerances, and below, if there are any over time, the margins that they leave.
+
+    Parameters
+    ----------
+    found : result of `allocate`.
+    """
+    margins = "margin" in found and found["margin"].ndim == 2
+    figure, rows = _stacked(1 + margins)
     plot.tolerances(found, ax=rows[0])
-    plot.margins(found, ax=rows[1])
+    if margins:
+        plot.margins(found, ax=rows[1])
     return figure
 
 

@@ -28,3 +28,8 @@ def number(value: Any, digits: int = 4, scale: float = 0.0) -> str:
 def percent(part: float) -> str:
     """Return a part in per cent, with two digits below 100 %."""
     return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"
+
+
+def percent_to_tenth(part: float) -> str:
+    """Return a part in per cent, with one decimal, so that parts of a whole can be added."""
+    return f"{round(100 * part, 1) + 0.0:g} %"

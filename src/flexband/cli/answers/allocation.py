@@ -8,11 +8,19 @@ import typer
 
 import flexband as fb
 from flexband.cli.answers.limits import During, Side, limits_of
-from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
+from flexband.cli.answers.saved import Json, Saved, one_of, runs_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors
-from flexband.errors import InputError
+from flexband.cli.messages import (
+    UsageError,
+    print_json,
+    print_table,
+    print_text,
+    reported_errors,
+    usage,
+)
+from flexband.uncertainty.answers.allocation.costs import checked_costs
+from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 
 
 @app.command("allocate")
@@ -29,7 +37,9 @@ def allocate(
     below: Side = None,
     above: Side = None,
     during: During = None,
-    sigmas: Sigmas = 3.0,
+    sigmas: Annotated[
+        float | None, typer.Option(help="k of the error bar μ ± kσ.  [default: 3.0]")
+    ] = None,
     probability: Annotated[
         float | None,
         typer.Option(help="The most with which limits may be left at any time, instead of sigmas."),
@@ -51,14 +61,17 @@ def allocate(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    limits, costs = limits_of(below or [], above or [], during, place), costs_of(cost)
+    k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
+    limits = limits_of(below or [], above or [], during, place, surrogate)
+    if isinstance(surrogate, fb.Surrogate):
+        with usage():
+            Tolerances.of(surrogate.space, checked_costs(costs))
     purpose = "confirms the tolerances; --no-confirm does without"
     options = runs_in(place, purpose) if confirm else {}
-    found = fb.allocate(surrogate, limits, costs, sigmas=sigmas, probability=probability, **options)
+    found = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)
     check_folder(place)
     save(lambda: write_netcdf(found, place / "allocation.nc"))
-    wanted = "margin" in found and found["margin"].ndim == 2
-    draw(lambda: allocation_figure(found), place / "allocation.png", wanted=wanted)
+    draw(lambda: allocation_figure(found), place / "allocation.png")
     if as_json:
         dims = {"name", "sizing", "limit", "binding", "input"}
         plain = {k: v.values.tolist() for k, v in found.variables.items() if set(v.dims) <= dims}
@@ -69,17 +82,19 @@ def allocate(
 
 
 def costs_of(texts: list[str]) -> dict[str, Any]:
-    """Return the cost of each tolerance; raise `InputError` if a text is none of the forms."""
+    """Return the cost of each tolerance; raise `UsageError` if a text is none of the forms."""
     found: dict[str, Any] = {}
     for text in texts:
         name, _, value = text.partition("=")
         pairs = [tuple(one.split(":")) for one in value.split(",")]
+        if name in found:
+            raise UsageError(f"--cost must be given once for {name}")
+        one = len(pairs) == 1 and len(pairs[0]) == 1
         try:
-            if len(pairs) == 1 and len(pairs[0]) == 1:
-                found[name] = float(value)
-            else:
-                found[name] = fb.Grades({t: (float(t), float(c)) for t, c in pairs})
+            own = float(value) if one else {t: (float(t), float(c)) for t, c in pairs}
         except ValueError:
             forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
-            raise InputError(f"--cost must be {forms}; got {text!r}") from None
+            raise UsageError(f"--cost must be {forms}; got {text!r}") from None
+        with usage():
+            found[name] = fb.Grades(own) if isinstance(own, dict) else own
     return found

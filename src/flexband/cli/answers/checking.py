@@ -11,6 +11,13 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.files import draw, save
 from flexband.uncertainty.answers.allocation.adjustment import compensators
+from flexband.uncertainty.answers.selection import surrogates_of
+
+
+def has_probability(surrogate: Any) -> bool:
+    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted."""
+    spaces = [one.space for one in surrogates_of(surrogate).values()]
+    return all(space.random_dimension and not compensators(space) for space in spaces)
 
 
 def check(
@@ -33,9 +40,8 @@ def check(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     checked, probability = fb.check_limits(surrogate, limits, sigmas=sigmas), None
-    spaces = [one.space for one in getattr(surrogate, "surrogates", {"": surrogate}).values()]
     save(lambda: write_netcdf(checked, place / "limits.nc"))
-    if all(space.random_dimension and not compensators(space) for space in spaces):
+    if has_probability(surrogate):
         probability = fb.failure_probability(surrogate, limits, **options)
     if probability is not None:
         save(lambda: write_netcdf(probability, place / "probability.nc"))

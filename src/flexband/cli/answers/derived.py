@@ -11,9 +11,16 @@ import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors
-from flexband.errors import InputError
+from flexband.cli.messages import (
+    UsageError,
+    print_json,
+    print_table,
+    print_text,
+    reported_errors,
+    usage,
+)
 from flexband.report.numbers import number
+from flexband.report.tables import deviations
 
 
 class Quantity(StrEnum):
@@ -55,22 +62,27 @@ def derived(
 
     No runs are made. derived.nc is written, and derived.png of a spectrum.
     """
-    from flexband.report.figures import bounds_figure  # noqa: PLC0415
+    from flexband.report.figures import derived_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     if len(output) > 2:
-        raise InputError(f"derived takes one output, or two; got {', '.join(output)}")
-    made_of: Any = output[0] if len(output) == 1 else fb.Magnitude(output[0], output[1])
-    found = fb.derived(
-        surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
-        samples=samples, seed=seed,
-    )  # fmt: skip
+        raise UsageError(f"derived takes one output, or two; got {', '.join(output)}")
+    with usage():
+        made_of: Any = output[0] if len(output) == 1 else fb.Magnitude(output[0], output[1])
+        found = fb.derived(
+            surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
+            samples=samples, seed=seed,
+        )  # fmt: skip
     check_folder(place)
     save(lambda: write_netcdf(found, place / "derived.nc"))
     figure = place / "derived.png"
-    draw(lambda: bounds_figure(found, "error_bar"), figure, wanted=found["range"].ndim == 2)
-    names = ("mean", "error_bar", "range")
+    draw(lambda: derived_figure(found), figure, wanted=found["range"].ndim == 2)
+    names = {
+        "mean": "mean",
+        "error_bar": f"error bar μ ± {deviations(found)}",
+        "range": f"range of {100 * probability:g} %",
+    }
     ends = {k: [float(found[k][0].min()), float(found[k][1].max())] for k in names}
     errors = {
         f"{k}_{kind}": float(found[f"{k}_{kind}"].max())
@@ -85,11 +97,11 @@ def derived(
     kinds = ("sampling_error", "expected_error")
     rows = [
         [
-            k.replace("_", " "),
+            words,
             *(number(v, 5) for v in ends[k]),
             *(number(errors[one], 2) if (one := f"{k}_{kind}") in errors else "" for kind in kinds),
         ]
-        for k in names
+        for k, words in names.items()
     ]
     unit = found["mean"].attrs.get("units")
     title = f"{quantity.value} of {' and '.join(output)}" + (f" [{unit}]" if unit else "")

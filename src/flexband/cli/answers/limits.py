@@ -9,21 +9,35 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.checking import check
+from flexband.cli.answers.checking import check, has_probability
 from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.cli.messages import (
+    UsageError,
+    print_json,
+    print_table,
+    print_text,
+    reported_errors,
+    usage,
+)
 from flexband.cli.runs import plan_in
-from flexband.errors import InputError
+from flexband.errors import whole
 from flexband.report.progress import progress_bars
+from flexband.uncertainty.answers.limits import corridors
+from flexband.uncertainty.answers.probability.failure import COARSEST, FINEST
+from flexband.uncertainty.answers.probability.model import LEAST_RUNS, MOST_RUNS
+from flexband.uncertainty.answers.selection import surrogates_of
 
 Side = Annotated[
     list[str] | None,
     typer.Option(help="OUTPUT=NUMBER, or a number if there is one output; can be repeated."),
 ]
 During = Annotated[
-    tuple[float, float] | None, typer.Option(help="First and last time of the limits.")
+    tuple[float, float] | None,
+    typer.Option(
+        metavar="FIRST LAST", help="First and last time of the limits, such as 0 0.5 or 0,0.5."
+    ),
 ]
 
 
@@ -36,9 +50,10 @@ def limits(
     during: During = None,
     sigmas: Sigmas = 3.0,
     accuracy: Annotated[
-        float, typer.Option(help="Relative standard error of probabilities.")
+        float,
+        typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of probabilities."),
     ] = 0.025,
-    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
     runs: Annotated[
         int,
         typer.Option(help="New runs that correct each bound of a probability; 0 for none."),
@@ -55,9 +70,15 @@ def limits(
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    wanted = limits_of(below or [], above or [], during, place)
+    wanted = limits_of(below or [], above or [], during, place, surrogate)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
+    if runs and not has_probability(surrogate):
+        raise UsageError(
+            "--runs corrects probabilities, which need random inputs, and no Compensator"
+        )
     if runs:
+        with usage():
+            whole("--runs", runs, LEAST_RUNS, MOST_RUNS)
         purpose = "corrects probabilities; --runs 0 does without"
         options |= {**runs_in(place, purpose), "runs": runs}
     check_folder(place)
@@ -75,11 +96,16 @@ def limits(
 
 
 def limits_of(
-    below: list[str], above: list[str], during: tuple[float, float] | None, place: Path
+    below: list[str],
+    above: list[str],
+    during: tuple[float, float] | None,
+    place: Path,
+    surrogate: Any,
 ) -> list[fb.Limit]:
     """Return one limit per output, or those of the study in a folder if none is given.
 
-    Raise `InputError` if a text is not OUTPUT=NUMBER, or if there is no limit.
+    Raise `UsageError` if a text is not OUTPUT=NUMBER, if a limit does not fit the surrogate, or if
+    there is none.
     """
     sides: dict[str | None, dict[str, float]] = {}
     for side, texts in (("below", below), ("above", above)):
@@ -88,19 +114,22 @@ def limits_of(
             try:
                 value = float(number)
             except ValueError:
-                raise InputError(f"--{side} must be OUTPUT=NUMBER; got {text!r}") from None
+                raise UsageError(f"--{side} must be OUTPUT=NUMBER; got {text!r}") from None
             own = sides.setdefault(name or None, {})
             if side in own:
-                raise InputError(f"--{side} must be given once for {name or 'the output'}")
+                raise UsageError(f"--{side} must be given once for {name or 'the output'}")
             own[side] = value
     if not sides:
         known = during is None and (place / "study.json").is_file()
         if known and (own := plan_in(place).study().limits):
             return list(own)
-        raise InputError(
+        raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )
-    return [fb.Limit(name, during=during, **own) for name, own in sides.items()]
+    with usage():
+        found = [fb.Limit(name, during=during, **own) for name, own in sides.items()]
+        corridors(found, next(iter(surrogates_of(surrogate).values())).labels)
+    return found
 
 
 def as_rows(result: xr.Dataset | None) -> Any:

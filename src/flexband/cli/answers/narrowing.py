@@ -1,4 +1,4 @@
-"""The commands that ask which input matters, and what tighter tolerances would bring."""
+"""The commands that ask what tighter tolerances would bring."""
 
 from __future__ import annotations
 
@@ -12,112 +12,14 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw, save
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.cli.files import check_folder, save
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.errors import InputError
-from flexband.report.numbers import number
-from flexband.report.tables import error_in_words, outputs_of, select
+from flexband.report.numbers import number, percent_to_tenth
+from flexband.report.tables import deviations, error_in_words, outputs_of, select
 
 SPREADS = {"std", "cv"}
 """Parameters of which a distribution has one."""
-
-
-@app.command("contributions")
-@reported_errors()
-def contributions(
-    folder: Saved,
-    sigmas: Sigmas = 1.0,
-    shapley: Annotated[bool, typer.Option(help="Share the width by Shapley's values.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Rank the inputs by how much they widen the error bar, without new runs.
-
-    contributions.nc and contributions.png are written.
-    """
-    from flexband.report.figures import contributions_figure  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
-
-    surrogate, place = saved(folder)
-    found = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
-    check_folder(place)
-    save(lambda: write_netcdf(found, place / "contributions.nc"))
-    figure = place / "contributions.png"
-    draw(lambda: contributions_figure(found), figure, wanted=found["width"].ndim > 0)
-    names = [str(name) for name in found["name"].values]
-    shares = {kind: _by_output(found[kind]) for kind in ("mean_share", "share_at_widest")}
-    if as_json:
-        print_json({"inputs": names, **shares})
-        return
-    header = ["input"]
-    for name in shares["mean_share"]:
-        header += [f"{name}, mean over time".lstrip(", "), "where the bar is widest"]
-    columns = [own[name] for name in shares["mean_share"] for own in shares.values()]
-    rows = [[name, *(_percent(own[k]) for own in columns)] for k, name in enumerate(names)]
-    title = "How much narrower the error bar is with the input at its nominal value"
-    print_table(title, (header, rows))
-
-
-def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
-    """Return the shares of all inputs, by the output's name."""
-    others = [dim for dim in share.dims if dim != "name"]
-    flat = share.transpose("name", *others).values.reshape(share.sizes["name"], -1)
-    labels = share.stack(own=others)["own"].values if others else [""]
-    names = [", ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in labels]
-    return {name: flat[:, k].tolist() for k, name in enumerate(names)}
-
-
-def _percent(share: float) -> str:
-    return f"{round(100 * share, 1) + 0.0:g} %"
-
-
-@app.command("sobol")
-@reported_errors()
-def sobol(folder: Saved, as_json: Json = False) -> None:
-    """Rank the random inputs by their Sobol' indices, without new runs.
-
-    The indices are parts of the variance, from the lowest to the highest over the interval inputs,
-    at the time at which σ is largest. sobol.nc and sobol.png have them at all times.
-    """
-    from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
-
-    surrogate, place = saved(folder)
-    found = fb.sobol_indices(surrogate)
-    check_folder(place)
-    save(lambda: write_netcdf(found, place / "sobol.nc"))
-    wanted = found["defined"].ndim and drawable_outputs(found["total"].isel(name=0))
-    draw(lambda: bounds_figure(found, "total"), place / "sobol.png", wanted=bool(wanted))
-    names = [str(name) for name in found["name"].values]
-    kinds = ("first_order", "total")
-    ends = {
-        kind: {
-            output: _where_widest(select(found[kind], output), select(found["std"], output))
-            for output in outputs_of(found["defined"])
-        }
-        for kind in kinds
-    }
-    if as_json:
-        print_json({"inputs": names, **ends, "undefined": found.attrs["undefined"]})
-        return
-    header, columns = ["input"], []
-    for output in ends["total"]:
-        header += [f"{output}, alone".lstrip(", "), "with interactions"]
-        columns += [ends[kind][output] for kind in kinds]
-    rows = [[name, *(_from_to(own[k]) for own in columns)] for k, name in enumerate(names)]
-    where = " where σ is largest" if found["defined"].ndim else ""
-    print_table(f"Parts of the variance{where}, over the interval inputs", (header, rows))
-    print_text(found.attrs["undefined"])
-
-
-def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:
-    """Return the lower and the upper index of every input where σ is largest."""
-    if std.ndim:
-        index = index.isel({dim: int(k) for dim, k in std.argmax(...).items()})
-    return index.transpose("name", "bound").values.tolist()
-
-
-def _from_to(ends: list[float]) -> str:
-    return f"{100 * ends[0]:.1f} to {100 * ends[1]:.1f} %"
 
 
 @app.command("narrow")
@@ -145,8 +47,9 @@ def narrow(
     surrogate, place = saved(folder)
     if not isinstance(surrogate, fb.Surrogate):
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
-    wanted = changes_of(surrogate, changes)
-    before, after = surrogate.bands(sigmas), surrogate.narrowed(**wanted).bands(sigmas)
+    with usage():
+        wanted = changes_of(surrogate, changes)
+        before, after = surrogate.bands(sigmas), surrogate.narrowed(**wanted).bands(sigmas)
     check_folder(place)
     changed = "; ".join(f"{name}: {known_of(name, one)[1]}" for name, one in wanted.items())
     after = after.assign_attrs(changes=changed)
@@ -162,16 +65,17 @@ def narrow(
     if as_json:
         own = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
         print_json(
-            {"changes": changed, "inputs": after.attrs["inputs"], **own, "expected_error": error}
-        )
+            {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **own,
+             "expected_error": error}
+        )  # fmt: skip
         return
     pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
     rows = [
-        [name, number(old), number(new), _percent(new / old if old else 1.0)]
+        [name, number(old), number(new), percent_to_tenth(new / old if old else 1.0)]
         for name, (old, new) in pairs.items()
     ]
     header = ["output", "width of the error bar, mean over time", "narrowed", "of what it was"]
-    print_table("Narrowed inputs", (header, rows))
+    print_table(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))
     told = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
     print_text(f"{changed}\n{told}\nWritten: {place / 'narrowed.nc'}")
 
@@ -191,32 +95,39 @@ def tolerance(
     they are. No runs are made and no file is written.
     """
     surrogate, _ = saved(folder)
-    found = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
+    with usage():
+        found = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
     names = ("width", "least_width", "factor", "tolerance")
     if found["width"].ndim > ("output" in found.dims):
         raise InputError(f"tolerance takes outputs over time alone; got dims {found['width'].dims}")
     own = {one: [float(select(found[k], one)) for k in names] for one in outputs_of(found)}
     if as_json:
-        print_json({one: dict(zip(names, values, strict=True)) for one, values in own.items()})
+        told = {"share": share, "sigmas": sigmas}
+        found = {one: dict(zip(names, values, strict=True)) for one, values in own.items()}
+        print_json({one: values | told for one, values in found.items()})
         return
     header = ["output", "largest width", "without its uncertainty",
-              f"tolerance for {_percent(share)}", "part of the present one"]  # fmt: skip
+              f"tolerance for {percent_to_tenth(share)}", "part of the present one"]  # fmt: skip
     rows = [
         [
             output or "response",
             *(number(v, scale=values[0]) for v in values[:2]),
             "none is small enough" if np.isnan(values[3]) else number(values[3]),
-            "" if np.isnan(values[2]) else _percent(values[2]),
+            "" if np.isnan(values[2]) else percent_to_tenth(values[2]),
         ]
         for output, values in own.items()
     ]
-    title = f"Tolerance of {name}, all others as they are; widths are the largest over time"
+    title = (
+        f"Tolerance of {name}, all others as they are; widths are those of μ ± "
+        f"{deviations(found)}, the largest over time"
+    )
     print_table(title, (header, rows))
 
 
 def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
     """Return narrower inputs; raise `InputError` if a text is none of the allowed forms."""
     found: dict[str, Any] = {}
+    given: set[str] = set()
     inputs = surrogate.space.inputs
     for text in texts:
         name, equals, value = text.partition("=")
@@ -228,6 +139,9 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
         if not equals or not numbers:
             forms = "NAME=LOWER..UPPER, NAME=NUMBER, NAME.std=NUMBER or NAME.cv=NUMBER"
             raise InputError(f"a change must be {forms}; got {text!r}")
+        if name in given:
+            raise InputError(f"a change must be given once for {name}; got {text!r}")
+        given.add(name)
         owner, _, parameter = name.rpartition(".")
         one: Any = inputs.get(owner)
         names = {own.name for own in fields(one) if own.init} if is_dataclass(one) else set()

@@ -8,10 +8,11 @@ import numpy as np
 import typer
 
 import flexband as fb
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.answers.saved import Json, Saved, one_of, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
-from flexband.cli.messages import print_json, print_text, reported_errors
+from flexband.cli.messages import print_json, print_text, reported_errors, usage
+from flexband.report.tables import deviations
 
 
 @app.command("path")
@@ -20,7 +21,9 @@ def path(
     folder: Saved,
     x: Annotated[str, typer.Argument(help="Output that is the first coordinate.")],
     y: Annotated[str, typer.Argument(help="Output that is the second coordinate.")],
-    sigmas: Sigmas = 1.0,
+    sigmas: Annotated[
+        float | None, typer.Option(help="k of the error bar μ ± kσ.  [default: 1.0]")
+    ] = None,
     probability: Annotated[
         float | None,
         typer.Option("--probability", "-p", help="Of the random inputs, instead of μ ± kσ."),
@@ -36,8 +39,11 @@ def path(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    options = {"sigmas": sigmas, "probability": probability, "directions": directions}
-    found = fb.path(surrogate, x, y, **options)  # pyright: ignore[reportArgumentType]
+    k = one_of(sigmas, probability, 1.0)
+    with usage():
+        found = fb.path(
+            surrogate, x, y, sigmas=k, probability=probability, directions=directions
+        )  # fmt: skip
     check_folder(place)
     save(lambda: write_netcdf(found, place / "path.nc"))
     save(lambda: path_figure(found).savefig(place / "path.png", dpi=120))
@@ -46,11 +52,17 @@ def path(
     at = float(found[last][widest]) if last in found.coords else float(widest)
     error = float(found["expected_error"].max()) if "expected_error" in found else None
     if as_json:
-        print_json({"largest_radius": float(radius[widest]), "at": at, "expected_error": error})
+        about = {"sigmas": k} if probability is None else {"probability": probability}
+        content = {"largest_radius": float(radius[widest]), "at": at, "expected_error": error}
+        print_json(content | about | {"directions": directions})
         return
     unit = f" {radius.attrs['units']}" if "units" in radius.attrs else ""
+    inside = f"μ ± {deviations(found)}"
+    if probability is not None:
+        inside = f"a box of probability {probability:g}"
     text = (
-        f"The point is at most {float(radius[widest]):.4g}{unit} from its nominal path, at {last}"
+        f"Within {inside}, the point is at most {float(radius[widest]):.4g}{unit} from its nominal "
+        f"path, at {last} {at:.4g}, by regions with {directions} vertices"
     )
     told = f"; the largest expected error is {error:.2g}{unit}" if error is not None else ""
-    print_text(f"{text} {at:.4g}{told}\nWritten: {place / 'path.nc'}")
+    print_text(f"{text}{told}\nWritten: {place / 'path.nc'}")

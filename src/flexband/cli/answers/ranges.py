@@ -13,7 +13,7 @@ import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.report.numbers import number
 
 ROWS = 20
@@ -38,7 +38,8 @@ def quantiles(
     """
     p = probability or [0.05, 0.5, 0.95]
     surrogate, place = saved(folder)
-    found = fb.quantiles(surrogate, p, samples=samples, seed=seed)
+    with usage():
+        found = fb.quantiles(surrogate, p, samples=samples, seed=seed)
     title = f"Quantiles: lowest and highest over the interval inputs, {samples} samples"
     tell(found, "quantiles", title, place, as_json=as_json)
 
@@ -57,7 +58,8 @@ def value_range(
     No runs are made. range.nc and range.png are written.
     """
     surrogate, place = saved(folder)
-    found = fb.value_range(surrogate, probability)
+    with usage():
+        found = fb.value_range(surrogate, probability)
     title = f"Range of values, random inputs in a box of probability {probability:g}"
     tell(found, "range", title, place, as_json=as_json)
 
@@ -77,7 +79,8 @@ def p_box(
     No runs are made. p_box.nc and p_box.png are written.
     """
     surrogate, place = saved(folder)
-    found = fb.p_box(surrogate, output, time, samples=samples, seed=seed)
+    with usage():
+        found = fb.p_box(surrogate, output, time, samples=samples, seed=seed)
     title = "Distribution function: lowest and highest probability of values up to"
     tell(found, "distribution", title, place, as_json=as_json, file="p_box")
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.cli.messages import UsageError
 from flexband.cli.runs import plan_in
 from flexband.errors import InputError
 from flexband.execution.store import RUNS
@@ -15,6 +16,16 @@ from flexband.execution.store import RUNS
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
+
+
+def one_of(sigmas: float | None, probability: float | None, usual: float) -> float:
+    """Return k of μ ± kσ, which is the usual one if none is given.
+
+    Raise `UsageError` if a probability is given too, which would take its place.
+    """
+    if sigmas is not None and probability is not None:
+        raise UsageError("--sigmas and --probability exclude each other; give one of them")
+    return usual if sigmas is None else sigmas
 
 
 def saved(folder: Path) -> tuple[Any, Path]:

@@ -37,6 +37,8 @@ LONG_NAMES = {
     "shapley": "part of the width that Shapley's value gives the input",
     "mean_share": "mean contribution over time, as a part of the mean width",
     "share_at_widest": "contribution where the error bar is the widest, as a part of its width",
+    "shapley_mean_share": "mean of Shapley's value over time, as a part of the mean width",
+    "shapley_share_at_widest": "Shapley's value where the error bar is the widest, as a part of it",
     "worst_at": "values of the interval inputs at the ends of the error bar",
     "expected_error": "error expected of each width, twice that of the error bar",
 }
@@ -66,8 +68,8 @@ def contributions(
     - `width` of the error bar;
     - `contribution`, by how much the error bar is narrower with an input at its midpoint or mean;
     - `interaction`, the width less the sum of the contributions, which may be negative;
-    - `shapley`, which add up to the width;
-    - `mean_share` and `share_at_widest`, which are parts of the width;
+    - `mean_share` and `share_at_widest`, the contribution as a part of the width;
+    - `shapley`, which add up to the width, and `shapley_mean_share` and `shapley_share_at_widest`;
     - `worst_at`, with the dims "bound" and "input": at which values of the interval inputs the
       lower and the upper end of the error bar are reached;
     - `expected_error` of a width, if the method gives one.
@@ -124,28 +126,43 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         return _width(surrogate, [one for k in some for one in own[k]], sigmas).reshape(shape)
 
     contribution = np.stack([width - narrower([name]) for name in names])
-    # the last dim of a response is its times
-    over, each = (width, contribution) if shape else (width[None], contribution[:, None])
-    widest = np.argmax(over, axis=-1, keepdims=True)
-    at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
     data: dict[str, Any] = {
         "width": (dims, width),
         "contribution": (("name", *dims), contribution),
         "interaction": (dims, width - contribution.sum(axis=0)),
-        "mean_share": (("name", *dims[:-1]), each.mean(-1) / _positive(over.mean(-1))),
-        "share_at_widest": (("name", *dims[:-1]), at_widest / _positive(over.max(-1))),
+        **_shares(contribution, width, dims),
     }
     if shapley:
-        data["shapley"] = ("name", *dims), _shapley(names, width, narrower, contribution)
+        values = _shapley(names, width, narrower, contribution)
+        data["shapley"] = ("name", *dims), values
+        data |= {f"shapley_{k}": own for k, own in _shares(values, width, dims).items()}
     eta = np.stack([lower.places[0], upper.places[1]])
     data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
     error = expected_error(surrogate, sigmas)
     if error is not None:
         data["expected_error"] = dims, 2 * error
     found = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
-    for name in ("mean_share", "share_at_widest"):
+    for name in (own for own in found if "share" in str(own)):
         found[name].attrs.pop("units", None)
     return found
+
+
+def _shares(each: np.ndarray, width: np.ndarray, dims: tuple[Any, ...]) -> dict[str, Any]:
+    """Return parts of the width: means over time, and where it is the widest.
+
+    Parameters
+    ----------
+    each : what every input has of the width, shape (names, …, times).
+    """
+    if not width.ndim:
+        each, width = each[:, None], width[None]
+    widest = np.argmax(width, axis=-1, keepdims=True)
+    at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
+    own = ("name", *dims[:-1])
+    return {
+        "mean_share": (own, each.mean(-1) / _positive(width.mean(-1))),
+        "share_at_widest": (own, at_widest / _positive(width.max(-1))),
+    }
 
 
 def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:

@@ -1,0 +1,121 @@
+"""The commands that rank the inputs: by what they widen, and by what they scatter."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+
+import flexband as fb
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, draw, save
+from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
+from flexband.report.numbers import percent_to_tenth
+from flexband.report.tables import deviations, outputs_of, select
+
+
+@app.command("contributions")
+@reported_errors()
+def contributions(
+    folder: Saved,
+    sigmas: Sigmas = 1.0,
+    shapley: Annotated[bool, typer.Option(help="Share the width by Shapley's values.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Rank the inputs by how much they widen the error bar, without new runs.
+
+    With --shapley, all inputs together share the whole width, which takes eight inputs at most.
+    contributions.nc and contributions.png are written.
+    """
+    from flexband.report.figures import contributions_figure  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    with usage():
+        found = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "contributions.nc"))
+    kinds, drawn = ["mean_share", "share_at_widest"], "contribution"
+    title = f"How much narrower μ ± {deviations(found)} is with the input at its nominal value"
+    if shapley:
+        kinds, drawn = [f"shapley_{kind}" for kind in kinds], "shapley"
+        title = f"Parts of the width of μ ± {deviations(found)} by Shapley's values"
+        own = found[kinds[0]]
+        largest = own.max([dim for dim in own.dims if dim != "name"]).values
+        found = found.isel(name=np.argsort(-largest, kind="stable"))
+    figure = place / "contributions.png"
+    draw(lambda: contributions_figure(found, drawn), figure, wanted=found["width"].ndim > 0)
+    names = [str(name) for name in found["name"].values]
+    shares = {kind: _by_output(found[kind]) for kind in kinds}
+    if as_json:
+        print_json({"sigmas": sigmas, "inputs": names, **shares})
+        return
+    mean, widest = shares.values()
+    header = ["input"]
+    for name in mean:
+        header += [f"{name}, mean over time".lstrip(", "), "where the bar is widest"]
+    columns = [own[name] for name in mean for own in (mean, widest)]
+    rows = [[name, *(percent_to_tenth(own[k]) for own in columns)] for k, name in enumerate(names)]
+    print_table(title, (header, rows))
+
+
+def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
+    """Return the shares of all inputs, by the output's name."""
+    others = [dim for dim in share.dims if dim != "name"]
+    flat = share.transpose("name", *others).values.reshape(share.sizes["name"], -1)
+    labels = share.stack(own=others)["own"].values if others else [""]
+    names = [", ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in labels]
+    return {name: flat[:, k].tolist() for k, name in enumerate(names)}
+
+
+@app.command("sobol")
+@reported_errors()
+def sobol(folder: Saved, as_json: Json = False) -> None:
+    """Rank the random inputs by their Sobol' indices, without new runs.
+
+    The indices are parts of the variance, from the lowest to the highest over the interval inputs,
+    at the time at which σ is largest. sobol.nc and sobol.png have them at all times.
+    """
+    from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
+    from flexband.report.results import write_netcdf  # noqa: PLC0415
+
+    surrogate, place = saved(folder)
+    found = fb.sobol_indices(surrogate)
+    check_folder(place)
+    save(lambda: write_netcdf(found, place / "sobol.nc"))
+    wanted = found["defined"].ndim and drawable_outputs(found["total"].isel(name=0))
+    draw(lambda: bounds_figure(found, "total"), place / "sobol.png", wanted=bool(wanted))
+    names = [str(name) for name in found["name"].values]
+    kinds = ("first_order", "total")
+    ends = {
+        kind: {
+            output: _where_widest(select(found[kind], output), select(found["std"], output))
+            for output in outputs_of(found["defined"])
+        }
+        for kind in kinds
+    }
+    if as_json:
+        print_json({"inputs": names, **ends, "undefined": found.attrs["undefined"]})
+        return
+    header, columns = ["input"], []
+    for output in ends["total"]:
+        header += [f"{output}, alone".lstrip(", "), "with interactions"]
+        columns += [ends[kind][output] for kind in kinds]
+    rows = [[name, *(_from_to(own[k]) for own in columns)] for k, name in enumerate(names)]
+    where = " where σ is largest" if found["defined"].ndim else ""
+    print_table(f"Parts of the variance{where}, over the interval inputs", (header, rows))
+    print_text(found.attrs["undefined"])
+
+
+def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:
+    """Return the lower and the upper index of every input where σ is largest."""
+    if std.ndim:
+        index = index.isel({dim: int(k) for dim, k in std.argmax(...).items()})
+    return index.transpose("name", "bound").values.tolist()
+
+
+def _from_to(ends: list[float]) -> str:
+    return f"{100 * ends[0]:.1f} to {100 * ends[1]:.1f} %"

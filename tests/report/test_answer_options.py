@@ -1,0 +1,192 @@
+"""Every option of every command that asks a surrogate changes what is told; wrong ones end it."""
+
+import json
+import shutil
+from itertools import permutations
+
+import numpy as np
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+from flexband.cli.commands import commands, load
+
+STUDY = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+def response(e, x, z):
+    t = np.linspace(0, 1, 11)
+    size, angle = 10 + e[:, None] * (1 + 0.2 * x[:, None]), 2 * np.pi * t
+    wide = ((2 + e) * x + 2 * z + 0.2 * z**3)[:, None] * (1 + t)
+    values = np.stack([size * np.cos(angle), size * np.sin(angle), wide], axis=1)
+    coords = {"output": ["X", "Y", "w"], "time": t}
+    return xr.DataArray(values, coords, ("sample", "output", "time"))
+
+inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0), "z": fb.Normal(0.0, 0.5)}
+study = fb.Study(response, inputs, fb.PCCI(2, 1))
+"""
+
+LIMIT = ("--below", "w=9")
+CHEAP = (*LIMIT, "--cost", "e=1", "--cost", "x=1", "--cost", "z=1")
+CASES = {  # command -> what is always given, and each option
+    "contributions": ((), {"sigmas": 3, "shapley": None}),
+    "sobol": ((), {}),
+    "narrow": (("e=0..0.5",), {"sigmas": 3}),
+    "tolerance": (("x",), {"share": 0.9, "sigmas": 3}),
+    "limits": (
+        LIMIT,
+        {"below": "X=3", "above": "X=3", "during": "0,0.5", "sigmas": 1, "accuracy": 0.1,
+         "seed": 3, "runs": 16},
+    ),
+    "quantiles": ((), {"probability": 0.3, "samples": 512, "seed": 3}),
+    "range": ((), {"probability": 0.5}),
+    "p-box": (("w", "--time", 0.5), {"time": 1.0, "samples": 512, "seed": 3}),
+    "allocate": (
+        CHEAP,
+        {"cost": ("e=1", "x=9", "z=1"), "below": "X=10.5", "above": "w=-6", "during": "0 0.5",
+         "sigmas": 1, "probability": 0.01, "no-confirm": None},
+    ),
+    "derived": (
+        ("spectrum", "w"), {"sigmas": 3, "probability": 0.5, "samples": 4096, "seed": 3}
+    ),
+    "path": (("X", "Y"), {"sigmas": 3, "probability": 0.9, "directions": 16}),
+}  # fmt: skip
+
+SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
+"""Options that may move a picture by less than a pixel."""
+
+WITHOUT = {"narrow", "tolerance"}
+"""Commands that draw nothing."""
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("study")
+    (place / "study.py").write_text(STUDY, encoding="utf-8")
+    done = run("run", place / "study.py", "-o", place / "out", "--verify", 0)
+    assert done.exit_code == 0, done.output
+    return place / "out"
+
+
+def told(folder, command, arguments):
+    """Return what is printed, as text and as JSON, and the pictures."""
+    for picture in folder.glob("*.png"):
+        picture.unlink()
+    printed = run(command, folder, *arguments)
+    assert printed.exit_code == 0, printed.output
+    plain = json.loads(run(command, folder, *arguments, "--json").stdout)
+    return printed.stdout, plain, {one.name: one.read_bytes() for one in folder.glob("*.png")}
+
+
+def changed(arguments, option, value):
+    """Return arguments with another value of an option."""
+    given, kept = [*map(str, arguments)], []
+    while given:
+        own = 2 if given[0].startswith("--") else 1
+        if given[0] != f"--{option}":
+            kept += given[:own]
+        given = given[own:]
+    values = value if isinstance(value, tuple) else (value,)
+    for one in values:
+        kept += [f"--{option}", *([] if one is None else str(one).split(" "))]
+    return kept
+
+
+@pytest.mark.parametrize("command", CASES)
+def test_every_option_changes_what_is_printed_drawn_and_dumped(command, folder, tmp_path):
+    own = tmp_path / "out"
+    shutil.copytree(folder, own)
+    always, options = CASES[command]
+    text, plain, pictures = told(own, command, always)
+    assert bool(pictures) == (command not in WITHOUT)
+    for option, value in options.items():
+        other = told(own, command, changed(always, option, value))
+        assert other[0] != text, option
+        assert other[1] != plain, option
+        if option not in SAMPLING and pictures:
+            assert other[2] != pictures, option
+
+
+def test_all_options_are_judged():
+    for name, (module, _) in commands().items():
+        load([name])
+        if ".answers." not in module:
+            continue
+        found = get_command(app).commands[name].params
+        named = {one.opts[0].removeprefix("--") for one in found if one.opts[0].startswith("--")}
+        judged = {option.replace("no-confirm", "confirm") for option in CASES[name][1]}
+        assert named - {"json"} == judged
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("narrow", "e=1.2-1.5"), "a change must be"),
+        (("narrow", "q=1"), "must be one of"),
+        (("narrow", "e=0..0.5", "e=0"), "given once for e"),
+        (("tolerance", "q"), "name must be an input with a tolerance"),
+        (("contributions", "--sigmas", -1), "sigmas"),
+        (("quantiles", "-p", 2), "between 0 and 1"),
+        (("range", "-p", 2), "probability"),
+        (("p-box", "q"), "must be one of"),
+        (("derived", "peak", "X", "Y", "w"), "one output, or two"),
+        (("derived", "peak", "q"), "must be one of"),
+        (("path", "X", "q"), "must be one of"),
+        (("path", "X", "Y", "--sigmas", 2, "-p", 0.9), "exclude each other"),
+        (("limits",), "requires --below or --above"),
+        (("limits", "--below", "q=1"), "must be one of"),
+        (("limits", "--below", "w=1", "--during", "7,8"), "during"),
+        (("limits", "--below", "w=1", "--runs", 8), "--runs must be 16 or more"),
+        (("limits", "--below", "w=1", "--accuracy", 2), "accuracy"),
+        (("limits", "--below", "w=1", "--during", "x,8"), "parse string as a number"),
+        (("allocate", *LIMIT, "--cost", "e"), "--cost must be NAME=NUMBER"),
+        (("allocate", *LIMIT, "--cost", "e=1", "--cost", "e=2"), "given once for e"),
+        (("allocate", *LIMIT, "--cost", "e=-0.1:2,0.2:1"), "must be positive"),
+        (("allocate", *LIMIT, "--cost", "q=1"), "q"),
+        (("allocate", *CHEAP, "--sigmas", 2, "--probability", 0.1), "exclude each other"),
+    ],
+)
+def test_a_wrong_command_line_ends_with_status_2(folder, arguments, message):
+    command, *rest = arguments
+    refused = run(command, folder, *rest)
+    assert refused.exit_code == 2, refused.output
+    assert message in " ".join(refused.output.replace("│", " ").split())
+
+
+def test_shapley_values_are_ranked_by_themselves(tmp_path):
+    """Of a x + 2 z, whose error bar with |a| at most A is 2 √(A² + 1) wide, by enumeration."""
+    inputs = {"a": fb.Interval(1, 2), "x": fb.Normal(0, 1), "z": fb.Normal(0, 0.5)}
+    surrogate = fb.expand(lambda a, x, z: a * x + 2 * z, inputs, fb.PCCI(1, 1))
+    fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
+
+    def width(free):
+        return 2 * np.hypot((2.0 if "a" in free else 1.5) * ("x" in free), "z" in free)
+
+    exact = dict.fromkeys("axz", 0.0)
+    for order in permutations("axz"):
+        for k, name in enumerate(order):
+            exact[name] += (width(order[: k + 1]) - width(order[:k])) / (6 * width("axz"))
+    found = json.loads(run("contributions", tmp_path, "--shapley", "--json").stdout)
+    assert found["inputs"] == sorted(exact, key=lambda name: -exact[name]) == ["x", "z", "a"]
+    assert found["shapley_mean_share"][""] == pytest.approx([exact[k] for k in found["inputs"]])
+    printed = run("contributions", tmp_path, "--shapley").stdout
+    assert printed.index("x ") < printed.index("61.7 %") < printed.index("28.1 %")
+    plain = json.loads(run("contributions", tmp_path, "--json").stdout)
+    assert plain["inputs"] == ["x", "a", "z"]
+
+
+def test_runs_that_would_correct_nothing_are_refused(tmp_path):
+    text = STUDY.replace("fb.Normal(0.0, 1.0)", "0.0").replace("fb.Normal(0.0, 0.5)", "0.0")
+    (tmp_path / "study.py").write_text(text, encoding="utf-8")
+    assert run("run", tmp_path / "study.py", "-o", tmp_path / "o", "--verify", 0).exit_code == 0
+    refused = run("limits", tmp_path / "o", "--below", "X=12", "--runs", 8)
+    assert refused.exit_code == 2
+    assert "need random inputs" in " ".join(refused.output.split())

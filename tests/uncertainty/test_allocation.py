@@ -269,6 +269,40 @@ def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
 
 
 @pytest.mark.parametrize(
+    ("limit", "costs", "reason"),
+    [  # of a + 2 b + x + c + d - c d, nominal 20, with tolerances 1, 1, σ = 0.5, 1, 1
+        (20.0, "abxcd", "the response is at the limit with all inputs at their nominal values"),
+        (19.0, "abxcd", "and so it is with all inputs at their nominal values"),
+        (19.0, "abcd", r"by: x \(1.5\); 1 of it with all inputs at their nominal values$"),
+        (20.0, "abcd", r"tolerance, by: x \(1.5\)$"),
+        (20.5, "abx", "together, and none alone: c, d$"),
+        (20.25, {"a": 0.5, "b": 0.5, "x": 0.5, "c": 0.1, "d": 0.1},
+         "because of these tolerances: the margin is only 0.25 with"),
+    ],
+)  # fmt: skip
+def test_infeasible_limits_have_a_true_reason(limit, costs, reason):
+    inputs = {
+        "a": fb.Interval(9.0, 11.0),
+        "b": fb.Interval(4.0, 6.0),
+        "x": fb.Normal(0.0, 0.5),
+        "c": fb.Interval(-1.0, 1.0),
+        "d": fb.Interval(-1.0, 1.0),
+    }
+    sums = fb.expand(lambda a, b, x, c, d: a + 2 * b + x + c + d - c * d, inputs, fb.PCCI(1, 1))
+    if isinstance(costs, dict):
+        own = {k: fb.Grades({"fine": (t, 2.0)}) for k, t in costs.items()}
+    else:
+        own = dict.fromkeys(costs, 1.0)
+    with pytest.raises(fb.InputError, match=reason):
+        fb.allocate(sums, fb.Limit(below=limit), own)
+
+
+def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
+    found = fb.allocate(plane, fb.Limit(below=2.5), {"a": 1.0, "b": 1.0})
+    assert found.attrs["verdict"].endswith("No runs were made to confirm it")
+
+
+@pytest.mark.parametrize(
     ("costs", "told"),
     [
         ({}, "at least one input"),

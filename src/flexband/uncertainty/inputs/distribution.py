@@ -31,6 +31,12 @@ MISSED = 1e-3
 RULE = 60
 """Gauss points for that."""
 
+NO_SCATTER = (
+    "An input that does not scatter is written as a number, or as an Interval, in place of the "
+    "distribution"
+)
+"""What to do about a spread of zero."""
+
 
 class Distribution(Input):
     """A random number with a distribution.
@@ -238,14 +244,21 @@ def checked_std(one: Spread | Moments, mean: float) -> float:
     if (one.std is None) == (one.cv is None):
         raise InputError(f"{name} must have either std or cv; got std={one.std!r}, cv={one.cv!r}")
     if one.cv is not None:
-        positive(f"{name} cv", numbers(f"{name} cv", one.cv))
+        _scattering(name, "cv", numbers(f"{name} cv", one.cv))
         if mean == 0:
             raise InputError(f"{name} cv must be given as std where the mean is 0")
     own = one.std if one.cv is None else one.cv * abs(mean)
     std = float(numbers(f"{name} std", own))  # pyright: ignore[reportArgumentType]
-    positive(f"{name} std", std)
+    _scattering(name, "std", std)
     plausible_spread(f"{name} std", std, mean)
     return std
+
+
+def _scattering(name: str, parameter: str, spread: Any) -> None:
+    """Raise `InputError` if a spread is not positive."""
+    if spread == 0:
+        raise InputError(f"{name} {parameter} must be positive; got 0. {NO_SCATTER}")
+    positive(f"{name} {parameter}", spread)
 
 
 @dataclass(frozen=True, repr=False)

@@ -15,6 +15,9 @@ from flexband.uncertainty.answers.limits import Corridor, joint
 from flexband.uncertainty.answers.sensitivity.contributions import groups
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
+ROUNDING = 1e-9
+"""Margins below this part of the limit, or of the width of the error bar, count as none."""
+
 ENOUGH = 1.01
 """Factor by which a violation must be larger than at the nominal values to be due to inputs."""
 
@@ -45,21 +48,52 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
         f"{text}, even with the least tolerances ({least}): "
         f"{name} is violated by {violation:.4g}{moment(surrogate.labels, number)}"
     )
-    everything, costs = groups(surrogate), worst.tolerances.costs
+    raise InputError(f"{text}, {_reason(groups(surrogate), worst, side, series, violation)}")
+
+
+def _reason(
+    everything: Mapping[str, list[str]], worst: WorstCase, side: int, series: int, violation: float
+) -> str:
+    """Return why a limit is violated with the least tolerances.
+
+    Parameters
+    ----------
+    everything : the inputs that are fixed together, by name.
+    """
 
     def left(fix: set[str]) -> float:
         """Return the violation with some inputs at their nominal values."""
         return worst.violation([k for name in fix for k in everything[name]], side, series)
 
-    if violation <= ENOUGH * left(set(everything)):
-        raise InputError(f"{text}, and so it is with all inputs at their nominal values")
-    costly = {name for name in everything if name in costs}
-    rest, alone = set(everything) - costly, left(costly)
-    parts = {name: alone - left(costly | {name}) for name in rest}
-    told = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > 0]
-    raise InputError(
-        f"{text}, because of inputs without costs; each would lower the violation, without its "
-        f"tolerance, by: {', '.join(told)}"
+    nominal = left(set(everything))
+    if violation <= ENOUGH * nominal:
+        return "and so it is with all inputs at their nominal values"
+    also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
+    costly = {name for name in everything if name in worst.tolerances.costs}
+    alone, least = left(costly), (ENOUGH - 1) * violation
+    parts = {name: alone - left(costly | {name}) for name in everything.keys() - costly}
+    told = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
+    if told:
+        return (
+            "because of inputs without costs; each would lower the violation, without its "
+            f"tolerance, by: {', '.join(told)}{also}"
+        )
+    if alone - nominal > least:
+        return (
+            "because of inputs without costs, which violate it together, and none alone: "
+            f"{', '.join(sorted(parts))}{also}"
+        )
+    size = max(abs(worst.bounds[side, series]), worst.scale[series])
+    if abs(nominal) <= ROUNDING * size:
+        return (
+            "because the response is at the limit with all inputs at their nominal values: any "
+            "tolerance or scatter violates it"
+        )
+    if nominal > 0:
+        return f"because of these tolerances{also}"
+    return (
+        f"because of these tolerances: the margin is only {-nominal:.4g} with all inputs at their "
+        "nominal values"
     )
 
 

@@ -21,6 +21,9 @@ from flexband.uncertainty.answers.probability.correction import Correction
 from flexband.uncertainty.answers.results import answer, expected_error, places
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
+NO_RUNS = ". No runs were made to confirm it"
+"""End of a verdict by the surrogate alone."""
+
 YES, NO, NOT_MADE = "yes", "no", "no runs were made"
 
 
@@ -125,9 +128,9 @@ def chance_result(chance: Chance, found: Left, told: Correction | None, runs: in
     text = f"{_in_words(own, x, attrs['cost'])}. Limits are left with probability "
     text += f"{estimate.probability:.3g} ({low:.3g} to {high:.3g}) at most"
     if told is None:
-        text += ". Not confirmed by runs"
+        text += NO_RUNS
     else:
-        text += f". {'Confirmed' if kept else 'NOT confirmed'} by {runs} new runs, "
+        text += f". {'Confirmed' if kept else 'NOT confirmed'} by {_new(runs)}, "
         text += f"which tell {told.probability:.3g} ({told.low:.3g} to {told.high:.3g})"
     if "not_trusted" in narrow.diagnostics.attrs:
         text += f". Not reliable: {narrow.diagnostics.attrs['not_trusted']}"
@@ -189,12 +192,18 @@ def _verdict(
     bound = bool(np.any(own.margins < BINDING * worst.scale))
     text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if told["confirmed"] == NOT_MADE:
-        return f"{text}. Not confirmed by runs"
+        return text + NO_RUNS
     if told["confirmed"] == NO:
         by = -np.nanmin(found.run_margins, initial=0.0)
-        return f"{text}. NOT confirmed: {found.runs} new runs violate limits by up to {by:.3g}"
+        verb = "violates" if found.runs == 1 else "violate"
+        return f"{text}. NOT confirmed: {_new(found.runs)} {verb} limits by up to {by:.3g}"
     shifted = ", limits shifted by what runs showed" if found.shift.any() else ""
-    return f"{text}. Confirmed by {found.runs} new runs{shifted}"
+    return f"{text}. Confirmed by {_new(found.runs)}{shifted}"
+
+
+def _new(runs: int) -> str:
+    """Return a number of new runs in words."""
+    return f"{runs} new run{'s' * (runs != 1)}"
 
 
 WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")

@@ -10,7 +10,7 @@ from scipy.special import ndtri
 
 from flexband.errors import InputError, plausible_spread
 from flexband.uncertainty.expansions.families import LEGENDRE, Family
-from flexband.uncertainty.inputs.distribution import Distribution, Moments
+from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution, Moments
 from flexband.uncertainty.inputs.inputs import between, place_between
 
 LEAST_SHAPE, LARGEST_SHAPE = 0.02, 1e10
@@ -166,5 +166,6 @@ def _check_bounds(one: Distribution, lower: float, upper: float) -> None:
     """Raise `InputError` if there is no number between two bounds."""
     name = type(one).__name__
     if lower >= upper:
-        raise InputError(f"{name} lower {lower:g} must be below upper {upper:g}")
+        also = f". {NO_SCATTER}" if lower == upper else ""
+        raise InputError(f"{name} lower {lower:g} must be below upper {upper:g}{also}")
     plausible_spread(f"width of the {name}", upper - lower, upper)

@@ -12,7 +12,7 @@ from scipy.optimize import elementwise
 from scipy.special import ndtr, ndtri
 
 from flexband.errors import InputError, finite, numbers, positive, warn
-from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 
 FEWEST, FEW = 5, 30
 """Values that are refused, and remarked on, if there are fewer."""
@@ -68,7 +68,8 @@ class Samples(Distribution):
                 f"got shape {np.shape(self.values)}"
             )
         if not np.ptp(values) > 1e-12 * np.abs(values).max():
-            raise InputError(f"Samples values must differ; all {len(values)} are {values[0]:g}")
+            same = f"all {len(values)} are {values[0]:g}"
+            raise InputError(f"Samples values must differ; {same}. {NO_SCATTER}")
         object.__setattr__(self, "values", tuple(values.tolist()))
         if self.bandwidth is not None:
             width = float(positive("Samples bandwidth", numbers("bandwidth", self.bandwidth)))

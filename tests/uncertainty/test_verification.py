@@ -1,12 +1,15 @@
 """Verification: new runs confirm expected errors that are right, and find those that are not."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import brentq
 
 import flexband as fb
+from flexband.uncertainty.surrogates import verification
 
 TIMES = np.linspace(0.0, 2.0, 41)
 INPUTS = {"e": fb.Interval(-1.0, 1.0), "f": fb.Interval(1.0, 2.0), "x": fb.Normal(5.0, 0.5)}
@@ -49,6 +52,41 @@ def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
     assert verdicts[0]["verdict"].startswith("Confirmed: 16 new runs, 12 of them where the bounds")
     few = fb.verify(surrogate, response, runs=5, sigmas=3)
     assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
+
+
+def test_verdicts_agree_with_their_numbers(surrogate):
+    """Where an error above the expected one is confirmed, the least one with confidence is told."""
+    told = surrogate.diagnostics
+    words = set()
+    for share in (0.1, 0.4, 0.6, 0.8, 1.0, 1.5):
+        own = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
+        for seed in range(6):
+            checked = fb.verify(replace(surrogate, diagnostics=own), response, runs=8, seed=seed)
+            text = checked.attrs["verdict"]
+            percents = [float(one) for one in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)]
+            words.add(text.split(":")[0])
+            if text.startswith("Confirmed:"):
+                implied, expected = percents
+                assert implied <= expected
+            elif text.startswith("Confirmed"):
+                implied, least, expected = percents
+                assert least <= expected <= implied
+    assert words == {"Confirmed", "Confirmed as far as so few runs can tell", "NOT confirmed"}
+
+
+def test_the_least_error_is_the_smallest_that_is_not_refuted():
+    """Of runs that are all missed alike, by the root of one equation; of others, by the test."""
+    bets = [0.01, 0.02, *np.linspace(0.05, 0.95, 19)]
+
+    def evidence(q):
+        return np.mean([np.prod(1 + bet * (np.asarray(q) - 1)) for bet in bets])
+
+    ratio = brentq(lambda r: evidence([r**2] * 16) - 20.0, 1.0, 2.0)
+    found = verification._at_least(np.full((16, 1), 9.0))
+    assert found == pytest.approx([3.0 / ratio], rel=1e-9)
+    square = np.random.default_rng(0).chisquare(1, (12, 3)) ** 3
+    for own, least in zip(square.T, verification._at_least(square), strict=True):
+        assert evidence(own / (1.001 * least) ** 2) < 60 < evidence(own / (0.999 * least) ** 2)
 
 
 def test_expected_errors_that_are_too_small_are_found(surrogate):

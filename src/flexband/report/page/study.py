@@ -44,7 +44,7 @@ TERMS = {
     "mean over time, in parts of the mean width of the bar; below a chart: at the cursor. It is "
     "found by runs that were not fitted, and by runs with half the step and twice the elements",
     "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
-    "expected",
+    "expected, as far as so few runs can tell",
     "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
     "part of its width, mean over time",
     "interval": "all that is known of the input is that it is between two numbers",

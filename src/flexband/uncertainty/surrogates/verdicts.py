@@ -1,0 +1,99 @@
+"""What new runs say of a surrogate, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexband.uncertainty.surrogates.diagnostics import SHARE
+from flexband.uncertainty.surrogates.sigmas import growth
+
+
+def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
+    """Return the attributes "confirmed" and "verdict"; `good` are the runs that did not fail."""
+    failed = checked.sizes["sample"] - len(good)
+    bounds = sum(own != "anywhere" for own in checked["run_place"].values[good].tolist())
+    left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
+    new = f"{len(good)} new runs{left_out}, {bounds} of them where the bounds rest,"
+    width, implied, least = (
+        np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
+    )
+    share = implied / width
+    most = int(share.argmax())
+    if "allowed" not in checked:
+        unknown = "the method does not estimate the error of its expansion"
+        text = (
+            f"{new} imply an error of {_percent(share[most])} of the error bar's width; {unknown}"
+        )
+        return {"confirmed": "no error was expected", "verdict": text}
+    ratio = np.ravel(checked["missed"] / checked["allowed"])
+    wrong = np.flatnonzero(~np.ravel(checked["confirmed"].values))
+    if not wrong.size:
+        doubtful = bool(ratio.max() > 1)
+        k = int(ratio.argmax()) if doubtful else most
+        allowed = np.ravel(checked["allowed"])[k] / width[k]
+        expected = SHARE * growth(checked.attrs["sigmas"]) * allowed
+        over = " (root mean squares over time)" if labels.ndim > 1 else ""
+        told = f"of the error bar's width{_named(labels, k)}"
+        beside = f"and {_percent(expected)} is expected{over}"
+        text = (
+            f"Confirmed: {new} are missed by no more than expected. They imply an error of "
+            f"{_percent(share[k])} {told}, {beside}"
+        )
+        if doubtful:
+            sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
+            text = (
+                f"Confirmed as far as so few runs can tell: {new} imply an error of "
+                f"{_percent(share[k])} {told} ({_percent(least[k] / width[k])} or more with "
+                f"{sure}), {beside}"
+            )
+        return {"confirmed": "yes", "verdict": text}
+    worst = int(wrong[ratio[wrong].argmax()])
+    text = (
+        f"NOT confirmed: {new} are missed by {ratio[worst]:.2g} times as much as the expected "
+        f"error allows, {_where(checked, labels, worst)}; bands may be off by "
+        f"{_percent(share[worst])} of the error bar's width. If the expected error were right, "
+        f"less than {_percent(1 - checked.attrs['confidence'])} of verifications would find so much"
+    )
+    if wrong.size > 1:
+        text += f". Outputs that are not confirmed: {wrong.size} of {len(ratio)}"
+    return {"confirmed": "no", "verdict": text}
+
+
+def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
+    """Return in words where an output is missed most: output, time and inputs."""
+    dims, sizes = labels.dims[1:-1], labels.shape[1:-1]
+    index = dict(zip(dims, np.unravel_index(output, sizes) if dims else (), strict=True))
+    names, one = _names(labels, output), checked.isel(index)
+    words = [f"most in {', '.join(names)}"] if names else ["most"]
+    if labels.ndim > 1:
+        last, at = labels.dims[-1], int(one["missed_most_at"])
+        stamp = labels[last].values[at] if last in labels.coords else at
+        number = f"{stamp:.4g}" if isinstance(stamp, int | float | np.number) else str(stamp)
+        unit = labels[last].attrs.get("units", "") if last in labels.coords else ""
+        words.append(f"at {last} {number} {unit}".rstrip())
+    if "run_values" in checked:
+        own = checked["run_values"].isel(sample=int(one["missed_most_in"]))
+        pairs = zip(checked["input"].values, own.values, strict=True)
+        words.append("with " + ", ".join(f"{name} = {value:.6g}" for name, value in pairs))
+    return " ".join(words)
+
+
+def _names(labels: xr.DataArray, output: int) -> list[str]:
+    """Return the labels of an output, by its number."""
+    dims = labels.dims[1:-1]
+    places = np.unravel_index(output, labels.shape[1:-1]) if dims else ()
+    return [
+        str(labels[d].values[k]) if d in labels.coords else f"{d} {k}"
+        for d, k in zip(dims, places, strict=True)
+    ]
+
+
+def _named(labels: xr.DataArray, output: int) -> str:
+    """Return " for y", or nothing where there is one output only."""
+    several = len(labels.dims) > 2 and np.prod(labels.shape[1:-1]) > 1
+    return f" for {', '.join(_names(labels, output))}" if several else ""
+
+
+def _percent(part: float) -> str:
+    return f"{100 * part:.2g} %"

@@ -169,7 +169,7 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     told = call("rerun", out, "--failed")
     assert "1 failed runs are made again" in told
     assert state_of(out)["failed"] == 0
-    assert "requires --failed" in call("rerun", out, status=1)
+    assert "requires --failed" in call("rerun", out, status=2)
     assert runs_made(file) < made + 9 + 1 + 16
 
 
@@ -254,6 +254,50 @@ def test_a_clock_that_goes_backwards_shows_no_negative_time(tmp_path):
     assert "-" not in " ".join(lines({**state, "folder": "out", "state": "running", "left": -1.0}))
 
 
+KILLED = """
+import os, signal, sys
+from flexband.execution import growing
+
+def killed(*arguments):
+    written(*arguments)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+written, growing.write_synced = growing.write_synced, killed
+from flexband.__main__ import main
+sys.argv[1:] = ["run", sys.argv[1], "-o", sys.argv[2]]
+main()
+"""
+
+
+def test_a_study_that_is_killed_before_its_first_run_goes_on(file, tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", KILLED, str(file), str(out)]
+    killed = subprocess.run(command, capture_output=True, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert (out / "runs.zarr").exists()
+    assert not file.with_name("log").exists()
+    assert f"`flexband resume {out}` goes on" in call("status", out)
+    call("resume", out)
+    assert "finished" in call("status", out)
+
+
+def test_a_store_without_a_study_tells_how_to_go_on(file, tmp_path):
+    out = tmp_path / "out"
+    call("run", file, "-o", out)
+    made = runs_made(file)
+    (out / "study.json").unlink()
+    assert "`flexband run` with the study's file and this folder goes on" in call("status", out)
+    assert "uses the runs that are there" in call("resume", out, status=1)
+    call("run", file, "-o", out)
+    assert runs_made(file) == made + 2  # those that every session makes again
+
+
+def test_a_study_that_fails_before_its_first_run_leaves_no_study(file, tmp_path):
+    file.write_text(file.read_text().replace('"a":', '"c":'), encoding="utf-8")
+    call("run", file, "-o", tmp_path / "out", status=1)
+    assert not (tmp_path / "out" / "study.json").exists()
+
+
 def test_folders_that_are_none_are_refused(tmp_path):
     for command in (["status"], ["resume"], ["rerun", "--failed"]):
         assert "folder must be that of a study" in call(*command, tmp_path / "none", status=1)
@@ -275,7 +319,7 @@ def test_folders_that_are_none_are_refused(tmp_path):
     ],
 )
 def test_wrong_options_are_refused_before_the_first_run(options, message, file, tmp_path):
-    assert message in call("run", file, "-o", tmp_path / "out", *options, status=1)
+    assert message in call("run", file, "-o", tmp_path / "out", *options, status=2)
     assert not (tmp_path / "out").exists()
 
 

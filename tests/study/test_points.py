@@ -173,7 +173,7 @@ def test_runs_are_exported(tmp_path, monkeypatch):
         np.testing.assert_array_equal(
             runs["outputs"][:, 0, 1].fillna(0.0), [float(r["u[time=0.5]"] or 0) for r in rows]
         )
-    wrong = call("export", out, "--to", tmp_path / "runs.xls", status=1)
+    wrong = call("export", out, "--to", tmp_path / "runs.xls", status=2)
     assert "--to must be a file whose name ends with .nc, .csv, .parquet" in wrong
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     missing = call("export", out, "--to", tmp_path / "runs.parquet", status=1)

@@ -93,17 +93,14 @@ def carry_out(
             "total": None,
         }
         course = Course(folder, about)
+        course.begins(recorded=recorded)
         compile_ahead(study)
         try:
             result = results(plan, study, store, course, as_json=as_json)
         except BaseException as error:
             if isinstance(error, RunsNeeded) and store is not None:
                 wait(course, error, study)
-            if store is not None and about["total"] is not None:
-                if isinstance(error, KeyboardInterrupt):
-                    course.write("stopped", reason="Ctrl-C")
-                else:
-                    course.write("failed", reason=in_words(error))
+            course.ends(error, recorded=recorded)
             raise
         if store is not None:
             course.write("finished", result=result)

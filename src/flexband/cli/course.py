@@ -7,7 +7,7 @@ import shlex
 import time
 from typing import Any
 
-from flexband.cli.messages import Ending, print_remark, print_text
+from flexband.cli.messages import Ending, in_words, print_remark, print_text
 from flexband.errors import free_memory
 from flexband.execution.growing import GrowingArrays
 from flexband.report.progress import Progress
@@ -24,7 +24,25 @@ class Course:
         self.folder, self.about = folder, about
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
-        self.before, self.sized = 0, False
+        self.before, self.sized, self.first = 0, False, False
+
+    def begins(self, *, recorded: bool) -> None:
+        """Write study.json before there is a store, so that whoever finds one can go on.
+
+        One that is there is kept until the store has been opened, which may refuse the study.
+        """
+        self.first = recorded and not self.folder.begun
+        if self.first:
+            self.write("running")
+
+    def ends(self, error: BaseException, *, recorded: bool) -> None:
+        """Write why the study has ended; of one that has no store yet, nothing is left."""
+        if recorded and (self.first or self.about["total"] is not None):
+            stopped = isinstance(error, KeyboardInterrupt)
+            state, reason = ("stopped", "Ctrl-C") if stopped else ("failed", in_words(error))
+            self.write(state, reason=reason)
+        if self.first:
+            self.folder.forget()
 
     def of(self, bar: Progress) -> Course:
         """Return itself for further runs, whose progress a bar shows."""

@@ -124,9 +124,10 @@ def plan_in(folder: Path, **changes: Any) -> Plan:
     """Return the plan of the study in a folder."""
     about = StudyFolder(folder).read()
     if not about:
+        runs = ". `flexband run` with the study's file and this folder uses the runs that are there"
         raise StoreError(
             f"folder must be that of a study that `flexband run` began; there is no study.json in "
-            f"{str(folder)!r}"
+            f"{str(folder)!r}{runs if StudyFolder(folder).recorded else ''}"
         )
     with usage():
         return Plan.of(about, **changes)

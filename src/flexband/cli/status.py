@@ -150,6 +150,16 @@ def parts_of(setting: str) -> Counter[str]:
     return Counter(filter(None, setting.split("; ")))
 
 
+def going_on(found: dict[str, Any]) -> str:
+    """Return how to go on with a study that was stopped."""
+    if found["file"] is not None:
+        return f"`flexband resume {found['folder']}` goes on"
+    return (
+        "There is no study.json here. `flexband run` with the study's file and this folder goes "
+        "on, and so does the Python program that made the runs"
+    )
+
+
 def lines(found: dict[str, Any]) -> list[str]:
     """Return the state of a study as lines."""
     state = found["state"]
@@ -185,5 +195,5 @@ def lines(found: dict[str, Any]) -> list[str]:
     if state == "waiting" and found["points"]:
         told.append(f"{found['points']['count']} points are to be run: {found['points']['file']}")
     if state in ("stopped", "failed"):
-        told.append(f"`flexband resume {found['folder']}` goes on")
+        told.append(going_on(found))
     return told

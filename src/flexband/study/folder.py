@@ -48,7 +48,7 @@ class StudyFolder:
     @property
     def recorded(self) -> bool:
         """Whether there are runs, or study.json."""
-        return self.runs.exists() or (self.path / FILE).exists()
+        return self.runs.exists() or self.begun
 
     def has_only_failures_of_others(self, response: str) -> bool:
         """Return whether no run succeeded here, and the response was another one.
@@ -99,6 +99,16 @@ class StudyFolder:
             )
         return found
 
+    @property
+    def begun(self) -> bool:
+        """Whether there is study.json."""
+        return (self.path / FILE).exists()
+
+    def forget(self) -> None:
+        """Delete study.json, if there is no run yet."""
+        if not self.runs.exists():
+            (self.path / FILE).unlink(missing_ok=True)
+
     def write(self, content: dict[str, Any]) -> None:
         """Write study.json, which is there as a whole at any moment."""
         with replaced(self.path / FILE) as partial:
@@ -118,7 +128,7 @@ class StudyFolder:
         try:
             yield
         finally:
-            if not kept and not (self.path / FILE).exists():
+            if not kept and not self.begun:
                 (self.path / LOCKS[0]).unlink(missing_ok=True)
                 (self.path / "holder").unlink(missing_ok=True)
             lock.release()

@@ -51,8 +51,9 @@ class AdaptivePCCI:
     ------
     InputError
         Where the tolerance is not positive or the budget no whole number; in `propagate`, where the
-        budget is below 18 runs and below one a variable and three more, or, where inputs are random
-        fields, below one a variable; or if times are not equidistant.
+        budget is too small or times are not equidistant. A budget is enough if it has 18 runs, or
+        three runs more than there are variables. With random fields it must also be larger than
+        the number of variables; the message tells what lowers this number.
     """
 
     tolerance: float = 0.01

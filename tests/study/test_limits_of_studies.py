@@ -39,19 +39,33 @@ def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
     assert "has this result already" in run(tmp_path, limits="fb.Limit(below=2.2)")
 
 
+def test_results_are_there_although_limits_cannot_be_checked(tmp_path):
+    parts = {"limits": "fb.Limit(below=9.0)", "method": "LHSScanning(8, 3)"}
+    assert "limits are not checked: the method expands no response" in run(tmp_path, **parts)
+    assert (tmp_path / "out" / "bands.nc").exists()
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "The limits are not checked: the method expands no response." in page
+
+
+@pytest.mark.parametrize("method", ["AdaptivePCCI()", "LHSScanning(40, 30)"])
 @pytest.mark.parametrize(
-    ("parts", "message"),
+    ("limit", "message"),
     [
-        ({"limits": 'fb.Limit("F", below=1.0)'}, "limits are not checked: Limit output must be"),
-        (
-            {"limits": "fb.Limit(below=9.0)", "method": "LHSScanning(8, 3)"},
-            "limits are not checked: the method expands no response",
-        ),
+        ('"F", below=1.0', "Limit output must be None, since the response has one output; got 'F'"),
+        ("below=[1.0, 2.0]", "Limit below must be one number, or numbers of shape (5,)"),
+        ("below=1.0, during=(0.0, 1.0)", "Limit during requires times"),
+        ("below=1.0, above=1.0", "Limit above must be less than below"),
     ],
 )
-def test_results_are_there_although_limits_cannot_be_checked(tmp_path, parts, message):
-    assert message in run(tmp_path, **parts)
-    assert (tmp_path / "out" / "bands.nc").exists()
+def test_limits_that_do_not_fit_end_a_study_after_its_first_runs(tmp_path, method, limit, message):
+    file = tmp_path / "study.py"
+    text = STUDY.format(method=method, limits=f"fb.Limit({limit})")
+    file.write_text(text.replace("    return np", "    print(len(a), 'runs'); return np"), "utf-8")
+    result = CliRunner().invoke(app, ["run", str(file), "--output", str(tmp_path / "out")])
+    assert result.exit_code == 1
+    assert message in " ".join(result.output.split())
+    assert result.output.count(" runs\n") <= 2  # whatever tells the progress
+    assert not (tmp_path / "out" / "bands.nc").exists()
 
 
 @pytest.mark.parametrize("limits", [3.0, "F", [1.0], None])

@@ -47,7 +47,7 @@ def report_on(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     contributions = contributions_of(surrogate, study.sigmas)
-    limits, probability = limits_of(study, surrogate, folder)
+    limits, probability, unchecked = limits_of(study, surrogate, folder)
     add_path(surrogate, bands, folder)
     if contributions is not None:
         save(lambda: write_netcdf(contributions, folder / SHARES))
@@ -56,29 +56,29 @@ def report_on(
     names += [MODEL] * (surrogate is not None)
     seconds = about.pop("seconds")
     found = given_by(study, inputs, surrogate, Path(about["file"]), seconds=seconds)
-    given = {**about, **found, "files": names}
+    given = {**about, **found, "files": names, "unchecked": unchecked}
     save(lambda: write_given(folder, given))
     page = write_report(folder, given, bands, checked, contributions, surrogate)
     uncertain = uncertain_ones(contributions, given["inputs"])
-    answer = verdict(about["doubts"], bands, checked, uncertain, limits, probability)
+    answer = verdict(given, bands, checked, uncertain, limits, probability)
     return page, answer
 
 
 def limits_of(
     study: Study, surrogate: Any, folder: Path
-) -> tuple[xr.Dataset | None, xr.Dataset | None]:
+) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
     """Return whether the limits of a study are kept, and the probability of leaving them.
 
-    Print a remark if that is not known.
+    The text is why that is not known; it is empty if it is, or if there are no limits.
     """
     if study.limits and surrogate is None:
-        print_remark("limits are not checked: the method expands no response")
-    elif study.limits:
+        return None, None, "the method expands no response"
+    if study.limits:
         try:
-            return check(surrogate, study.limits, folder)
+            return *check(surrogate, study.limits, folder), ""
         except Exception as error:  # the bands are there
-            print_remark(f"limits are not checked: {error}")
-    return None, None
+            return None, None, str(error) or type(error).__name__
+    return None, None, ""
 
 
 def add_path(surrogate: Any, bands: xr.Dataset, folder: Path) -> None:

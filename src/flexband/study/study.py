@@ -80,6 +80,7 @@ class Study:
             store=store,
             executor=executor,
             failed=failed,
+            check=self._check_limits,
             progress=progress,
         )
 
@@ -101,8 +102,14 @@ class Study:
             store=store,
             executor=executor,
             failed=failed,
+            check=self._check_limits,
             progress=progress,
         )
+
+    def _check_limits(self, labels: xr.DataArray) -> None:
+        """Raise `InputError` if a limit does not fit the outputs."""
+        for one in self.limits:
+            one.corridor(labels)
 
     def using(self, method: Method) -> Study:
         """Return the same study with another method."""

@@ -32,6 +32,7 @@ def propagate(
     store: Any = None,
     executor: Any = None,
     failed: str = "stop",
+    check: Callable[[xr.DataArray], object] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
     """Return interval mean and interval error bar of a response.
@@ -61,6 +62,8 @@ def propagate(
         "stop"; try "half step", a quarter and an eighth, and stop if these fail too; or "leave out"
         and go on without, which regression and the scanning methods can, others only where they
         hold runs out.
+    check : called after the first runs with the outputs, a DataArray without samples. What it
+        raises ends the study before more is run.
     progress : called as ``progress(done, total)`` after every batch, and, in this process, within a
         batch of `dynamic_response`.
 
@@ -97,7 +100,7 @@ def propagate(
         return described(bands.assign(between.variables).assign_attrs(counted | between.attrs))
 
     check_method(method)
-    found = in_cases(solved, response, inputs, method, most_runs, progress, options)
+    found = in_cases(solved, response, inputs, method, most_runs, progress, check, options)
     return found[""] if len(found) == 1 else over_choices(inputs, found)
 
 
@@ -111,6 +114,7 @@ def expand(
     store: Any = None,
     executor: Any = None,
     failed: str = "stop",
+    check: Callable[[xr.DataArray], object] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
@@ -133,5 +137,5 @@ def expand(
         told = surrogate.diagnostics.assign(between.variables)
         return replace(surrogate, diagnostics=told.assign_attrs(counted | between.attrs))
 
-    found = in_cases(expanded, response, inputs, method, most_runs, progress, options)
+    found = in_cases(expanded, response, inputs, method, most_runs, progress, check, options)
     return found[""] if len(found) == 1 else SurrogateOfChoices(inputs, found)

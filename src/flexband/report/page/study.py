@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -84,8 +84,10 @@ def write_report(
         SCRIPTS,
         title=given["title"],
         about=" · ".join(filter(None, heading)),
-        doubts=given["doubts"] or (limits is not None and limits.attrs["kept"] != "kept"),
-        verdict=verdict(given["doubts"], bands, checked, uncertain, limits, probability),
+        doubts=given["doubts"]
+        or given.get("unchecked")
+        or (limits is not None and limits.attrs["kept"] != "kept"),
+        verdict=verdict(given, bands, checked, uncertain, limits, probability),
         drawing=given.get("drawing"),
         description=given.get("description", ""),
         question=given.get("question"),
@@ -141,7 +143,7 @@ def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr
 
 
 def verdict(
-    doubts: Sequence[str],
+    given: Mapping[str, Any],
     bands: xr.Dataset,
     checked: xr.Dataset | None,
     contributions: xr.Dataset | None,
@@ -149,12 +151,14 @@ def verdict(
     probability: xr.Dataset | None = None,
 ) -> list[str]:
     """Return what the first lines of the report say."""
-    lines = [f"Doubtful: {one}." for one in doubts]
+    lines = [f"Doubtful: {one}." for one in given["doubts"]]
     lines.append(tables.error_in_words(bands))
     if checked is not None:
         lines.append(f"{checked.attrs['verdict']}.")
     if limits is not None:
         lines += [limit_in_words(limits.isel(limit=k)) for k in range(limits.sizes["limit"])]
+    if why := given.get("unchecked"):
+        lines.append(f"The limits are not checked: {why}.")
     if probability is not None:
         last = probability.isel(limit=-1)  # of leaving any limit
         lines.append(f"The probability of leaving a limit at any time is {chance(last)}.")

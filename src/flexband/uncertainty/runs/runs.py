@@ -46,6 +46,7 @@ def in_cases(
     method: Method,
     most_runs: int,
     progress: Callable[[int, int], object] | None,
+    check: Callable[[xr.DataArray], object] | None,
     options: Mapping[str, Any],
 ) -> dict[str, Result]:
     """Return what is solved for every combination of options, by its label.
@@ -54,6 +55,8 @@ def in_cases(
     """
     if progress is not None:
         function("progress", progress)
+    if check is not None:
+        function("check", check)
     function("response", response)
     check_names(response, inputs)
     with without_warnings(ResolutionWarning):
@@ -79,6 +82,7 @@ def in_cases(
         for label, own in all_inputs.items():
             runs = Runs(response, own, method, evaluate, most_runs, len(all_inputs), advance)
             runs.labels, runs.case, runs.explored = labels, label, explored
+            runs.check = check
             runs.check_left_out()
             found[label] = solve(runs)
             labels, finished = runs.labels, finished + runs.done
@@ -106,6 +110,7 @@ class Runs:
         self.each = self.total if callable(refined) else 0
         self.response, self.method, self.evaluations = response, method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
+        self.check: Callable[[xr.DataArray], object] | None = None
         self.stored: np.ndarray | None = None
         self.reused = 0
         self.calls: list[tuple[Response, list[Call]]] = []
@@ -154,7 +159,10 @@ class Runs:
             )
         if self.stored is None and recorded:
             self.stored = found.stored
+        first = self.labels is None
         self.labels = found.values[:0].copy()  # a view would keep all values
+        if first and self.check is not None:
+            self.check(self.labels)
         return found.values
 
     def keep(self, response: Response, call: Call) -> None:

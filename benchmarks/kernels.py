@@ -12,10 +12,9 @@ from harness import ROOT, alternate, medians, options, report
 
 import flexband as fb
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.batch import run
-from flexband.mechanics.engine.entries import MARCH, START
+from flexband.mechanics.engine.batch import begin, run
+from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.indices import as_indices
@@ -52,9 +51,9 @@ def solutions(count, structure, values, work):
 
 def kernel_time(kernel, count: int, *arguments) -> float:
     """Return microseconds per call."""
-    begin = time.perf_counter()
+    before = time.perf_counter()
     kernel(count, *arguments)
-    return 1e6 * (time.perf_counter() - begin) / count
+    return 1e6 * (time.perf_counter() - before) / count
 
 
 def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
@@ -79,16 +78,16 @@ def main() -> None:
     times = np.arange(round(DURATION / STEP) + 1) * STEP
     structure, values = system.structure, pack(system, times)(0)
     integrator = fb.GeneralizedAlpha()
-    work, failure = Work.of(structure), np.zeros((4, WIDTH))
-    work.smallest[:] = 1e-7
+    work, failure = begin(system, values)
+    first = work.z.copy()
     outputs = np.zeros((len(times), system.sensed, WIDTH))
 
     def step_time() -> float:
-        run(START, system, values, work, failure=failure)
-        begin = time.perf_counter()
+        work.z[:] = first
+        before = time.perf_counter()
         run(MARCH, system, values, work, outputs, failure,
             integrator.coefficients(STEP), integrator.tolerance)  # fmt: skip
-        return 1e6 * (time.perf_counter() - begin) / (len(times) - 1)
+        return 1e6 * (time.perf_counter() - before) / (len(times) - 1)
 
     step_time()  # compile
     cases = {"complete step": step_time}

@@ -9,9 +9,8 @@ from flexband.caching import cached_on_disk
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Work
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.batch import run
-from flexband.mechanics.engine.entries import MARCH, START
-from flexband.mechanics.engine.projection import SMALLEST_PIVOT
+from flexband.mechanics.engine.batch import begin, run
+from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lanes import WIDTH, filled
@@ -300,14 +299,9 @@ def states(mechanism, steps, step, integrator=None):
     integrator = integrator or fb.GeneralizedAlpha()
     system = assemble(mechanism)
     times = np.arange(max(steps, 1) + 1) * step
-    structure, work = system.structure, Work.of(system.structure)
-    work.smallest[:] = SMALLEST_PIVOT
-    outputs, failure = (
-        np.zeros((steps + 1, system.sensed, WIDTH)),
-        np.zeros((4, WIDTH)),
-    )
+    structure, outputs = system.structure, np.zeros((steps + 1, system.sensed, WIDTH))
     values = pack(system, times)(0)
-    run(START, system, values, work, failure=failure)
+    work, failure = begin(system, values)
     run(
         MARCH, system, values, work, outputs, failure,
         integrator.coefficients(step), integrator.tolerance,

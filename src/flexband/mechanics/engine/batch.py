@@ -10,12 +10,14 @@ import numpy as np
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, Work
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.closing import closed, guessed
 from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
 from flexband.mechanics.engine.projection import SMALLEST_PIVOT, ZERO_PIVOT
 from flexband.mechanics.engine.redundancy import rank_deficiency
+from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE
 from flexband.mechanics.engine.threads import (
     Progress,
     in_parallel,
@@ -106,16 +108,37 @@ def march_block(system: System, method, tolerance: float, values: Values, times:
 
 
 def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
-    """Return the state of a block at time zero, and its failures (4, WIDTH)."""
+    """Return the state of a block at time zero, and its failures (4, WIDTH).
+
+    Flexible members start unbent where loops close so. What fails is tried again from where loops
+    are as near to closing as they get so.
+    """
     work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
     work.smallest[:] = SMALLEST_PIVOT
-    run(START, system, values, work, failure=failure)
+    guess = guessed(system, values)
+    if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
+        near, misfit = closed(system, values)
+        guess = np.where(
+            np.abs(misfit).max(axis=0, initial=0.0) < CONSTRAINT_TOLERANCE, near, guess
+        )
+    _start(system, values, work, failure, guess)
+    failed = failure[0] > 0
+    if failed.any():
+        guess = np.where(failed, closed(system, values)[0], guess)
+        _start(system, values, work, failure, guess)
     if failure[3].any():
         independent = failure[3] > rank_deficiency(system, values, work.z)
         if independent.any():
             work.smallest[:, independent] = ZERO_PIVOT
-            run(START, system, values, work, failure=failure)
+            _start(system, values, work, failure, guess)
     return work, failure
+
+
+def _start(
+    system: System, values: Values, work: Work, failure: np.ndarray, guess: np.ndarray
+) -> None:
+    work.z[: len(guess)] = guess
+    run(START, system, values, work, failure=failure)
 
 
 def run(

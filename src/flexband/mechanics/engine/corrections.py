@@ -8,6 +8,7 @@ import numpy as np
 
 from flexband.errors import warn
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.closing import rigid_motions
 from flexband.mechanics.engine.redundancy import RANK, jacobian
 
 LEAST_TURN, LEAST_MOVE, LEAST_RATE = 1e-6, 1e-6, 1e-6
@@ -127,7 +128,7 @@ def _reversed(system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndar
     """
     size = 1 / _of(samples, system.values.inverse_scale)[1]
     before, after = (
-        np.einsum("kqs,qbs->skb", jacobian(system, at, samples), _rigid_motions(system, at, size))
+        np.einsum("kqs,qbs->skb", jacobian(system, at, samples), rigid_motions(system, at, size))
         for at in (guess, z)
     )
     found = np.zeros(len(samples), dtype=bool)
@@ -136,18 +137,3 @@ def _reversed(system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndar
         rank = int(np.sum(singular > RANK * singular[0]))
         found[s] = np.linalg.det(U[:, :rank].T @ J1 @ V[:rank].T) < 0
     return found
-
-
-def _rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Return dq of each body's moves by `size` [m] and turn by 1 rad, shape (q, motions, …)."""
-    mechanism = system.mechanism
-    motions = np.zeros((system.structure.state.coordinates, 3 * len(mechanism.bodies), z.shape[1]))
-    for b, (name, body) in enumerate(mechanism.bodies.items()):
-        first = mechanism.first_coordinates[name]
-        for n in (first + k for k in body.nodes):
-            motions[n - 1, 3 * b], motions[n, 3 * b + 1] = size, size
-            motions[n - 1, 3 * b + 2] = -(z[n + 1] - z[first + 1])
-            motions[n, 3 * b + 2] = z[n] - z[first]
-            for d in range(n + 2, n + body.per_node, 2):
-                motions[d - 1, 3 * b + 2], motions[d, 3 * b + 2] = -z[d + 1], z[d]
-    return motions

@@ -38,7 +38,6 @@ def find_out_of_reach(
         series = np.zeros((number, system.sensed, WIDTH))
         run(MARCH, system, values, work, series, failure, method, float(integrator.tolerance))
         here = pack(system, times[number:] if number + 1 < len(times) else times[-2:], own)(0)
-        here.start[:] = work.z[: len(here.start)]
         run(START, system, here, work, failure=failure)
         if failure[0, 0]:
             failures[place, 0] = OUT_OF_REACH

@@ -34,7 +34,7 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
         if f > 0:
             c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], 0.0)))
     x, y = map(own, system.values.vectors)
-    return _jacobian(system, c, x, y, z)
+    return derivatives(system, c, x, y, z)
 
 
 def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
@@ -43,14 +43,14 @@ def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray
     There is one number per lane, or one for all if their Jacobians are the same.
     """
     c = values.terms * values.functions[system.structure.terms.f]
-    lanes = _jacobian(system, c, *values.vectors, z).transpose(2, 0, 1)
+    lanes = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
     matrices = _unit_rows(lanes[:1] if (lanes == lanes[0]).all() else lanes)
     sound = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
     sizes = np.linalg.svd(np.where(sound, matrices, 0.0), compute_uv=False)
     return np.sum(sizes < RANK * sizes[:, :1], axis=1) + matrices.shape[1] - sizes.shape[1]
 
 
-def _jacobian(
+def derivatives(
     system: System, c: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
 ) -> np.ndarray:
     """Return Φ_q from the coefficients of terms and vectors; all have a last axis of samples."""

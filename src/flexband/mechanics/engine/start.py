@@ -162,11 +162,14 @@ def solve_accelerations(structure, values, work):
 
 @inlined
 def start(structure, values, work, failure):
-    """Fill the state z of one block of samples at time zero, and `failure`, see `entries`."""
+    """Fill the state z of one block of samples at time zero, and `failure`, see `entries`.
+
+    The search begins at the coordinates in z, each angle on the turn nearest to that in z.
+    """
     state, z = structure.state, work.z
-    clear(z, state.rows)
-    for i in range(state.coordinates + 1):
-        store(z, i, load(values.start, i))
+    for i in range(state.multiplier, state.rows):
+        if i < state.angle or i >= state.velocity:
+            store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work)
     set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)

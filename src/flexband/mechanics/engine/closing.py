@@ -1,0 +1,114 @@
+"""The guess with all bodies moved and turned, but not bent, to where the joints meet.
+
+Newton's method on all coordinates turns a flexible member along a tangent, which stretches it, and
+then has to undo that against its stiffness. So loops are closed by rigid motions first, with three
+unknowns for each body and turns that are exact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.redundancy import RANK, derivatives
+from flexband.mechanics.engine.start import ITERATIONS, LONGEST_STEP
+
+TOLERANCE = 1e-13
+"""Of the constraints, relative to the size of the mechanism."""
+
+TURN = 30.0
+"""How much more a turn by 1 rad counts than a move by the size of the mechanism."""
+
+SMALLEST = 1e-10
+"""Added to the matrix of rows of length 1, so that redundant ones do no harm."""
+
+
+def guessed(system: System, values: Values) -> np.ndarray:
+    """Return the rows [1, q, λ, θ] of z in the guess, with λ = θ = 0."""
+    z = np.zeros((system.structure.state.velocity, values.start.shape[1]))
+    z[: len(values.start)] = values.start
+    return z
+
+
+def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
+    """Return z as near to meeting the constraints as rigid motions get, and what is left of Φ.
+
+    Φ, shape (multipliers, lanes), is divided by the size of the mechanism.
+    """
+    c = values.terms * values.functions[system.structure.terms.f]
+    z, inverse = guessed(system, values), values.inverse_scale[1]
+    misfit = inverse * _constraints(system, values, c, z)
+    for _ in range(ITERATIONS):
+        apart = np.abs(misfit).max(axis=0, initial=0.0) > TOLERANCE
+        if not apart.any():
+            break
+        rows = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
+        motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
+        rows = inverse[:, None, None] * (rows @ motions)
+        rows[:, :, 2::3] /= TURN
+        lengths = np.linalg.norm(rows, axis=2, keepdims=True)
+        lengths[lengths < RANK * lengths.max()] = np.inf  # met by every rigid body
+        rows /= lengths
+        matrix = rows @ rows.transpose(0, 2, 1) + SMALLEST * np.eye(rows.shape[1])
+        step = -rows.transpose(0, 2, 1) @ np.linalg.solve(matrix, misfit.T[:, :, None] / lengths)
+        step[:, 2::3] /= TURN
+        largest = np.abs(step).max(axis=1, keepdims=True)
+        step *= apart[:, None, None] * LONGEST_STEP / np.maximum(largest, LONGEST_STEP)
+        _move(system, z, step[:, :, 0].T, 1 / inverse)
+        misfit = inverse * _constraints(system, values, c, z)
+    return z, misfit
+
+
+def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return dq of each body's moves by `size` [m] and turn by 1 rad, shape (q, motions, …)."""
+    mechanism = system.mechanism
+    motions = np.zeros((system.structure.state.coordinates, 3 * len(mechanism.bodies), z.shape[1]))
+    for b, (name, body) in enumerate(mechanism.bodies.items()):
+        first = mechanism.first_coordinates[name]
+        for n in (first + k for k in body.nodes):
+            motions[n - 1, 3 * b], motions[n, 3 * b + 1] = size, size
+            motions[n - 1, 3 * b + 2] = -(z[n + 1] - z[first + 1])
+            motions[n, 3 * b + 2] = z[n] - z[first]
+            for d in range(n + 2, n + body.per_node, 2):
+                motions[d - 1, 3 * b + 2], motions[d, 3 * b + 2] = -z[d + 1], z[d]
+    return motions
+
+
+def _move(system: System, z: np.ndarray, step: np.ndarray, size: np.ndarray) -> None:
+    """Move and turn the bodies, each about its first node, by steps as those of `rigid_motions`."""
+    for b, (name, body) in enumerate(system.mechanism.bodies.items()):
+        first = system.mechanism.first_coordinates[name]
+        cosine, sine = np.cos(step[3 * b + 2]), np.sin(step[3 * b + 2])
+        n = first + np.array(body.nodes)
+        origin = z[first : first + 2].copy()
+        z[n] -= origin[0]
+        z[n + 1] -= origin[1]
+        for k in range(0, body.per_node, 2):
+            x, y = z[n + k], z[n + k + 1]
+            z[n + k], z[n + k + 1] = cosine * x - sine * y, sine * x + cosine * y
+        z[n] += origin[0] + size * step[3 * b]
+        z[n + 1] += origin[1] + size * step[3 * b + 1]
+
+
+def _constraints(system: System, values: Values, c: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return Φ, shape (multipliers, lanes), after the angles in z have been updated."""
+    _update_angles(system, values, z)
+    terms, state = system.structure.terms, system.structure.state
+    found = np.zeros((state.angle - state.multiplier, z.shape[1]))
+    np.add.at(found, terms.k - state.multiplier, c * z[terms.i] * z[terms.j])
+    return found
+
+
+def _update_angles(system: System, values: Values, z: np.ndarray) -> None:
+    """Set the angles and lengths in z as the kernel of this name does."""
+    vectors, state = system.structure.vectors, system.structure.state
+    for a, row in enumerate(range(state.angle, state.velocity)):
+        entries = slice(vectors.start[a], vectors.start[a + 1])
+        q = z[vectors.coordinate[entries]]
+        x, y = ((v[entries] * q).sum(axis=0) for v in values.vectors)
+        if vectors.length[a]:
+            z[row] = np.hypot(x, y)
+        else:
+            angle = np.arctan2(y, x)
+            z[row] = angle + 2 * np.pi * np.round((z[row] - angle) / (2 * np.pi))

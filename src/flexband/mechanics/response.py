@@ -30,8 +30,8 @@ from flexband.progress import listener
 OUTPUTS = 500
 """Times without a given step."""
 
-MOST_PARTS = 64
-"""Of the time between two outputs, at which a motion is looked at."""
+MOST_PARTS, MOST_TIMES = 64, 2**15
+"""Parts of the time between two outputs, and times in all, at which a motion is looked at."""
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,11 @@ class DynamicResponse:
     def at_more_times(self) -> DynamicResponse | None:
         """Return the response at its steps between the times of outputs too; None without such.
 
-        Of more than 64 steps from one time to the next, every second, third … is taken.
+        Of more than 64 steps from one time to the next, or 32768 in all, every second, third … is
+        taken.
         """
-        parts = [k for k in range(2, MOST_PARTS + 1) if self.step_parts % k == 0]
-        most = max(parts, default=self.step_parts)
+        count = min(MOST_PARTS, int(MOST_TIMES * self.output_step / self.duration))
+        most = max((k for k in range(1, count + 1) if self.step_parts % k == 0), default=1)
         if most == 1:
             return None
         step, own = self.output_step / most, self.step_parts // most

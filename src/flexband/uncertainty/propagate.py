@@ -74,7 +74,7 @@ def propagate(
     number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k;
     ``attrs["inputs"]`` and ``attrs["versions"]`` are texts. One run is made again, alone, and
     counted in ``attrs["runs_repeated"]`` too: a sample must not depend on others of its batch.
-    If the response is known between its times, as a motion in steps shorter than these, 16 further
+    If the response is known between its times, as a motion in steps shorter than these, 8 further
     runs, ``attrs["runs_between"]``, tell `above_between` and `below_between`: by how much outputs
     leave the range of two neighbouring values between the times.
 

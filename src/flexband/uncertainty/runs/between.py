@@ -17,8 +17,8 @@ from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_nor
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.runs.runs import Runs
 
-COUNT = 16
-"""Runs: the nominal one, and others at the ends of all intervals, where most bounds are."""
+COUNT = 8
+"""Runs, as many as are simulated at once: the nominal one, and others at the ends of all intervals, where most bounds are."""
 
 SEED = 0
 

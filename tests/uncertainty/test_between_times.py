@@ -46,7 +46,7 @@ def test_what_is_between_the_times_is_that_of_the_closed_form(coarse):
     assert below[0][1] == pytest.approx(1.02 * (1 + least), rel=0.01)
     assert below[1][1] == pytest.approx(0.98 * (1 + least), rel=0.01)
     assert bands["above_between"].values == pytest.approx(0.0, abs=1e-9)
-    assert bands.attrs["runs_between"] == 16
+    assert bands.attrs["runs_between"] == 8
     xr.testing.assert_identical(coarse.bands(), fb.propagate(response(0.1), INPUTS, METHOD))
 
 
@@ -84,7 +84,7 @@ def test_with_choices_it_is_that_of_all_options():
     surrogate = fb.expand(own, inputs, METHOD)
     checked = fb.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
     assert checked["verdict"].values.tolist() != ["kept"]
-    assert surrogate.bands().attrs["runs_between"] == 32
+    assert surrogate.bands().attrs["runs_between"] == 16
 
 
 def test_a_remark_tells_what_the_bands_do_not_show(coarse):

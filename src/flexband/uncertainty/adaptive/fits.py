@@ -16,6 +16,7 @@ from flexband.uncertainty.expansions.interpolation import Interpolation
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.diagnostics import share
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
@@ -124,8 +125,10 @@ class Fit(NamedTuple):
         squares, shares = zip(*(fit._outside(seen, values) for values in groups), strict=True)
         missed = rare.runs.at(thin).values[:, self.outputs]
         missed = missed - fit.evaluate(rare.runs.xi, rare.runs.eta)
-        square = np.max(squares, axis=0) + np.einsum("p,pot->ot", rare.weight, missed**2)
-        return np.sqrt(square), RareValues.joined(groups).first(np.concatenate(shares), BATCH)
+        counts = share(seen.eta.shape[1]) ** 2 * rare.weight
+        square = np.max(squares, axis=0) + np.einsum("p,pot->ot", counts, missed**2)
+        values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
+        return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 
     def _outside(self, seen: Runs, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean square of how far it is outside, and the share of each value in it.
@@ -136,12 +139,12 @@ class Fit(NamedTuple):
         low, high = own.min(axis=0), own.max(axis=0)
         size = np.ptp(own, axis=(0, 2))[:, None]
         size[size == 0] = np.inf
-        square, share = np.zeros(low.shape), [np.zeros(0)]
+        square, shares = np.zeros(low.shape), [np.zeros(0)]
         for k in range(0, len(rare.weight), AT_ONCE):
             some = rare.which(slice(k, k + AT_ONCE))
             off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)
             off -= some.allowed(seen.xi)[:, None, None] * (high - low) / 2
             off = np.maximum(off, 0.0)
             square += np.einsum("p,pot->ot", some.weight, off**2)
-            share.append(some.weight * np.mean((off / size) ** 2, axis=(1, 2)))
-        return square, np.concatenate(share)
+            shares.append(some.weight * np.mean((off / size) ** 2, axis=(1, 2)))
+        return square, np.concatenate(shares)

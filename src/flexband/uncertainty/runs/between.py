@@ -18,7 +18,8 @@ from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.runs.runs import Runs
 
 COUNT = 8
-"""Runs, as many as are simulated at once: the nominal one, and others at the ends of all intervals, where most bounds are."""
+"""Runs, as many as are simulated at once: the nominal one, and others at the ends of all intervals,
+where most bounds are."""
 
 SEED = 0
 

@@ -105,6 +105,18 @@ def test_bands_of_an_equilibrium():
     np.testing.assert_allclose(bands["mean"].sel(output="force_F"), 9.81 * 1.5, rtol=1e-6)
 
 
+def test_components_of_a_sensor_at_rest_are_judged_together():
+    """That of a mass below its spring which is zero in theory is rounding, which has no terms."""
+    inputs = {"stiffness": fb.Interval(80.0, 120.0), "mass": fb.Normal(1.5, 0.05)}
+    response = fb.static_response(hanging)
+    values = {"stiffness": 100.0, "mass": 1.5}
+    assert response.quantities(**values) == ["m [m]", "m [m]", "force [N]", "force [m]"]
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI())
+    assert bands["trusted"].dims == ("output",)
+    assert bands["trusted"].all()
+    assert bands.attrs["expected_error"] < 0.01
+
+
 def test_a_pendulum_against_a_spring():
     """A rod turned by φ: m g l sin φ = k (φ₀ − φ)."""
 

@@ -14,7 +14,8 @@ def test_the_code_runs():
         exec(code, names)
         if "bands" in names:
             found.append(names["bands"]["mean"].values)
-    throw, program, served = found
+    named, throw, program, served = found
+    np.testing.assert_allclose(named[:, 0], [90.0, 110.0])
     assert 0.0 < np.ptp(throw) < 3.0  # m
     assert 10.0 < throw.min() < throw.max() < 20.4  # less than 2 v²/g without drag
     np.testing.assert_allclose(program, served[:, 0, :26], atol=1e-8)

@@ -101,8 +101,7 @@ class DynamicResponse:
 
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component: its sensor and unit."""
-        sensors = self._mechanism(values).sensors.items()
-        return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
+        return quantities_of(self._mechanism(values))
 
     @property
     def identity(self) -> tuple[object, ...]:
@@ -240,6 +239,12 @@ def dynamic_response(
     return DynamicResponse(
         builder, duration, between, chosen, threads, round(parts), given_step=step is not None
     )
+
+
+def quantities_of(mechanism: Mechanism) -> list[str]:
+    """Return of which vector or tensor each output is a component: its sensor and unit."""
+    sensors = mechanism.sensors.items()
+    return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
 
 
 def shown_inputs(values: Mapping[str, Any], samples: Iterable[int]) -> list[str]:

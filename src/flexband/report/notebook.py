@@ -89,8 +89,9 @@ def surrogate_html(surrogate: Surrogate | SurrogateOfChoices) -> str:
     rows.append(("runs", str(sum(int(own.get("runs", 0)) for own in attrs))))
     errors = [own["expected_error"] for own in attrs if "expected_error" in own]
     if errors:
+        averaged = "" if several[0].time is None else f", mean over {several[0].time}"
         rows.append(
-            ("expected error", f"{percent(max(errors))} of the error bar's width, mean over time")
+            ("expected error", f"{percent(max(errors))} of the error bar's width{averaged}")
         )
     rows += [("not reliable", own["not_trusted"]) for own in attrs if "not_trusted" in own]
     return _table(("surrogate", ""), rows) + _inputs(given)

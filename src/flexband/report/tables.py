@@ -12,6 +12,7 @@ from flexband.report.numbers import number, percent
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import SMALL
 from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, with_relative_errors
 
@@ -43,9 +44,9 @@ def deviations(bands: xr.Dataset) -> str:
 def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
-    The next column is its expected error, mean over time, in parts of the mean width, or, for PCCI
-    methods, the largest indicator of the truncation error in parts of the largest width. The last
-    one is whether new runs confirm it.
+    The next column is its expected error in parts of the width, both as means over time, or, for
+    PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
+    last one is whether new runs confirm it.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
 def expected_errors(bands: xr.Dataset) -> dict[str, float]:
     """Return the expected error of every output, in parts of the error bar's width; or nothing.
 
-    It is the mean over time of the error, as a part of the mean over time of the width.
+    Both are means over time, if there are times.
     """
     bar = bands["error_bar"].transpose("bound", ...)
     found = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
@@ -103,14 +104,14 @@ def error_in_words(bands: xr.Dataset) -> str:
     others = "; for the other outputs by less" if len(shares) > 1 else ""
     return (
         f"The ends of the error bars are expected to be off by {percent(shares[worst])} of the "
-        f"bars' width{of}{_averaged(bands)}{others}."
+        f"bars' width{of}{averaged(bands)}{others}."
     )
 
 
-def _averaged(bands: xr.Dataset) -> str:
+def averaged(bands: xr.Dataset) -> str:
     """Return over what expected errors are averaged, in words after a comma; or nothing."""
-    dims = [str(dim) for dim in bands["mean"].dims if dim != "bound"]
-    return f", mean over {dims[-1] if dims[-1] != 'output' else 'outputs'}" if dims else ""
+    time = axes_of(bands["mean"].transpose("bound", ...)).time
+    return "" if time is None else f", mean over {time}"
 
 
 def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
@@ -128,7 +129,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     if "expected_error" in bands.attrs:
         own = bands.attrs
         lines.append(
-            f"Expected error{_averaged(bands)}: {percent(own['expected_error'])} of the error "
+            f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
             f"bar's width ({own['runs_checked']} held-out runs)"
         )
         if own.get("refined"):

@@ -20,7 +20,8 @@ from flexband.uncertainty.expansions.regression import (
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import MAX_ORDER, Evaluate, earlier_runs
-from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, series, share, trust
+from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MAX_TERMS = 5000

@@ -15,6 +15,7 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
@@ -166,7 +167,7 @@ class PCCI:
         values = evaluate(*HybridExpansion.design(*random, nodes))
         flat = values.values.reshape(len(values), -1)
         expansion = HybridExpansion.fit(flat, *random, nodes)
-        direct = DirectExpansion(np.arange(math.prod(values.shape[1:-1])), expansion)
+        direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
         return Surrogate(space, values[:0], (direct,), diagnostics)

@@ -23,6 +23,7 @@ from flexband.uncertainty.expansions.polynomials import (
 )
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, Order, checked_order, of_variables, shown
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -102,7 +103,7 @@ class PerturbationChebyshev:
         curved = np.abs(bend @ flat.reshape(len(eta), len(xi), -1)).sum(axis=1).max(axis=0)
         highest = expansion.highest()[: len(orders)].any(axis=0)
         indicator = curved + np.abs(expansion.weighted[highest]).sum(axis=0)
-        direct = DirectExpansion(np.arange(math.prod(values.shape[1:-1])), expansion)
+        direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
         told = xr.Dataset({"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))})
         return Surrogate(space, values[:0], (direct,), told)
 

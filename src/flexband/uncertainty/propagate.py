@@ -43,8 +43,10 @@ def propagate(
     Parameters
     ----------
     response : function that takes every input by name, as an array of shape (n,) (a random field as
-        a function of position), and returns an array of shape (n, ...). The labels of a
-        `xarray.DataArray` are passed on to the result.
+        a function of position), and returns an array of shape (n, ...). The last axis is time, so
+        that an array of shape (n, k) is a series of one output; a `xarray.DataArray` whose last dim
+        is named "output", or has texts as labels, has outputs without a time, each of which is
+        judged on its own. Its labels are passed on to the result.
     inputs : name -> `Interval`, `Normal` or another distribution, `RandomField` or another `Input`;
         a number, which is a constant; `Choice`; or `Correlated`, under any name.
     method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `RegressionPCCI`,
@@ -119,9 +121,9 @@ def expand(
 ) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
 
-    Parameters and errors are those of `propagate`; the method is one that expands the response:
-    any but the scanning methods. ``expand(…).bands(sigmas)`` equals the result of `propagate`.
-    With a `Choice` it is a `SurrogateOfChoices`.
+    Parameters, what the axes of the response mean, and errors are those of `propagate`; the method
+    is one that expands the response: any but the scanning methods. ``expand(…).bands(sigmas)``
+    equals the result of `propagate`. With a `Choice` it is a `SurrogateOfChoices`.
     """
     check_method(method)
     if not callable(getattr(method, "expand", None)):

@@ -16,7 +16,9 @@ from flexband.cli.files import check_folder, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.errors import InputError
 from flexband.report.numbers import number, percent_to_tenth
-from flexband.report.tables import deviations, error_in_words, outputs_of, select
+from flexband.report.tables import averaged, deviations, error_in_words, outputs_of, select
+from flexband.uncertainty.answers.margins import labels_of
+from flexband.uncertainty.surrogates.axes import axes_of
 
 SPREADS = {"std", "cv"}
 """Parameters of which a distribution has one."""
@@ -74,7 +76,8 @@ def narrow(
         [name, number(old), number(new), percent_to_tenth(new / old if old else 1.0)]
         for name, (old, new) in pairs.items()
     ]
-    header = ["output", "width of the error bar, mean over time", "narrowed", "of what it was"]
+    width = f"width of the error bar{averaged(before)}"
+    header = ["output", width, "narrowed", "of what it was"]
     print_table(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))
     told = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
     print_text(f"{changed}\n{told}\nWritten: {place / 'narrowed.nc'}")
@@ -117,9 +120,10 @@ def tolerance(
         ]
         for output, values in own.items()
     ]
+    largest = ", the largest over time" * (axes_of(labels_of(surrogate)).time is not None)
     title = (
         f"Tolerance of {name}, all others as they are; widths are those of μ ± "
-        f"{deviations(found)}, the largest over time"
+        f"{deviations(found)}{largest}"
     )
     print_table(title, (header, rows))
 

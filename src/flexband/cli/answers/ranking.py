@@ -31,6 +31,7 @@ def contributions(
     contributions.nc and contributions.png are written.
     """
     from flexband.report.figures import contributions_figure  # noqa: PLC0415
+    from flexband.report.page.inputs import over_time  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -47,7 +48,7 @@ def contributions(
         largest = own.max([dim for dim in own.dims if dim != "name"]).values
         found = found.isel(name=np.argsort(-largest, kind="stable"))
     figure = place / "contributions.png"
-    draw(lambda: contributions_figure(found, drawn), figure, wanted=found["width"].ndim > 0)
+    draw(lambda: contributions_figure(found, drawn), figure, wanted=over_time(found))
     names = [str(name) for name in found["name"].values]
     shares = {kind: _by_output(found[kind]) for kind in kinds}
     if as_json:
@@ -55,9 +56,13 @@ def contributions(
         return
     mean, widest = shares.values()
     header = ["input"]
-    for name in mean:
-        header += [f"{name}, mean over time".lstrip(", "), "where the bar is widest"]
-    columns = [own[name] for name in mean for own in (mean, widest)]
+    if over_time(found):
+        for name in mean:
+            header += [f"{name}, mean over time".lstrip(", "), "where the bar is widest"]
+        columns = [own[name] for name in mean for own in (mean, widest)]
+    else:
+        header += [name or "response" for name in mean]
+        columns = list(mean.values())
     rows = [[name, *(percent_to_tenth(own[k]) for own in columns)] for k, name in enumerate(names)]
     print_table(title, (header, rows))
 

@@ -36,8 +36,8 @@ def inputs_table(given: Mapping[str, Any]) -> Table:
 def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     """Return the table of inputs with a column that tells how much each matters.
 
-    It is the part of the error bar's width that the input is worth, mean over time, of the outputs
-    that it matters most for.
+    It is the part of the error bar's width that the input is worth, both as means over time, of the
+    outputs that it matters most for.
 
     Parameters
     ----------
@@ -49,9 +49,14 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     own = contributions["mean_share"]
     names = [str(name) for name in own["name"].values]
     told = [_matters(own.isel(name=names.index(r[0]))) if r[0] in names else "" for r in rows]
-    return [*header, "matters, mean over time"], [
+    return [*header, f"matters{', mean over time' * over_time(contributions)}"], [
         [*row, one] for row, one in zip(rows, told, strict=True)
     ]
+
+
+def over_time(contributions: xr.Dataset) -> bool:
+    """Return whether the shares of inputs are means over time."""
+    return contributions["mean_share"].ndim < contributions["contribution"].ndim
 
 
 def _matters(share: xr.DataArray) -> str:

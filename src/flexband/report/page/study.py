@@ -14,7 +14,7 @@ from flexband.report.figures import bounds
 from flexband.report.numbers import number
 from flexband.report.page.answers import answers_in, limits_table, read_answer
 from flexband.report.page.charts import chart_data
-from flexband.report.page.inputs import with_shares
+from flexband.report.page.inputs import over_time, with_shares
 from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
@@ -40,13 +40,14 @@ ROWS = 25
 TERMS = {
     "nominal": "the response with every interval at its midpoint and every random input at its "
     "mean; at its median if it is a LogNormal or has heavy tails",
-    "expected error": "how far the ends of an error bar are expected to be off; in per cent: its "
-    "mean over time, in parts of the mean width of the bar; below a chart: at the cursor. It is "
-    "found by runs that were not fitted, and by runs with half the step and twice the elements",
+    "expected error": "how far the ends of an error bar are expected to be off; in per cent: in "
+    "parts of the width of the bar, over time in parts of its mean; below a chart: at the cursor. "
+    "It is found by runs that were not fitted, and by runs with half the step and twice the "
+    "elements",
     "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
     "expected, as far as so few runs can tell",
     "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
-    "part of its width, mean over time",
+    "part of its width, over time as a part of its mean width",
     "interval": "all that is known of the input is that it is between two numbers",
     "random field": "a property that is random and varies with the position",
 }
@@ -169,7 +170,7 @@ def verdict(
         lines.append(
             f"What matters most is {contributions['name'].values[0]}: without its uncertainty, the "
             f"error bar of {output or 'the response'} would be {tables.percent(parts[output])} "
-            "narrower, mean over time."
+            f"narrower{', mean over time' * over_time(contributions)}."
         )
     return lines
 

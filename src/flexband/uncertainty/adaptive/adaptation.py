@@ -20,7 +20,8 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, earlier_runs, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.surrogates.diagnostics import running, series, share, step
+from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.diagnostics import running, share, step
 
 GROWTH = 0.25
 """Size of a batch, as a part of the fitted runs there are."""

@@ -16,7 +16,8 @@ from flexband.errors import AssemblyError, InputError, RunError
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.discretization import refinements
 from flexband.uncertainty.methods import Evaluate
-from flexband.uncertainty.surrogates.diagnostics import DOUBT, names_of_outputs
+from flexband.uncertainty.surrogates.axes import names_of_outputs
+from flexband.uncertainty.surrogates.diagnostics import DOUBT
 
 OF_DISCRETIZATION = 0.5
 """Part of the tolerance that is for the discretization."""

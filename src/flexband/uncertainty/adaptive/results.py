@@ -9,7 +9,8 @@ from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, names_of_outputs, trust
+from flexband.uncertainty.surrogates.axes import names_of_outputs
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate

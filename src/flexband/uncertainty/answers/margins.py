@@ -14,6 +14,7 @@ from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.peaks import drops, spacing
 from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -161,8 +162,8 @@ def _checked(
         "side": ("above", "below")[side],
         "verdict": verdict,
     }
-    last = labels.dims[-1]
-    if last in one.coords and last != "output" and labels.ndim > 1:
+    last = axes_of(labels).time
+    if last in one.coords:
         data["least_margin_at"] = one[last].values
         data["margin_between_after"] = bar[0][where][lowest][last].values
     at_bound = bands.get("error_bar_at")
@@ -215,7 +216,7 @@ def _in_words(one: xr.Dataset, labels: xr.DataArray) -> str:
     text = f"{one['limit'].values}: {one['verdict'].values}, least margin "
     text += f"{float(one['least_margin']):.4g}{f' ± {error:.2g}' if error else ''}{unit}"
     if "least_margin_at" in one:
-        last = labels.dims[-1]
+        last = axes_of(labels).time
         text += f" at {last} {_number(one['least_margin_at'].values)}"
         unit_of_last = labels[last].attrs.get("units", "")
         text += f" {unit_of_last}".rstrip()

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.uncertainty.surrogates.axes import axes_of
+
 
 def spacing(labels: xr.DataArray) -> np.ndarray | None:
-    """Return the steps of the last dim of a response; None where it has no order or few values."""
-    last = labels.dims[-1]
-    if labels.ndim < 2 or last == "output" or labels.shape[-1] < 3:
+    """Return the steps of time of a response; None where it has no order or few values."""
+    axes = axes_of(labels)
+    last = axes.time
+    if last is None or axes.times < 3:
         return None
     if last not in labels.coords:
-        return np.ones(labels.shape[-1] - 1)
+        return np.ones(axes.times - 1)
     if labels[last].dtype.kind not in "iuf":
         return None
     steps = np.diff(labels[last].values.astype(float))

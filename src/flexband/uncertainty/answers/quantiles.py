@@ -146,7 +146,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
     check_free("probability", labels)
     check_samples(space, p, samples)
     xi = samples_of(space.families, samples, seed)
-    m, times = space.interval_dimension, labels.shape[-1] if labels.ndim > 1 else 1
+    m, times = space.interval_dimension, surrogate.times
     outputs = math.prod(labels.shape[1:]) // times
     shape = 2, len(p), outputs, times
     values, errors, eta = np.empty(shape), np.empty(shape), np.zeros((*shape, m))

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, shown
+from flexband.uncertainty.surrogates.axes import axes_of
 
 Quantity = Callable[[xr.DataArray], xr.DataArray]
 
@@ -81,8 +82,8 @@ class _OverTime:
             own = self.of(response)
         else:
             own = response if self.of is None else chosen(response, self.of)
-        last = own.dims[-1]
-        if own.ndim < 2 or last == "output" or own.shape[-1] < 3:
+        last = axes_of(own).time
+        if last is None or own.shape[-1] < 3:
             raise InputError(f"{type(self).__name__} requires at least three times; got {own.dims}")
         times = own[last].values if last in own.coords else np.arange(own.shape[-1])
         if times.dtype.kind not in "iuf" or (np.diff(times) <= 0).any():

@@ -57,7 +57,7 @@ def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
         own = _positions(labels, dim, wanted)
         chosen[dim] = int(own[0]) if np.ndim(wanted) == 0 else np.unique(own)
     numbers = np.arange(int(np.prod(labels.shape[1:], dtype=int)))
-    times = labels.shape[-1] if labels.ndim > 1 else 1
+    times = surrogate.times
     grid = xr.DataArray(numbers.reshape(labels.shape[1:]), dims=labels.dims[1:]).isel(chosen).values
     outputs, at_times = np.unique(grid // times), np.unique(grid % times)
     expansions = []

@@ -84,6 +84,8 @@ def labelled(result: Any, runs: int) -> xr.DataArray:
     array = array.drop_vars([k for k, c in array.coords.items() if array.dims[0] in c.dims])
     if "sample" not in array.dims:
         array = array.drop_vars("sample", errors="ignore").rename({array.dims[0]: "sample"})
+    if array.ndim > 2 and array.dims[-1] == "output":  # the last dim is time
+        array = array.transpose("sample", "output", ...)
     return array
 
 

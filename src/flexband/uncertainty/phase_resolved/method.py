@@ -18,7 +18,8 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, series, step, trust
+from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, step, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate

@@ -11,6 +11,7 @@ from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.axes import axes_of
 
 BOUNDS = ["lower", "upper"]
 
@@ -29,7 +30,7 @@ LONG_NAMES = {
     "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
     "mean_expected_error": "error expected of the interval mean",
     "error_bar_expected_error": "error expected of the interval error bar",
-    "relative_expected_error": "expected error, mean over time, in parts of the error bar's width",
+    "relative_expected_error": "expected error{averaged}, in parts of the error bar's width",
     "mean_expansion_error": "error that is due to the expansion",
     "error_bar_expansion_error": "error that is due to the expansion",
     "mean_discretization_error": "error that is due to step and elements",
@@ -107,12 +108,13 @@ def described(result: xr.Dataset) -> xr.Dataset:
 
     Without dim "output", or with outputs of different units, the coordinate "unit" has them.
     """
-    result = result.copy()
+    result, time = result.copy(), axes_of(result["mean"].transpose("bound", ...)).time
+    averaged = "" if time is None else f", mean over {time}"
     k = "" if result.attrs["sigmas"] == 1 else f"{result.attrs['sigmas']:g}"
     units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
     for name, words in LONG_NAMES.items():
         if name in result.variables:
-            own = {"long_name": words.format(k=k)}
+            own = {"long_name": words.format(k=k, averaged=averaged)}
             if len(units) == 1 and name not in WITHOUT_UNITS:
                 own["units"] = str(next(iter(units)))
             result[name].attrs.update(own)

@@ -12,6 +12,7 @@ from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.evaluation import LARGEST, check_labels
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import VARIABLES
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -30,13 +31,16 @@ def check(surrogate: Surrogate) -> None:
         raise InputError("the surrogate must have inputs, and labels without runs")
     check_labels(labels)
     dimensions = space.random_dimension, space.interval_dimension
-    outputs = math.prod(labels.shape[1:-1])
-    times = labels.shape[-1] if labels.ndim > 1 else 1
+    axes = axes_of(labels)
+    outputs, times = math.prod(axes.shape), axes.times
     for expansion in surrogate.expansions:
         _check_expansion(expansion, *dimensions, times)
     numbers = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
     if not np.array_equal(np.sort(numbers), np.arange(outputs)):
-        raise InputError(f"the expansions must be those of {outputs} outputs, each once")
+        raise InputError(
+            f"the expansions must be those of {outputs} outputs, each once; earlier versions took "
+            "outputs without a time for one: make the surrogate again"
+        )
     if surrogate.held_out is not None:
         _check_held_out(surrogate.held_out, *dimensions, outputs, times)
     _check_attributes(diagnostics.attrs)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -12,6 +11,7 @@ from scipy.signal import fftconvolve
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Extremes
+from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
@@ -33,30 +33,24 @@ which errors are in parts of this. What is zero in theory, as the stress across 
 and vibrations of the mesh, which converge to nothing."""
 
 
-def series(values: xr.DataArray) -> np.ndarray:
-    """Return a response as runs, outputs and times: all dims but the last, and the last."""
-    shape = values.shape[1:]
-    return values.values.reshape(len(values), -1, shape[-1] if shape else 1)
-
-
 def step(values: xr.DataArray) -> float:
-    """Return the step of the last dimension; 1 where it has no coordinate.
+    """Return the step of time; 1 where there is none, or it has no coordinate.
 
     Raises
     ------
     InputError
         Where it is not equidistant.
     """
-    last = values.dims[-1]
-    if values.ndim < 2 or values.shape[-1] < 2 or last not in values.coords:
+    axes = axes_of(values)
+    if axes.times < 2 or axes.time not in values.coords:
         return 1.0
-    times = values[last].values
+    times = values[axes.time].values
     if not np.issubdtype(times.dtype, np.number):
         return 1.0
     steps = np.diff(times)
     if np.ptp(steps) > 1e-6 * np.abs(steps).max():
         raise InputError(
-            f"a phase-resolved expansion needs equidistant values of {last!r}; "
+            f"a phase-resolved expansion needs equidistant values of {axes.time!r}; "
             f"got steps from {steps.min():g} to {steps.max():g} "
             "(AdaptivePCCI(phase_resolved=False) takes any)"
         )
@@ -104,15 +98,6 @@ def missed_part(
     return rms(missed) / (varied if quantities is None else at_least(varied, quantities))
 
 
-def names_of_outputs(labels: xr.DataArray) -> list[str]:
-    """Return the names of the outputs of a response of shape (runs, …), "the response" for one."""
-    dims = labels.dims[1:-1]
-    names = product(
-        *(labels[d].values if d in labels.coords else range(labels.sizes[d]) for d in dims)
-    )
-    return [", ".join(map(str, name)) or "the response" for name in names]
-
-
 def trust(
     labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in held-out runs"
 ) -> xr.Dataset:
@@ -124,13 +109,13 @@ def trust(
     missed : the part that is missed of each output.
     of : words for what it is a part of.
     """
-    dims, shape = labels.dims[1:-1], labels.shape[1:-1]
+    axes = axes_of(labels)
     doubts = [
         f"{name} ({100 * part:.0f} % of {of} is missed)"
         for name, part in zip(names_of_outputs(labels), missed, strict=True)
         if not part < DOUBT
     ]
-    trusted = xr.Dataset({"trusted": (dims, (missed < DOUBT).reshape(shape))})
+    trusted = xr.Dataset({"trusted": (axes.dims, (missed < DOUBT).reshape(axes.shape))})
     return trusted.assign_attrs({"not_trusted": "; ".join(doubts)} if doubts else {})
 
 
@@ -177,13 +162,13 @@ def diagnostics(
     carriers : of each output.
     trusted : what `trust` returns.
     """
-    dims, shape = labels.dims[1:], labels.shape[1:]
+    dims, shape, axes = labels.dims[1:], labels.shape[1:], axes_of(labels)
     return xr.Dataset(
         {
             "mean_expected_error": (dims, error[0].reshape(shape)),
             "error_bar_expected_error": (dims, error[1].reshape(shape)),
-            "relative_expected_error": (dims[:-1], relative.reshape(shape[:-1])),
-            "carriers": (dims[:-1], carriers.reshape(shape[:-1])),
+            "relative_expected_error": (axes.dims, relative.reshape(axes.shape)),
+            "carriers": (axes.dims, carriers.reshape(axes.shape)),
             "trusted": trusted["trusted"],
         },
         attrs={"carrier_frequencies": list(frequencies), **trusted.attrs},

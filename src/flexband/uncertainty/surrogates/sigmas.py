@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, numbers, positive
+from flexband.uncertainty.surrogates.axes import axes_of
 
 NO_WIDTH = 1e-13
 """An error bar that is narrower than this part of its values has no width to compare with."""
@@ -74,7 +75,7 @@ def with_relative_errors(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     ):
         return told
     found = relative_errors(told, "expected_error", bar)
-    return told.assign(relative_expected_error=(bar.dims[1:-1], found))
+    return told.assign(relative_expected_error=(axes_of(bar).dims, found))
 
 
 def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
@@ -87,9 +88,10 @@ def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarra
     told : the errors ``mean_<name>`` and ``error_bar_<name>`` of a response.
     bar : its error bar, dims (bound, …), which contain those of the errors.
     """
-    lower, upper = map(np.atleast_1d, bar.values)
+    axes = axes_of(bar)
+    lower, upper = (own.reshape(*axes.shape, axes.times) for own in bar.values)
     width, size = (upper - lower).mean(axis=-1), np.maximum(abs(lower), abs(upper)).max(axis=-1)
     width = np.where(width > NO_WIDTH * size, width, np.inf)
     errors = [told.variables[f"{band}_{name}"] for band in ("mean", "error_bar")]
-    errors = [np.atleast_1d(own.transpose(*bar.dims[1:]).values) for own in errors]
+    errors = [own.transpose(*bar.dims[1:]).values.reshape(lower.shape) for own in errors]
     return np.max([own.mean(axis=-1) / width for own in errors], axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,6 +15,7 @@ from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extre
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.narrowing import part_of
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
 from flexband.uncertainty.surrogates.held_out import HeldOut
@@ -29,8 +31,7 @@ class Surrogate:
     ----------
     space : the inputs.
     labels : a response without runs, shape (0, …), for its dims and coordinates.
-    expansions : each of some of its outputs. The last dim of the response is its times; all dims
-        before it together are its outputs.
+    expansions : each of some of its outputs: all dims but that of time together (`axes_of`).
     diagnostics : expected errors, carriers, orders: whatever the method reports.
     held_out : what it misses in runs that were not fitted; None if the method has no such runs.
     """
@@ -50,6 +51,18 @@ class Surrogate:
         """Return the inputs and the dims in one line."""
         shape = ", ".join(f"{dim} {n}" for dim, n in self.labels.sizes.items() if dim != "sample")
         return f"<Surrogate of {', '.join(self.space.inputs)}; {shape or 'one number'}>"
+
+    @property
+    def times(self) -> int:
+        """Number of times of each output."""
+        outputs = sum(len(one.outputs) for one in self.expansions)
+        return math.prod(self.labels.shape[1:]) // outputs
+
+    @property
+    def time(self) -> str | None:
+        """The dim of time; None where there is none, or one time has been selected."""
+        axes = axes_of(self.labels)
+        return axes.time if axes.times == self.times else None
 
     def telling(self, **attrs: Any) -> Surrogate:
         """Return the surrogate with further attributes of its diagnostics."""

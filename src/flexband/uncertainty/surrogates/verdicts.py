@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import growth
 
@@ -62,12 +63,12 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
 
 def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
     """Return in words where an output is missed most: output, time and inputs."""
-    dims, sizes = labels.dims[1:-1], labels.shape[1:-1]
+    dims, sizes, last, _ = axes_of(labels)
     index = dict(zip(dims, np.unravel_index(output, sizes) if dims else (), strict=True))
     names, one = _names(labels, output), checked.isel(index)
     words = [f"most in {', '.join(names)}"] if names else ["most"]
-    if labels.ndim > 1:
-        last, at = labels.dims[-1], int(one["missed_most_at"])
+    if last is not None:
+        at = int(one["missed_most_at"])
         stamp = labels[last].values[at] if last in labels.coords else at
         number = f"{stamp:.4g}" if isinstance(stamp, int | float | np.number) else str(stamp)
         unit = labels[last].attrs.get("units", "") if last in labels.coords else ""
@@ -81,8 +82,8 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
 
 def _names(labels: xr.DataArray, output: int) -> list[str]:
     """Return the labels of an output, by its number."""
-    dims = labels.dims[1:-1]
-    places = np.unravel_index(output, labels.shape[1:-1]) if dims else ()
+    dims, shape, *_ = axes_of(labels)
+    places = np.unravel_index(output, shape) if dims else ()
     return [
         str(labels[d].values[k]) if d in labels.coords else f"{d} {k}"
         for d, k in zip(dims, places, strict=True)
@@ -91,7 +92,7 @@ def _names(labels: xr.DataArray, output: int) -> list[str]:
 
 def _named(labels: xr.DataArray, output: int) -> str:
     """Return " for y", or nothing where there is one output only."""
-    several = len(labels.dims) > 2 and np.prod(labels.shape[1:-1]) > 1
+    several = np.prod(axes_of(labels).shape) > 1
     return f" for {', '.join(_names(labels, output))}" if several else ""
 
 

@@ -33,6 +33,7 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
@@ -101,8 +102,8 @@ def verify(
     runs and times; the `implied_error` of the error bar, the `least_error` with a confidence of
     95 %, and the `bar_width`, means over time; and, if the method expects an error, what that
     `allowed` to miss, and whether it is `confirmed`: whether it is above the least error.
-    `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the time
-    on the last dimension. Along the dim "sample" are `missed_in_run`, the `run_values` of the
+    `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the time.
+    Along the dim "sample" are `missed_in_run`, the `run_values` of the
     inputs, and the `run_place`: at a bound or anywhere. ``attrs["verdict"]`` is a text,
     ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
     runs. With choices there is a dim "choice", and every combination has so many runs.
@@ -141,7 +142,7 @@ def _verified(
 ) -> xr.Dataset:
     """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
-    times = labels.shape[-1] if labels.ndim > 1 else 1
+    axes, times = axes_of(labels), surrogate.times
     xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
     with without_warnings(ResolutionWarning):
         response, halved = as_expanded(surrogate, response)
@@ -155,7 +156,7 @@ def _verified(
     width = np.maximum(width, round_off)
     square = np.mean(missed**2, axis=2)
     worst = square.argmax(axis=0)
-    dims, shape = labels.dims[1:-1], labels.shape[1:-1]
+    dims, shape = axes.dims, axes.shape
     missed_by, least_missed = np.sqrt(square.mean(axis=0)), _at_least(square)
     found = {
         "missed": missed_by,
@@ -251,5 +252,5 @@ def _expected(surrogate: Surrogate) -> np.ndarray | None:
     for name in ("error_bar_expansion_error", "error_bar_expected_error"):
         if name in surrogate.diagnostics:
             error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            return error.reshape(-1, error.shape[-1] if error.ndim else 1)
+            return error.reshape(-1, surrogate.times)
     return None

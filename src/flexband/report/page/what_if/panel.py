@@ -11,8 +11,8 @@ from flexband.report.page.what_if.inputs import intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.uncertainty.answers.selection import surrogates_of
 from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.diagnostics import names_of_outputs
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SCRIPTS = (
@@ -51,7 +51,7 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     every = list(surrogates_of(surrogate).values())
     space, expansions = every[0].space, [own for one in every for own in one.expansions]
-    if every[0].labels.dims[-1] in ("sample", "output"):
+    if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
     if sum(_coefficients(one) for one in expansions) > MAX_COEFFICIENTS:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]

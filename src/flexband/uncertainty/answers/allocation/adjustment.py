@@ -92,7 +92,7 @@ def limited(
     Expansions of outputs with limits at all times with any; numbers, shape (series,); lower and
     upper limits, (2, series).
     """
-    times = surrogate.labels.shape[-1] if surrogate.labels.ndim > 1 else 1
+    times = surrogate.times
     bounds = np.stack([lower, upper]).reshape(2, -1, times)
     some = np.asarray(np.isfinite(bounds).any(axis=0))
     at = np.flatnonzero(some.any(axis=0))

@@ -19,6 +19,7 @@ from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.peaks import drops, spacing
 from flexband.uncertainty.answers.probability.correction import Correction
 from flexband.uncertainty.answers.results import answer, expected_error, places
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 NO_RUNS = ". No runs were made to confirm it"
@@ -56,8 +57,9 @@ def result_of(
     if len(points):
         data |= places("binding_inputs", narrow.space, points.places, ["binding"], [len(points)])
     data |= _margins(narrow, limits, worst, found)
-    times = labels[labels.dims[-1]] if labels.dims[-1] in labels.coords else None
-    if times is not None and labels.dims[-1] != "output":
+    time = axes_of(labels).time
+    if time is not None and time in labels.coords:
+        times = labels[time]
         at = worst.numbers[points.series] % len(times)
         data["binding_at"] = "binding", times.values[at]
         data["slack_at"] = "limit", times.values[data["slack_at"][1]]

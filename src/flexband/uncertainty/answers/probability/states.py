@@ -118,7 +118,7 @@ class LimitState:
     ) -> LimitState:
         """Return the limit state of a surrogate; `error` has the shape of the response."""
         labels, space = surrogate.labels, surrogate.space
-        times = labels.shape[-1] if labels.ndim > 1 else 1
+        times = surrogate.times
         lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
         limited = np.isfinite(lower) | np.isfinite(upper)
         number, beyond = np.arange(limited.size).reshape(limited.shape), _beyond(surrogate)

@@ -130,12 +130,12 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         "width": (dims, width),
         "contribution": (("name", *dims), contribution),
         "interaction": (dims, width - contribution.sum(axis=0)),
-        **_shares(contribution, width, dims),
+        **_shares(contribution, width, surrogate),
     }
     if shapley:
         values = _shapley(names, width, narrower, contribution)
         data["shapley"] = ("name", *dims), values
-        data |= {f"shapley_{k}": own for k, own in _shares(values, width, dims).items()}
+        data |= {f"shapley_{k}": own for k, own in _shares(values, width, surrogate).items()}
     eta = np.stack([lower.places[0], upper.places[1]])
     data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
     error = expected_error(surrogate, sigmas)
@@ -144,21 +144,24 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     found = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
     for name in (own for own in found if "share" in str(own)):
         found[name].attrs.pop("units", None)
+        if surrogate.time is None:
+            found[name].attrs["long_name"] = "part of the width"
     return found
 
 
-def _shares(each: np.ndarray, width: np.ndarray, dims: tuple[Any, ...]) -> dict[str, Any]:
+def _shares(each: np.ndarray, width: np.ndarray, surrogate: Surrogate) -> dict[str, Any]:
     """Return parts of the width: means over time, and where it is the widest.
 
     Parameters
     ----------
     each : what every input has of the width, shape (names, …, times).
     """
-    if not width.ndim:
-        each, width = each[:, None], width[None]
+    times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
+    outer = shape if surrogate.time is None else shape[:-1]
+    width, each = width.reshape(*outer, times), each.reshape(-1, *outer, times)
     widest = np.argmax(width, axis=-1, keepdims=True)
     at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
-    own = ("name", *dims[:-1])
+    own = ("name", *(dim for dim in dims if dim != surrogate.time))
     return {
         "mean_share": (own, each.mean(-1) / _positive(width.mean(-1))),
         "share_at_widest": (own, at_widest / _positive(width.max(-1))),

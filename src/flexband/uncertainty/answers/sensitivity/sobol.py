@@ -77,13 +77,14 @@ def sobol_indices(
     own, seed = surrogates_of(surrogate), whole("seed", seed, 0)
     if any(not one.space.random_dimension for one in own.values()):
         raise InputError("surrogate must have random inputs; Sobol' indices are parts of variance")
-    found = {label: _indices(selected(one, at), seed) for label, one in own.items()}
+    parts = {label: selected(one, at) for label, one in own.items()}
+    found = {label: _indices(one, seed) for label, one in parts.items()}
     joint = over_options(found)
     for one in found.values():
         joint["defined"] = joint["defined"] & one["defined"]
     weight = joint["std"] ** 2
-    dims = weight.dims[-1:] if joint["defined"].ndim else ()
-    weight = weight / weight.sum(dims).where(lambda own: own > 0)
+    time = next(iter(parts.values())).time
+    weight = weight / weight.sum(() if time is None else time).where(lambda own: own > 0)
     total = (joint["total"].sel(bound="upper") * weight).fillna(0.0)
     total = total.sum([dim for dim in total.dims if dim != "name"])
     return joint.isel(name=np.argsort(-total.values, kind="stable"))
@@ -99,7 +100,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     variables = dict(zip(random, (range(*pair) for pair in pairwise(ends)), strict=True))
     own = {k: members for k, members in groups(surrogate).items() if members[0] in random}
     numbers = [[k for name in members for k in variables[name]] for members in own.values()]
-    m, times = space.interval_dimension, labels.shape[-1] if labels.ndim > 1 else 1
+    m, times = space.interval_dimension, surrogate.times
     count = math.prod(labels.shape[1:]) // times
     mean, std = (one.reshape(count, times) for one in surrogate.standard_moments(np.zeros((1, m))))
     least = (VANISHING * np.max(np.abs(mean) + std, axis=1)) ** 2

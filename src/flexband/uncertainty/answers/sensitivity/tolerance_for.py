@@ -17,6 +17,7 @@ from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -72,9 +73,7 @@ def tolerance_for(
     tolerance, one = _tolerance(own, name)
     labels = own.labels
     check_free("bound", labels)
-    over_time = labels.dims[-1] not in ("sample", "output")
-    dims = labels.dims[1:-1] if over_time else labels.dims[1:]
-    shape = labels.shape[1:-1] if over_time else labels.shape[1:]
+    dims, shape, time, _ = axes_of(labels)
 
     @cache
     def width(factor: float) -> np.ndarray:
@@ -105,7 +104,7 @@ def tolerance_for(
         "tolerance": (dims, found * tolerance),
     }
     told = {"sigmas": k, "share": share, "input": name}
-    frame = labels.isel({labels.dims[-1]: 0}, drop=True) if over_time else labels
+    frame = labels if time is None else labels.isel({time: 0}, drop=True)
     result = answer(own, data, {}, told, LONG_NAMES, frame).drop_vars("bound")
     for kind in ("factor", "tolerance"):
         result[kind].attrs.pop("units", None)

@@ -1,0 +1,59 @@
+"""Which dims of a response are its outputs, and which is time: one rule for all that reads it.
+
+Time is the last dim, whatever its name is. A last dim that is called "output", or whose labels are
+texts, is none: every entry is an output of its own, at one time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+
+class Axes(NamedTuple):
+    """The axes of a response, or of its bands, but the first: that of the runs, or of the bounds.
+
+    Attributes
+    ----------
+    dims, shape : of the outputs.
+    time : the dim of time; None where there is none.
+    times : number of times; 1 where there is no such dim.
+    """
+
+    dims: tuple[Hashable, ...]
+    shape: tuple[int, ...]
+    time: str | None
+    times: int
+
+
+def axes_of(values: xr.DataArray) -> Axes:
+    """Return the axes of a response with the first dim "sample", or of bands with "bound"."""
+    dims, shape = values.dims[1:], values.shape[1:]
+    if not dims or dims[-1] == "output" or _has_texts(values, dims[-1]):
+        return Axes(dims, shape, None, 1)
+    return Axes(dims[:-1], shape[:-1], str(dims[-1]), shape[-1])
+
+
+def _has_texts(values: xr.DataArray, dim: Hashable) -> bool:
+    if dim not in values.coords:
+        return False
+    own = values[dim].values
+    return own.dtype.kind in "US" or (own.dtype == object and isinstance(own[0], str))
+
+
+def series(values: xr.DataArray) -> np.ndarray:
+    """Return a response as runs, outputs and times."""
+    return values.values.reshape(len(values), -1, axes_of(values).times)
+
+
+def names_of_outputs(labels: xr.DataArray) -> list[str]:
+    """Return the names of the outputs of a response of shape (runs, …), "the response" for one."""
+    dims = axes_of(labels).dims
+    names = product(
+        *(labels[d].values if d in labels.coords else range(labels.sizes[d]) for d in dims)
+    )
+    return [", ".join(map(str, name)) or "the response" for name in names]

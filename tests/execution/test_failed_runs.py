@@ -26,11 +26,10 @@ WORDS = {
     "kills_its_process": "signal 9 ended it",
 }
 ERRORS = {
-    "raises": ZeroDivisionError,
     "returns_nan": fb.InputError,
     "returns_another_shape": fb.InputError,
-    "hangs": TimeoutError,
 }
+CAUSES = {"raises": ZeroDivisionError, "hangs": TimeoutError}
 
 
 class Opened:
@@ -65,9 +64,12 @@ def test_a_failed_run_stops_and_leaves_the_others_recorded(fault, processes, tmp
     if fault in ("exits", "kills_its_process"):  # its task runs again in a new process
         found = study()
     else:
-        kind = ERRORS.get(fault, RuntimeError)
-        with pytest.raises(kind, match=WORDS[fault].split(": ")[-1]):
+        kind = ERRORS.get(fault, fb.RunError)
+        with pytest.raises(kind, match=WORDS[fault].split(": ")[-1]) as caught:
             study()
+        if fault in CAUSES:
+            assert isinstance(caught.value.__cause__, CAUSES[fault])
+            assert "inputs of the run: a = " in str(caught.value)
         before = status(tmp_path / "s")
         assert (before.status == 2).sum() == 1
         assert WORDS[fault].split(": ")[-1].split("\\")[0] in str(before.reason[before.status == 2])
@@ -140,7 +142,7 @@ def test_verification_leaves_failed_runs_out(tmp_path):
     assert some.attrs["verdict"].startswith("Confirmed")
     assert f": {12 - failed.sum()} new runs ({failed.sum()} more failed" in some.attrs["verdict"]
     assert f"({failed.sum()} more failed, and" in some.attrs["verdict"]
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(fb.RunError, match="raised ZeroDivisionError: the spring is slack"):
         fb.verify(surrogate, partial(bad, fault="raises"), runs=12)
 
 

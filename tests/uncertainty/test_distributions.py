@@ -1,7 +1,5 @@
 """Distributions: their polynomials against closed forms, moments against quadrature, bad input."""
 
-import re
-
 import numpy as np
 import pytest
 import scipy.stats as ss
@@ -370,11 +368,9 @@ def test_values_of_the_other_sign_are_explained(response):
         return np.where(e > 0, e, np.inf)
 
     text = r"e = -\S+ is a value of Normal\(mean=1.0, std=0.5\). A LogNormal or a TruncatedNormal"
-    error = ZeroDivisionError if response == "raises" else fb.InputError
-    with pytest.raises(error) as caught:
+    error = fb.RunError if response == "raises" else fb.InputError
+    with pytest.raises(error, match=text):
         fb.propagate(modulus, {"e": fb.Normal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
-    told = [str(caught.value), *getattr(caught.value, "__notes__", [])]
-    assert any(re.search(text, line) for line in told)
     bands = fb.propagate(modulus, {"e": fb.LogNormal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
     np.testing.assert_allclose(bands["error_bar"], [0.5, 1.5], rtol=1e-5)
 

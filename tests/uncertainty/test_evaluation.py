@@ -1,6 +1,7 @@
 """Values of a response: checked, aligned by name over all batches, independent of what is not."""
 
 import json
+import warnings
 
 import numpy as np
 import pandas as pd
@@ -145,7 +146,8 @@ def x_times(factor):
         (lambda x: x_times(TIMES)(x).T, r"must return shape \(2, ...\); got shape \(4, 2\)"),
         (x_times(TIMES[:0]), "must return a number per run"),
         (lambda x: x / 0 * np.inf, r"not finite in 2 of 2 runs, e.g. x ="),
-        (lambda x: np.full(2, 1e200), "not finite in 2 of 2 runs"),
+        (lambda x: np.full(2, 1e200), r"larger than 1e\+150 in 2 of 2 runs, e.g. x = -1. It"),
+        (lambda x: np.full(2, 1e-170) * x, "the response is at most 1e-170 in size in 2 runs, and"),
         (lambda x: xr.DataArray(x_times(TIMES)(x), dims=("sample", "bound")), "got 'bound'"),
         (lambda x: xr.DataArray(x_times(TIMES)(x), dims=("sample", "a/b")), "got 'a/b'"),
         (lambda x: xr.DataArray(x_times(TIMES[:2])(x), dims=("sample", "time"),
@@ -231,3 +233,25 @@ def test_the_order_of_the_inputs_does_not_matter(method, tmp_path):
         write_netcdf(bands, file)
         written.append((file.read_bytes(), json.dumps(bands.attrs, default=str)))
     assert written[0] == written[1] == written[2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "digits"), [(np.float16, 2e-3), (np.float32, 1e-6), (np.longdouble, 1e-12)]
+)
+def test_numbers_of_any_precision_are_taken_without_a_warning(kind, digits):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = fb.propagate(lambda x, e: (e + x).astype(kind), INPUTS, fb.LHSScanning())
+    exact = fb.propagate(lambda x, e: e + x, INPUTS, fb.LHSScanning())
+    np.testing.assert_allclose(found["mean"], exact["mean"], atol=digits)
+
+
+@pytest.mark.parametrize("size", [1e149, 1e-119])
+def test_claims_do_not_depend_on_the_unit_up_to_extreme_ones(size):
+    inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(1.0, 0.1)}
+    found, exact = (
+        fb.propagate(lambda a, b, s=s: s * np.tanh(3 * a * b), inputs, fb.PhaseResolvedPCCI(2, 3))
+        for s in (size, 1.0)
+    )
+    np.testing.assert_allclose(found["error_bar"] / size, exact["error_bar"], rtol=1e-9, atol=1e-12)
+    assert found.attrs["expected_error"] == pytest.approx(exact.attrs["expected_error"], rel=1e-9)

@@ -80,3 +80,25 @@ def test_the_run_is_counted():
     assert (bands.attrs["runs"], bands.attrs["runs_repeated"]) == (7, 1)
     one = fb.propagate(smooth, INPUTS, fb.PCCI(0, 0))
     assert (one.attrs["runs"], one.attrs["runs_repeated"]) == (2, 1)
+
+
+@pytest.mark.parametrize("method", [fb.PCCI(2, 7), fb.AdaptivePCCI(1e-9, max_runs=24)], ids=repr)
+def test_the_count_of_a_resumed_study_is_that_of_one_that_was_not_stopped(method, tmp_path):
+    left = [10]
+
+    def stopped(x, e):
+        left[0] -= len(x)
+        if left[0] < 0:
+            raise KeyboardInterrupt
+        return smooth(x, e)
+
+    def counts(**options):
+        attrs = fb.propagate(stopped, INPUTS, method, batch=4, **options).attrs
+        return attrs["runs"], attrs["runs_repeated"]
+
+    for allowed in (10, 12):
+        left[0] = allowed
+        with pytest.raises(KeyboardInterrupt):
+            counts(store=tmp_path)
+    left[0] = 1000
+    assert counts(store=tmp_path) == counts(store=tmp_path) == counts() == (25, 1)

@@ -21,6 +21,8 @@ ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 130
 """Exit statuses besides 0, done: an error; wrong usage; finished, but the result does not meet its
 tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by Ctrl-C."""
 
+OWN = InputError, RunError, StoreError, RunsNeeded
+
 EXITS = (
     "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
     "result is not trusted, or new runs fail or do not confirm it; 4 points wait to be run "
@@ -81,13 +83,19 @@ def reported_errors() -> Iterator[None]:
 
 def in_words(error: BaseException) -> str:
     """Return an error as text; for one that flexband did not raise, with its place."""
-    if isinstance(error, InputError | RunError | StoreError | RunsNeeded | OSError):
+    cause = error.__cause__
+    if isinstance(error, RunError) and cause is not None and not isinstance(cause, OWN):
+        return f"{error}{_place(cause)}"
+    if isinstance(error, (*OWN, OSError)):
         return str(error)
     if isinstance(error, SystemExit):
         return f"the study called sys.exit({error.code!r})"
+    return f"{type(error).__name__}: {error}{_place(error)}"
+
+
+def _place(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {error}{place}"
+    return f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
 
 
 def print_text(text: str, style: str = "", *, error: bool = False) -> None:

@@ -76,6 +76,7 @@ def propagate(
     number of evaluations of the response, ``attrs["method"]`` the method, ``attrs["sigmas"]`` k;
     ``attrs["inputs"]`` and ``attrs["versions"]`` are texts. One run is made again, alone, and
     counted in ``attrs["runs_repeated"]`` too: a sample must not depend on others of its batch.
+    Runs of a store that are made again to check it are not counted.
     If the response is known between its times, as a motion in steps shorter than these, 8 further
     runs, ``attrs["runs_between"]``, tell `above_between` and `below_between`: by how much outputs
     leave the range of two neighbouring values between the times.
@@ -84,11 +85,13 @@ def propagate(
     ------
     InputError
         If inputs and the response's arguments do not match, the method takes too many runs,
-        `sigmas` is not a positive number, or the response returns NaN, no real numbers, the wrong
-        shape, or not the same dims and coordinates in every call (another order is put in order);
-        if samples of a batch change each other, or the same inputs give other values each time.
+        `sigmas` is not a positive number, or the response returns NaN, numbers above 1e150, an
+        output that is not zero but below 1e-120 in all runs, no real numbers, the wrong shape, or
+        not the same dims and coordinates in every call (another order is put in order); if samples
+        of a batch change each other, or the same inputs give other values each time.
     RunError
-        If runs fail that are not left out.
+        If runs fail that are not left out. It tells the inputs of the runs; an error that the
+        response raised is its ``__cause__``.
     StoreError
         If the store cannot be used: see `Store`.
     """

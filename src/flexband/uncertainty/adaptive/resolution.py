@@ -78,7 +78,10 @@ def solved(
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
-            of_step = isinstance(error, RunError) and not isinstance(error, AssemblyError)
+            raised = isinstance(error, RunError) and _raised(error)
+            of_step = isinstance(error, RunError) and not (
+                raised or isinstance(error, AssemblyError)
+            )
             if finished and not (of_step and failed < MOST_FAILED and not last):
                 others += course.runs if course else 0
                 course, names = finished
@@ -87,7 +90,7 @@ def solved(
                 stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
                 told = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
                 return course, {**told, "runs_coarser": others, "halved": names}
-            if last or not isinstance(error, RunError):
+            if last or raised or not isinstance(error, RunError):
                 raise
             wanted = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
         others += course.runs if course else 0
@@ -96,6 +99,11 @@ def solved(
                 evaluate = refinements(evaluate)[name]
             names = [*names, *[name] * times]
         halved += max(wanted.values())
+
+
+def _raised(error: RunError) -> bool:
+    """Return whether a response raised another error, which no shorter step avoids."""
+    return error.__cause__ is not None and not isinstance(error.__cause__, RunError)
 
 
 class Levels:

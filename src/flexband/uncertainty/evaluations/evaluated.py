@@ -99,22 +99,23 @@ class Evaluated:
             scalar = None  # once it has returned values for arrays, it is none
             if self.labels is None:
                 scalar = self._of_one_sample(runs, error)
+            reason = _in_words(scalar or error)
             error = scalar or explained(error, self.space, *points)
             alone = len(runs) == 1
-            return runs[:0], None, {int(runs[0]): _in_words(error)} if alone else {}, error
+            return runs[:0], None, {int(runs[0]): reason} if alone else {}, error
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
             error = self._of_one_sample(runs, wrong) or wrong
             alone = len(runs) == 1
             return runs[:0], None, {int(runs[0]): str(error)} if alone else {}, error
-        reason, wrong = not_finite(values, self.space, *points)
+        reason, text, wrong = not_finite(values, self.space, *points)
         if bad:
             assert error is not None
             error = explained(error, self.space, *points)
         elif reason:
-            bad = dict.fromkeys(map(int, runs[wrong]), "the response is not finite")
-            error = InputError(reason)
+            bad = dict.fromkeys(map(int, runs[wrong]), reason)
+            error = InputError(text)
         good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
         return runs[good], values[good], bad, error
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError
-from flexband.uncertainty.inputs.space import Space, explain_fields
+from flexband.uncertainty.inputs.space import Space, raised
 
 RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
@@ -20,20 +20,31 @@ LARGEST = 1e150
 
 
 def explained(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -> Exception:
-    """Return an error of a response, which tells inputs whose values have the other sign."""
-    explain_fields(error, space.inputs)
+    """Return an error of a response, which tells inputs whose values have the other sign.
+
+    What flexband has not raised becomes a `RunError`, which tells the inputs of the runs.
+    """
     hint = _of_other_sign(space, xi, eta)
-    if not hint:
+    if not isinstance(error, RunError | InputError | MemoryError):
+        told = ". ".join(filter(None, (raised(error, space.inputs), hint)))
+        found: Exception = RunError(f"{told}; {inputs_in_words(space, xi, eta)}", {})
+    elif not hint or isinstance(error, MemoryError):
         return error
-    if isinstance(error, RunError):
-        found: Exception = type(error)(f"{error}. {hint}", error.failures, error.results)
-    elif isinstance(error, InputError):
-        found = InputError(f"{error}. {hint}")
+    elif isinstance(error, RunError):
+        found = type(error)(f"{error}. {hint}", error.failures, error.results)
     else:
-        error.add_note(hint)
-        return error
+        found = InputError(f"{error}. {hint}")
     found.__cause__ = error
     return found
+
+
+def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
+    """Return the inputs of the only run of a call, or the ranges of those of several."""
+    inputs, count = space.numbers_at(xi, eta).items(), len(xi)
+    if count == 1:
+        return "inputs of the run: " + ", ".join(f"{n} = {v[0]:.9g}" for n, v in inputs)
+    ends = [f"{n} from {v.min():.6g} to {v.max():.6g}" for n, v in inputs]
+    return f"inputs of the {count} runs of the call: {', '.join(ends)}"
 
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
@@ -77,6 +88,8 @@ def labelled(result: Any, runs: int) -> xr.DataArray:
         raise InputError(f"the response must return an array; got a {kind}: {error}") from None
     if array.dtype.kind not in "biuf":
         raise InputError(f"the response must return real numbers; got {kind} of {array.dtype}")
+    with np.errstate(over="ignore"):  # of numbers with more digits, which are infinite then
+        array = array.astype(float, copy=False)
     if "sample" in array.dims:
         array = array.transpose("sample", ...)
     if array.shape[:1] != (runs,):
@@ -161,17 +174,22 @@ def _shown(dims: tuple[Hashable, ...]) -> str:
 
 def not_finite(
     values: np.ndarray, space: Space, xi: np.ndarray, eta: np.ndarray
-) -> tuple[str, np.ndarray]:
-    """Return in words, with the inputs of one, which runs have values that are not finite.
+) -> tuple[str, str, np.ndarray]:
+    """Return which runs have values that are not finite, or too large, why, and the same in words.
 
-    The text is "" if all are finite.
+    The words have the inputs of one run. Both texts are "" if all are finite.
     """
-    bad = np.asarray(~(np.abs(values.reshape(len(values), -1)) <= LARGEST).all(axis=1))
+    size = np.abs(values.reshape(len(values), -1)).max(axis=1)  # NaN if one is
+    bad = np.asarray(~(size <= LARGEST))
     if not bad.any():
-        return "", bad
+        return "", "", bad
+    finite = bool(np.isfinite(size[bad]).all())
+    reason = f"the response is {f'larger than {LARGEST:g}' if finite else 'not finite'}"
     k = int(np.flatnonzero(bad)[0])
     inputs = space.numbers_at(xi, eta).items()
     shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
     hint = _of_other_sign(space, xi[bad], eta[bad])
-    text = f"the response is not finite in {bad.sum()} of {len(values)} runs, e.g. {shown}"
-    return text + (f". {hint}" if hint else ""), bad
+    text = f"{reason} in {bad.sum()} of {len(values)} runs, e.g. {shown}"
+    if finite:
+        hint = f"It reaches {size[bad].max():.3g}, and its square overflows: choose another unit"
+    return reason, text + (f". {hint}" if hint else ""), bad

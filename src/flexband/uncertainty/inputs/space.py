@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from flexband.errors import InputError, finite, shown
+from flexband.errors import InputError, RunError, finite, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import first_case
@@ -246,14 +246,16 @@ def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
         raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
 
 
-def explain_fields(error: Exception, inputs: Mapping[str, Any]) -> None:
-    """Tell with a `TypeError` of a response what it is called with for fields."""
+def raised(error: Exception, inputs: Mapping[str, Any]) -> str:
+    """Return in words what a response raised; with a `TypeError`, what it is called with."""
+    text = f"the response raised {type(error).__name__}: {error}"
     fields = [name for name, one in inputs.items() if isinstance(one, Field)]
-    if fields and isinstance(error, TypeError):
-        error.add_note(
-            f"{', '.join(fields)}: a field is a function of the position. At positions x of shape "
-            f"(points,), {fields[0]}(x) has shape (n, points)"
-        )
+    if not fields or not isinstance(error, TypeError):
+        return text
+    return (
+        f"{text}. {', '.join(fields)}: a field is a function of the position. At positions x of "
+        f"shape (points,), {fields[0]}(x) has shape (n, points)"
+    )
 
 
 def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
@@ -293,10 +295,11 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
         response(**values)
     except Exception as error:
         scalar = of_one_sample(response, values, error)
-        if scalar is None:
-            explain_fields(error, inputs)
+        if scalar is not None:
+            raise scalar from error
+        if isinstance(error, RunError | InputError | MemoryError):
             raise
-        raise scalar from error
+        raise RunError(raised(error, inputs), {}) from error
     for name, one in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:

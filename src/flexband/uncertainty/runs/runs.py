@@ -25,12 +25,14 @@ from flexband.uncertainty.evaluations.reuse import generic_runs, keep_domains, l
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
+from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
 from flexband.uncertainty.runs.budget import check_runs
+from flexband.uncertainty.runs.size import check_size
 from flexband.uncertainty.surrogates.extrapolation import reached
 
 Result = TypeVar("Result")
@@ -140,21 +142,27 @@ class Runs:
         *,
         recorded: bool = True,
     ) -> xr.DataArray:
-        """Evaluate the response, or one whose discretization is `finer`."""
-        self.total = max(self.total, self.done + len(xi))
+        """Evaluate the response, or one whose discretization is `finer`.
+
+        Runs that are not recorded are not counted either.
+        """
+        advance = self._advance if recorded else self._show
+        if recorded:
+            self.total = max(self.total, self.done + len(xi))
         if not self.done:
             self.progress(0, self.budget)
         known = setting(self.case, finer)
         found = self.evaluations(
-            response, self.space, known, (xi, eta), self.labels, self._advance, recorded=recorded
+            response, self.space, known, (xi, eta), self.labels, advance, recorded=recorded
         )
         assert found.values is not None
         if found.failed and not getattr(self.method, "leaves_out_failed", False):
             run, reason = next(iter(found.failed.items()))
             raise RunError(
                 f"{self.method!r} needs every run of its design; {len(found.failed)} of {len(xi)} "
-                f"runs failed, e.g. run {run}: {reason}\nRegressionPCCI and the scanning methods "
-                "go on without them",
+                f"runs failed, e.g. run {run}: {reason}\n"
+                f"{inputs_in_words(self.space, xi[[run]], eta[[run]])}\n"
+                "RegressionPCCI and the scanning methods go on without them",
                 {k: (0.0, why) for k, why in found.failed.items()},
             )
         if self.stored is None and recorded:
@@ -187,7 +195,8 @@ class Runs:
     ) -> None:
         """Make one of the runs again, alone, and refuse or remark what makes a difference.
 
-        Of runs that a store has kept, two are made again, once for a store.
+        Of runs that a store has kept, two are made again, once for a store. They count as the one
+        that was made again when these runs were made.
         """
         record, stored = self.evaluations.record, self.stored
         if getattr(response, "elsewhere", False):
@@ -197,23 +206,33 @@ class Runs:
         if record is not None and len(old):
             if not record.confirmed:
                 chosen = np.unique([old[0], old[-1]])
-                self.repeated += len(chosen)
                 with without_warnings():
                     new = self(response, (), xi[chosen], eta[chosen], recorded=False).values
                 check_stored(values[good], values[chosen], new, record.store)
                 record.confirmed = True
+            self._count_repeated(1)
             return
         xi, eta, values = xi[good], eta[good], values[good]
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:
-            self.repeated += copies
             points = (np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta))
             with without_warnings():
-                return self(response, (), *points, recorded=False).values
+                values = self(response, (), *points, recorded=False).values
+            self._count_repeated(copies)
+            return values
 
         samples = not callable(getattr(self.method, "expand", None))
         check_repetition(values, again, run, noise_allowed=samples)
+
+    def _count_repeated(self, count: int) -> None:
+        self.repeated += count
+        self.total = max(self.total, self.done + count)
+        self._advance(count)
+
+    def _show(self, finished: int, under_way: int = 0) -> None:
+        if not finished:
+            self.progress(min(self.done + under_way, self.total), self.total)
 
     def _advance(self, finished: int, under_way: int = 0) -> None:
         self.done += finished
@@ -294,6 +313,8 @@ class Level:
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
+        if not self.runs.calls:
+            check_size(values)
         self.runs.keep(self.response, (xi, eta, values.values))
         return values
 

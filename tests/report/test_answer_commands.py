@@ -125,3 +125,40 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
     run("quantiles", tmp_path)
     with xr.open_dataset(tmp_path / "quantiles.nc") as new:
         assert "stale" not in new.attrs
+
+
+def refused(*arguments):
+    found = CliRunner().invoke(app, [*map(str, arguments)])
+    assert found.exit_code == 1
+    return " ".join(found.output.split())
+
+
+def test_a_series_without_labels_needs_no_names(tmp_path):
+    """The largest value of (e + 3) t (1 − t) is (e + 3)/4."""
+    t = np.linspace(0, 1, 21)
+
+    def series(e):
+        return (e + 3)[:, None] * t * (1 - t)
+
+    surrogate = fb.expand(series, {"e": fb.Interval(-1.0, 1.0)}, fb.PCCI(1, 1))
+    fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
+    found = json.loads(run("derived", tmp_path, "peak", "--json").stdout)
+    assert found["range"] == pytest.approx([0.5, 1.0], rel=1e-6)
+    run("p-box", tmp_path, "--time", 10)
+    with xr.open_dataset(tmp_path / "p_box.nc") as distribution:
+        assert distribution["value"].values[[0, -1]] == pytest.approx([0.5, 1.0], rel=1e-6)
+    assert "positions from 0 to 20, since dim_1 has no labels" in refused(
+        "p-box", tmp_path, "--time", 3.5
+    )
+    for command in (("derived", tmp_path, "peak", "x"), ("path", tmp_path, "x", "y")):
+        assert "response names no outputs; got 'x'. If it has one only" in refused(*command)
+
+
+def test_several_series_without_labels_need_names(tmp_path, folder):
+    def two(e):
+        return np.stack([e, e + 1], axis=1)[:, :, None] * np.ones(4)
+
+    surrogate = fb.expand(two, {"e": fb.Interval(-1.0, 1.0)}, fb.PCCI(1, 1))
+    fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
+    assert 'name them by the labels of a dim "output"' in refused("derived", tmp_path, "peak")
+    assert "one of several outputs: X, Y, w; got none" in refused("derived", folder, "peak")

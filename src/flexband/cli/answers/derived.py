@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
+import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
@@ -21,6 +23,8 @@ from flexband.cli.messages import (
 )
 from flexband.report.numbers import number
 from flexband.report.tables import deviations
+from flexband.uncertainty.answers.margins import labels_of
+from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 
 class Quantity(StrEnum):
@@ -48,8 +52,12 @@ def derived(
     folder: Saved,
     quantity: Annotated[Quantity, typer.Argument(help="What is made of the output.")],
     output: Annotated[
-        list[str], typer.Argument(help="Name of the output; of two, that of their magnitude.")
-    ],
+        list[str] | None,
+        typer.Argument(
+            help="Name of the output; of two, that of their magnitude. A response with one output "
+            "needs none."
+        ),
+    ] = None,
     sigmas: Sigmas = 1.0,
     probability: Annotated[
         float, typer.Option("--probability", "-p", help="Of the values in the range.")
@@ -66,10 +74,8 @@ def derived(
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    if len(output) > 2:
-        raise UsageError(f"derived takes one output, or two; got {', '.join(output)}")
+    made_of = _output(output or [], labels_of(surrogate))
     with usage():
-        made_of: Any = output[0] if len(output) == 1 else fb.Magnitude(output[0], output[1])
         found = fb.derived(
             surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
             samples=samples, seed=seed,
@@ -104,6 +110,21 @@ def derived(
         for k, words in names.items()
     ]
     unit = found["mean"].attrs.get("units")
-    title = f"{quantity.value} of {' and '.join(output)}" + (f" [{unit}]" if unit else "")
+    name = " and ".join(output or ["the response"])
+    title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
     print_table(title, (header, rows))
     print_text(f"Written: {place / 'derived.nc'}")
+
+
+def _output(names: list[str], labels: xr.DataArray) -> Any:
+    """Return what a quantity is made of: an output, the magnitude of two, None for the only one."""
+    if len(names) > 2:
+        raise UsageError(f"derived takes one output, or two; got {', '.join(names)}")
+    if len(names) == 2:
+        return fb.Magnitude(names[0], names[1])
+    if not names and math.prod(axes_of(labels).shape) > 1:
+        allowed = ", ".join(names_of_outputs(labels))
+        if "output" not in labels.coords:
+            allowed = 'name them by the labels of a dim "output" of a DataArray'
+        raise UsageError(f"derived takes one of several outputs: {allowed}; got none")
+    return names[0] if names else None

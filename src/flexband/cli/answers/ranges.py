@@ -69,7 +69,12 @@ def value_range(
 def p_box(
     folder: Saved,
     output: Annotated[str | None, typer.Argument(help="Name of the output.")] = None,
-    time: Annotated[float | None, typer.Option(help="At which time.")] = None,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            help="At which time; at which position, from 0, if the response has no times."
+        ),
+    ] = None,
     samples: Annotated[int, typer.Option(help="Samples of the random inputs.")] = 4096,
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
     as_json: Json = False,

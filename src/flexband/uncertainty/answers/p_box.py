@@ -51,7 +51,8 @@ def p_box(
     Parameters
     ----------
     surrogate : what `expand` or `load_surrogate` returns. No runs are made.
-    output, time : which output, and at which time; short for ``at={"output": …, "time": …}``.
+    output, time : which output, and at which time; short for ``at={"output": …, "time": …}``, or
+        another name of the dim that is time; its positions, from 0, where it has no labels.
     at : dimension of the response -> its label. All of them together must leave one number.
     values : of the output at which the function is computed; by default equidistant ones, from the
         lowest to the highest quantile that the samples can tell.
@@ -76,7 +77,8 @@ def p_box(
     if at is not None and not isinstance(at, Mapping):
         raise InputError(f"at must be a mapping from dimensions to labels; got {shown(at)}")
     where = dict(at or {})
-    where |= {k: v for k, v in (("output", output), ("time", time)) if v is not None}
+    dim = next(iter(own.values())).time or "time"
+    where |= {k: v for k, v in (("output", output), (dim, time)) if v is not None}
     found = {label: _Envelope.of(selected(one, where), samples, seed) for label, one in own.items()}
     if values is None:
         low = min(one.quantiles[0].min() for one in found.values())

@@ -167,11 +167,13 @@ class Spectrum(_OverTime):
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
     """Return one output of a response."""
     names = [str(k) for k in response["output"].values] if "output" in response.coords else []
-    if output not in names:
+    if not names:
         raise InputError(
-            f"output must be one of {', '.join(names) or 'none: the response names no outputs'}; "
-            f"got {output!r}"
+            f"the response names no outputs; got {output!r}. If it has one only, leave the name "
+            'out; name several by the labels of a dim "output" of a DataArray'
         )
+    if output not in names:
+        raise InputError(f"output must be one of {', '.join(names)}; got {output!r}")
     return response.isel(output=names.index(output))
 
 

@@ -87,7 +87,8 @@ def _positions(labels: xr.DataArray, dim: str, wanted: Any) -> np.ndarray:
     if asked.ndim > 1 or not asked.size:
         raise InputError(f"{several} must be a label or a list of them; got {shown(wanted)}")
     if dim not in labels.coords:
-        if asked.dtype.kind not in "iu" or asked.min() < 0 or asked.max() >= count:
+        whole = asked.dtype.kind in "iuf" and (asked == np.round(asked)).all()
+        if not whole or asked.min() < 0 or asked.max() >= count:
             allowed = f"positions from 0 to {count - 1}, since {dim} has no labels"
             raise InputError(f"{several} must be {allowed}; got {shown(wanted)}")
         return asked.astype(int)

@@ -17,7 +17,8 @@ from flexband.uncertainty.adaptive.runs import Runs, succeeded
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage
-from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, series, stacked
+from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
 
 RICHARDSON = 4 / 3
 

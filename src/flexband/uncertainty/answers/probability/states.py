@@ -221,9 +221,9 @@ class LimitState:
 def _beyond(surrogate: Surrogate) -> np.ndarray:
     """Return the `beyond` of all outputs, (2, 2, outputs, times): zero where it is not known."""
     labels, told = surrogate.labels, surrogate.diagnostics
-    times = labels.shape[-1] if labels.ndim > 1 else 1
+    times = surrogate.times
     if "above_between" not in told:
-        return np.zeros((2, 2, max(1, int(np.prod(labels.shape[1:-1]))), times))
+        return np.zeros((2, 2, int(np.prod(labels.shape[1:])) // times, times))
     found = [
         told[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
         for kind in ("_least", "")

@@ -129,7 +129,7 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
 
 def refused(*arguments):
     found = CliRunner().invoke(app, [*map(str, arguments)])
-    assert found.exit_code == 1
+    assert found.exit_code == 2
     return " ".join(found.output.split())
 
 

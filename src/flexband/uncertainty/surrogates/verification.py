@@ -102,8 +102,8 @@ def verify(
     runs and times; the `implied_error` of the error bar, the `least_error` with a confidence of
     95 %, and the `bar_width`, means over time; and, if the method expects an error, what that
     `allowed` to miss, and whether it is `confirmed`: whether it is above the least error.
-    `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the time.
-    Along the dim "sample" are `missed_in_run`, the `run_values` of the
+    `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the
+    time. Along the dim "sample" are `missed_in_run`, the `run_values` of the
     inputs, and the `run_place`: at a bound or anywhere. ``attrs["verdict"]`` is a text,
     ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
     runs. With choices there is a dim "choice", and every combination has so many runs.

@@ -10,11 +10,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.report import tables
-from flexband.report.figures import bounds
 from flexband.report.numbers import number
 from flexband.report.page.answers import answers_in, limits_table, read_answer
 from flexband.report.page.charts import chart_data
-from flexband.report.page.inputs import over_time, with_shares
+from flexband.report.page.definitions import definitions
+from flexband.report.page.inputs import with_shares
+from flexband.report.page.matters import what_matters
 from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
@@ -37,20 +38,8 @@ SCRIPTS = (
 ROWS = 25
 """Of a table of numbers."""
 
-TERMS = {
-    "nominal": "the response with every interval at its midpoint and every random input at its "
-    "mean; at its median if it is a LogNormal or has heavy tails",
-    "expected error": "how far the ends of an error bar are expected to be off; in per cent: in "
-    "parts of the width of the bar, over time in parts of its mean; below a chart: at the cursor. "
-    "It is found by runs that were not fitted, and by runs with half the step and twice the "
-    "elements",
-    "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
-    "expected, as far as so few runs can tell",
-    "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
-    "part of its width, over time as a part of its mean width",
-    "interval": "all that is known of the input is that it is between two numbers",
-    "random field": "a property that is random and varies with the position",
-}
+UNMET = "the tolerance is not met"
+"""Why a result is doubtful."""
 
 
 def write_report(
@@ -102,7 +91,7 @@ def write_report(
         answers=answers,
         fields=given.get("fields"),
         remarks=[*given["remarks"], *given["hidden"], *fixed],
-        definitions=definitions(bands),
+        definitions=definitions(bands, given["inputs"], limits, probability),
         computed=[
             *given["computed"].items(),
             ("method", str(attrs.get("method", given["label"]))),
@@ -156,6 +145,8 @@ def verdict(
     lines.append(tables.error_in_words(bands))
     if checked is not None:
         lines.append(f"{checked.attrs['verdict']}.")
+        if UNMET in given["doubts"] and checked.attrs["confirmed"] == "yes":
+            lines.append("Both hold: errors are as expected, and the tolerance is less.")
     if limits is not None:
         lines += [limit_in_words(limits.isel(limit=k)) for k in range(limits.sizes["limit"])]
     if why := given.get("unchecked"):
@@ -164,14 +155,7 @@ def verdict(
         last = probability.isel(limit=-1)  # of leaving any limit
         lines.append(f"The probability of leaving a limit at any time is {chance(last)}.")
     if contributions is not None:
-        share = contributions["mean_share"].isel(name=0)
-        parts = {k: float(tables.select(share, k).max()) for k in tables.outputs_of(share)}
-        output = max(parts, key=lambda k: parts[k])
-        lines.append(
-            f"What matters most is {contributions['name'].values[0]}: without its uncertainty, the "
-            f"error bar of {output or 'the response'} would be {tables.percent(parts[output])} "
-            f"narrower{', mean over time' * over_time(contributions)}."
-        )
+        lines.append(what_matters(contributions, limits))
     return lines
 
 
@@ -212,12 +196,6 @@ def numbers(bands: xr.Dataset) -> list[tuple[str, tables.Table]]:
         unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
         found.append((f"{name or 'response'}{unit}", (header, rows)))
     return found
-
-
-def definitions(bands: xr.Dataset) -> list[tuple[str, str]]:
-    """Return every term of the report with its meaning."""
-    own = (text.split(": ", 1) for text in bounds(bands).values())
-    return [*((term.lower(), meaning) for term, meaning in own), *TERMS.items()]
 
 
 def runs_in_words(attrs: Mapping[str, Any]) -> str:

@@ -1,0 +1,69 @@
+"""The terms of a report with their meaning: those of what the study has."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from flexband.report import tables
+from flexband.report.figures import bounds
+
+TERMS = {
+    "nominal": "the response with every interval at its midpoint and every random input at its "
+    "mean; at its median if it is a LogNormal or has heavy tails",
+    "expected error": "how far the ends of an error bar are expected to be off; in per cent: in "
+    "parts of the width of the bar, over time in parts of its mean; below a chart: at the cursor; "
+    "in what if and in ranges: the largest. It is found by runs that were not fitted, and by runs "
+    "with half the step and twice the elements",
+    "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
+    "expected, as far as so few runs can tell",
+    "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
+    "part of its width, over time as a part of its mean width",
+    "interval": "all that is known of the input is that it is between two numbers",
+    "random field": "a property that is random and varies with the position",
+}
+
+NOT_RANDOM = frozenset(("constant", "interval", "interval field", "size", "compensator", "choice"))
+"""Kinds of inputs."""
+
+MOMENTS = {
+    "μ and σ": "mean and standard deviation over the random inputs, at values of the interval "
+    "inputs",
+}
+
+MARGIN = (
+    "how far μ ± {} stays inside a limit, for all values of the interval inputs; below zero it is "
+    "left. Between the output times it may be less"
+)
+
+CHANCES = {
+    "probability": "how likely the limit is left at any time of the motion, over the random "
+    "inputs; the lower and the upper one are over all values of the interval inputs",
+    "95 % confidence": "the interval that holds a probability, which is found by samples of the "
+    "surrogate; what the surrogate misses is not in it",
+}
+
+
+def definitions(
+    bands: xr.Dataset,
+    inputs: tables.Table,
+    limits: xr.Dataset | None,
+    probability: xr.Dataset | None,
+) -> list[tuple[str, str]]:
+    """Return every term of the report with its meaning.
+
+    Parameters
+    ----------
+    inputs : their table, with the kind in the second column.
+    """
+    own = (text.split(": ", 1) for text in bounds(bands).values())
+    kinds = {row[1] for row in inputs[1]}
+    left_out = {kind for kind in ("interval", "random field") if kind not in kinds}
+    found = {term.lower(): meaning for term, meaning in own}
+    if kinds - NOT_RANDOM:
+        found |= MOMENTS
+    found |= {term: meaning for term, meaning in TERMS.items() if term not in left_out}
+    if limits is not None:
+        found["margin"] = MARGIN.format(tables.deviations(limits))
+    if probability is not None:
+        found |= CHANCES
+    return list(found.items())

@@ -1,0 +1,90 @@
+"""Which input matters most, in one sentence: for a limit, or for each output."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexband.report import tables
+from flexband.report.numbers import number
+from flexband.report.page.inputs import over_time
+
+MOST = 4
+"""Outputs of which the input that matters most is told."""
+
+AROUND = 0.025
+"""Part of all times before and after the one at which a margin is least."""
+
+
+def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
+    """Return which input matters most, for the limit with the least margin if there is one.
+
+    Parameters
+    ----------
+    contributions : result of `contributions`, of uncertain inputs alone.
+    limits : result of `check_limits`.
+    """
+    if limits is not None and "width" in contributions:
+        return _for_limit(contributions, limits)
+    share = contributions["mean_share"]
+    names = tables.outputs_of(share)
+    told = [_most(share["name"].values, _flat(tables.select(share, name))) for name in names]
+    first, part = told[0]
+    words = (
+        f"without its uncertainty, the error bar would be {tables.percent(part)} narrower"
+        f"{', mean over time' * over_time(contributions)}"
+    )
+    if len(names) == 1:
+        return f"What matters most is {first}: {words}."
+    some = [
+        f"{one} for {name} ({tables.percent(part)})"
+        for name, (one, part) in list(zip(names, told, strict=True))[1:MOST]
+    ]
+    others = "; the report has the other outputs" if len(names) > MOST else ""
+    return f"What matters most is {first} for {names[0]} ({words}), {', '.join(some)}{others}."
+
+
+def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
+    """Return which input matters most where the margin of a limit is least, in parts of a width."""
+    found = []
+    outputs = tables.outputs_of(contributions["mean_share"])
+    count = limits.sizes["limit"]
+    own = limits["output"].values if "output" in limits.coords else outputs[0]
+    for k, name in enumerate(np.broadcast_to(own, count).tolist()):
+        width = _select(contributions["width"], outputs, name)
+        size = float(width.mean()) or np.inf
+        found.append((float(limits["least_margin"][k]) / size, k, str(name)))
+    _, k, name = min(found)
+    width = _select(contributions["width"], outputs, name)
+    parts = _select(contributions["contribution"], outputs, name)
+    where = " mean over time" * over_time(contributions)
+    last = width.dims[-1] if width.dims else ""
+    if "least_margin_at" in limits and limits["least_margin_at"].dtype.kind == "f" and last:
+        at = limits["least_margin_at"].values[k]
+        index, reach = (
+            int(np.abs(width[last].values - at).argmin()),
+            int(AROUND * width.sizes[last]),
+        )
+        around = {last: slice(max(0, index - reach), index + reach + 1)}
+        width, parts = width.isel(around), parts.isel(around)
+        where = f" around {last} {number(at)}{' s' * (last == 'time')}, where its margin is least"
+    share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)
+    first, part = _most(parts["name"].values, share.values)
+    return (
+        f"What matters most for the limit {limits['limit'].values[k]} is {first}: without its "
+        f"uncertainty, the error bar would be {tables.percent(part)} narrower{where}."
+    )
+
+
+def _select(data: xr.DataArray, outputs: list[str], name: str) -> xr.DataArray:
+    return data.isel(output=outputs.index(name)) if "output" in data.dims else data
+
+
+def _flat(share: xr.DataArray) -> np.ndarray:
+    """Return the largest share of each input over all but the inputs."""
+    return share.max([d for d in share.dims if d != "name"]).values
+
+
+def _most(names: np.ndarray, shares: np.ndarray) -> tuple[str, float]:
+    best = int(np.argmax(shares))
+    return str(names[best]), float(shares[best])

@@ -1,6 +1,7 @@
 """The animated mechanism in a browser."""
 
 import json
+import re
 from dataclasses import replace
 from importlib import resources
 
@@ -107,10 +108,10 @@ def test_the_legend_says_which_arrow_is_the_longest(page):
     sizes = np.hypot(*(found.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY"))
     joint = int(np.argmax(sizes.max(axis=1)))
     legend = page.locator(".motion-key-reaction").inner_text()
-    assert legend.startswith(f"reactions; the longest arrow, {joints[joint]} at t = ")
-    time, size = (
-        float(v.split()[0]) for v in (legend.partition("t = ")[2], legend.partition("is ")[2])
-    )
+    pattern = r"reactions; the longest arrow is (\S+) N, at (\S+), t = (\S+) s"
+    size, name, time = re.fullmatch(pattern, legend).groups()
+    assert name == joints[joint]
+    size, time = float(size), float(time)
     assert size == pytest.approx(sizes.max(), rel=5e-3)
     assert size == pytest.approx(sizes[joint, round(time / 5e-3)], rel=5e-3)
 

@@ -214,7 +214,7 @@ flexband.MotionPlayer = class {
     }
     if (options.forces && largestForce) {
       const { name, time } = largestAt, size = Number(largestForce.toPrecision(3));
-      parts.push(entry("reaction", `reactions; the longest arrow, ${name} at t = ${this.seconds(time)}, is ${size} N`));
+      parts.push(entry("reaction", `reactions; the longest arrow is ${size} N, at ${name}, t = ${this.seconds(time)}`));
     }
     if (data.forces.some((own) => own.kind === "force") && options.forces) parts.push(entry("load", "applied forces"));
     if (data.traces.length) parts.push(entry("trace", "paths of measured points"));

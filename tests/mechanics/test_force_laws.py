@@ -97,7 +97,6 @@ def test_the_neighbours_of_a_sample_that_fails_are_right():
     [
         fb.equilibrium,
         fb.describe,
-        lambda mechanism: fb.draw(mechanism, sample=BAD),
         lambda mechanism: fb.modes(mechanism, 1, about="start"),
     ],
 )

@@ -684,6 +684,18 @@ def test_a_level_that_fails_does_not_lose_the_finished_ones(error):
     assert bands.attrs["runs"] >= sum(bands.attrs[f"runs_{kind}"] for kind in kinds)
 
 
+def test_runs_that_cannot_start_are_not_tried_with_finer_steps():
+    tried = []
+
+    def other(wave, x, e, h, n):
+        tried.append(h)
+        raise fb.AssemblyError("1 of 8 runs failed", {0: (0.0, "open")})
+
+    with pytest.raises(fb.AssemblyError):
+        fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
+    assert len(set(tried)) == 1
+
+
 def test_what_is_given_too_coarsely_is_told_where_the_rest_is_left_out():
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
     bands = fb.propagate(Open(n=1, left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))

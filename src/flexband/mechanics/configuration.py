@@ -70,3 +70,12 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
     failures[sample] = failure[:, 0]
     raise_failures(failures, system, np.zeros(1))
     return Configuration(sample, work.z[:, 0].copy())
+
+
+def given(mechanism: Mechanism, sample: int = 0) -> Configuration:
+    """Return the configuration that the bodies of a sample state, in which joints may be open."""
+    with without_warnings(ResolutionWarning):
+        system = assemble(mechanism)
+    z = np.zeros(system.structure.state.rows)
+    z[: len(system.given)] = system.given[:, min(sample, system.given.shape[1] - 1)]
+    return Configuration(sample, z)

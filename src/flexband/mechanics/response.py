@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import (
+    AssemblyError,
     InputError,
     ResolutionWarning,
     RunError,
@@ -153,7 +154,8 @@ class DynamicResponse:
                     complete=self.given_step,
                 )
             except RunError as error:
-                about = f"inputs of the failed runs{self._difference()}:"
+                started = not isinstance(error, AssemblyError)
+                about = f"inputs of the failed runs{self._difference() if started else ''}:"
                 text = "\n".join([str(error), about, *shown_inputs(values, error.failures)])
                 raise type(error)(text, error.failures, error.results) from None
         if "halved_step" in motion.attrs:

@@ -124,8 +124,9 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     _start(system, values, work, failure, guess)
     failed = failure[0] > 0
     if failed.any():
-        guess = np.where(failed, closed(system, values)[0], guess)
+        before, guess = failure.copy(), np.where(failed, closed(system, values)[0], guess)
         _start(system, values, work, failure, guess)
+        failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any():
         independent = failure[3] > rank_deficiency(system, values, work.z)
         if independent.any():

@@ -2,17 +2,18 @@
 
 Newton's method on all coordinates turns a flexible member along a tangent, which stretches it, and
 then has to undo that against its stiffness. So loops are closed by rigid motions first, with three
-unknowns for each body and turns that are exact.
+unknowns for each body, turns that are exact, and the steps of Levenberg and Marquardt.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.redundancy import RANK, derivatives
-from flexband.mechanics.engine.start import ITERATIONS, LONGEST_STEP
+from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE, ITERATIONS, LONGEST_STEP
 
 TOLERANCE = 1e-13
 """Of the constraints, relative to the size of the mechanism."""
@@ -20,8 +21,9 @@ TOLERANCE = 1e-13
 TURN = 30.0
 """How much more a turn by 1 rad counts than a move by the size of the mechanism."""
 
-SMALLEST = 1e-10
-"""Added to the matrix of rows of length 1, so that redundant ones do no harm."""
+LEAST_DAMPING, FIRST_DAMPING, DAMPED = 1e-10, 1e-4, 10.0
+"""Of a step: the least, with which redundant constraints do no harm, that after the first step that
+leads away, and the factor from one step to the next."""
 
 
 def guessed(system: System, values: Values) -> np.ndarray:
@@ -39,6 +41,7 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
     misfit = inverse * _constraints(system, values, c, z)
+    damping = np.full(z.shape[1], LEAST_DAMPING)
     for _ in range(ITERATIONS):
         apart = np.abs(misfit).max(axis=0, initial=0.0) > TOLERANCE
         if not apart.any():
@@ -47,17 +50,42 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
         rows[:, :, 2::3] /= TURN
-        lengths = np.linalg.norm(rows, axis=2, keepdims=True)
-        lengths[lengths < RANK * lengths.max()] = np.inf  # met by every rigid body
-        rows /= lengths
-        matrix = rows @ rows.transpose(0, 2, 1) + SMALLEST * np.eye(rows.shape[1])
-        step = -rows.transpose(0, 2, 1) @ np.linalg.solve(matrix, misfit.T[:, :, None] / lengths)
+        matrix = rows @ rows.transpose(0, 2, 1) + damping[:, None, None] * np.eye(rows.shape[1])
+        step = -rows.transpose(0, 2, 1) @ np.linalg.solve(matrix, misfit.T[:, :, None])
         step[:, 2::3] /= TURN
         largest = np.abs(step).max(axis=1, keepdims=True)
-        step *= apart[:, None, None] * LONGEST_STEP / np.maximum(largest, LONGEST_STEP)
-        _move(system, z, step[:, :, 0].T, 1 / inverse)
-        misfit = inverse * _constraints(system, values, c, z)
+        step *= LONGEST_STEP / np.maximum(largest, LONGEST_STEP)
+        moved = z.copy()
+        _move(system, moved, step[:, :, 0].T, 1 / inverse)
+        left = inverse * _constraints(system, values, c, moved)
+        nearer = apart & ((left**2).sum(axis=0) < (misfit**2).sum(axis=0))
+        z, misfit = np.where(nearer, moved, z), np.where(nearer, left, misfit)
+        damping = np.where(
+            nearer,
+            np.maximum(damping / DAMPED, LEAST_DAMPING),
+            np.maximum(damping * DAMPED, FIRST_DAMPING),
+        )
     return z, misfit
+
+
+def gaps(system: System, sample: int) -> dict[str, float]:
+    """Return by how much [m] each joint stays open where rigid motions close a sample best.
+
+    Joints that close are left out, as are rows of Φ that only turns change, which are angles.
+    """
+    values = pack(system, AT_START, np.array([sample]))(0)
+    z, misfit = closed(system, values)
+    size = 1 / values.inverse_scale[1]
+    c = values.terms * values.functions[system.structure.terms.f]
+    rows = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)[0]
+    moves = (rows @ rigid_motions(system, z, size)[:, :, 0]).reshape(len(rows), -1, 3)[:, :, :2]
+    squares: dict[str, float] = {}
+    for owner, row, part in zip(system.constraints, moves, misfit[:, 0], strict=True):
+        if owner.startswith("joint ") and np.abs(row).max() > RANK * size[0]:
+            name = owner.removeprefix("joint ")[1:-1]
+            squares[name] = squares.get(name, 0.0) + float(part * size[0]) ** 2
+    least = CONSTRAINT_TOLERANCE * size[0]
+    return {name: float(np.sqrt(s)) for name, s in squares.items() if np.sqrt(s) > least}
 
 
 def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:

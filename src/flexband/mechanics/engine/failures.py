@@ -6,6 +6,7 @@ import numpy as np
 
 from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.closing import gaps
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
@@ -16,6 +17,9 @@ SHORTER = (
     "is too large or starts too suddenly for what it moves, as that of a spring far from its "
     "rest_length: see 'Start from equilibrium' in docs/mechanisms.md"
 )
+
+MOST_SHOWN = 5
+"""Causes in a message, and samples of a cause."""
 
 WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH = 5.0, 7.0, 8.0
 
@@ -58,7 +62,7 @@ def raise_failures(
         )
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
-            NOT_ASSEMBLED: f"the constraints cannot be met; the worst is {where}",
+            NOT_ASSEMBLED: "the constraints cannot be met",
             SINGULAR_START: "constraints contradict each other, or their Jacobian loses rank "
             f"at the guess; the worst is {where}",
             WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; the body must "
@@ -76,11 +80,46 @@ def raise_failures(
             OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)
-    lines = [f"sample {s}, t = {t:g} s: {reason}" for s, (t, reason) in list(found.items())[:5]]
-    more = f"\n... and {len(found) - 5} more" if len(found) > 5 else ""
-    text = f"{len(found)} of {len(failures)} runs failed\n" + "\n".join(lines) + more
+    lines = [f"{len(found)} of {len(failures)} runs failed", *_causes(found)]
     if DIVERGED in code[failed]:
-        text += f"\n{SHORTER}"
-    if not np.any(number[failed]):
+        lines.append(SHORTER)
+    apart = np.flatnonzero(np.isin(code, (NOT_ASSEMBLED, SINGULAR_START)))
+    if len(apart) and not np.any(number[apart]):
+        lines.append(_advice(system, int(apart[0])))
+    text = "\n".join(lines)
+    if np.any(number[failed] == 0):
         raise AssemblyError(text, found)
     raise SimulationError(text, found)
+
+
+def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
+    """Return each of the first five causes as a line, with the samples that it made fail."""
+    samples: dict[str, list[int]] = {}
+    for sample, (time, reason) in found.items():
+        samples.setdefault(f"t = {time:g} s: {reason}", []).append(sample)
+    lines = []
+    for cause, own in list(samples.items())[:MOST_SHOWN]:
+        more = f" and {len(own) - MOST_SHOWN} more" if len(own) > MOST_SHOWN else ""
+        numbers = ", ".join(map(str, own[:MOST_SHOWN]))
+        lines.append(f"sample{'s' if len(own) > 1 else ''} {numbers}{more}, {cause}")
+    if len(samples) > MOST_SHOWN:
+        lines.append(f"... and {len(samples) - MOST_SHOWN} more")
+    return lines
+
+
+def _advice(system: System, sample: int) -> str:
+    """Return which joints of a sample stay open, by how much, and what to change."""
+    open_by, joints = gaps(system, sample), system.mechanism.joints
+    if not open_by:
+        return f"`fb.draw(mechanism, sample={sample})` shows the guess"
+    worst = max(open_by, key=lambda name: open_by[name])
+    near = [name for name in open_by if open_by[name] > open_by[worst] / 10]
+    points = [point for name in near for point in joints[name].points if isinstance(point, str)]
+    bodies = ", ".join(dict.fromkeys(repr(point.partition(".")[0]) for point in points))
+    others = f", all joints together by {sum(open_by.values()):.3g} m" if len(open_by) > 1 else ""
+    return (
+        f"Sample {sample}: however the bodies are moved and turned from their guess, joint "
+        f"{worst!r} stays open by {open_by[worst]:.3g} m{others}. Change lengths or the places "
+        f"of joints of {bodies}, or their `start` and `angle` if they do reach each other. "
+        f"`fb.draw(mechanism, sample={sample})` shows the guess"
+    )

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexband.errors import flag, instance
-from flexband.mechanics.configuration import assembled
+from flexband.errors import AssemblyError, flag, instance, warn
+from flexband.mechanics.configuration import Configuration, assembled, given
 from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.loads.loads import Gravity
 from flexband.mechanics.mechanism import Mechanism
@@ -38,6 +38,8 @@ def draw(
 ) -> Figure:
     """Draw a mechanism at its start, with its joints assembled.
 
+    If they cannot be assembled, the bodies are drawn as they are given, and a warning says why.
+
     Rigid bodies are links or plates through their named points, with the centre of mass marked; a
     body with a single point is a dashed circle of its radius of gyration. Beams have their true
     height. Arrows show the directions of forces and drives at the start, not their sizes. A part of
@@ -59,14 +61,12 @@ def draw(
     InputError
         If the mechanism does not have this sample, or if parameters have different numbers of
         samples.
-    AssemblyError
-        If the constraints of this sample cannot be met.
     """
     flag("dimensions", dimensions)
     flag("names", names)
     if axes is not None:
         instance("axes", axes, Axes, "axes of matplotlib")
-    scene = Scene(mechanism, assembled(mechanism, sample))
+    scene = Scene(mechanism, _start(mechanism, sample))
     canvas = _canvas(scene, axes, names=names, dimensions=dimensions)
     for name in mechanism.bodies:
         draw_body(scene, canvas, name)
@@ -81,6 +81,14 @@ def draw(
     canvas.axes.autoscale_view()
     canvas.axes.set_aspect("equal", adjustable="datalim")
     return canvas.axes.figure.figure
+
+
+def _start(mechanism: Mechanism, sample: int) -> Configuration:
+    try:
+        return assembled(mechanism, sample)
+    except AssemblyError as error:
+        warn(f"the bodies are drawn as they are given, since they cannot be assembled: {error}")
+        return given(mechanism, sample)
 
 
 def _canvas(scene: Scene, axes: Axes | None, *, names: bool, dimensions: bool) -> Canvas:

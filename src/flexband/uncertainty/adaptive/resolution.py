@@ -82,6 +82,8 @@ def solved(
             of_step = isinstance(error, RunError) and not (
                 raised or isinstance(error, AssemblyError)
             )
+            if isinstance(error, AssemblyError) and not finished:
+                raise  # at the start no step has been taken
             if finished and not (of_step and failed < MOST_FAILED and not last):
                 others += course.runs if course else 0
                 course, names = finished

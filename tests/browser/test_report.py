@@ -302,9 +302,20 @@ def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, opene
     assert "4 others" in below.inner_text()
     looks = [
         own.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
-        for own in above.locator("span", has_text=re.compile("nominal|P_X below")).all()
+        for own in above.locator("button", has_text=re.compile("nominal|P_X below")).all()
     ]
     assert looks == ["dotted", "dashed"]
+    key, seen = (
+        above.get_by_role("button", name="nominal"),
+        "plot => plot.data.map((own) => own.visible)",
+    )
+    before = chart.evaluate(seen)
+    key.focus()
+    page.keyboard.press("Enter")  # the legend switches curves off and on
+    assert key.get_attribute("aria-pressed") == "false"
+    assert chart.evaluate(seen).count(False) == before.count(False) + 1
+    key.click()
+    assert chart.evaluate(seen) == before
     assert "need not add up to the width" in figure.inner_text()
     if width > 1000:  # the bands, the contributions and their numbers are one screen
         assert figure.bounding_box()["height"] < 850

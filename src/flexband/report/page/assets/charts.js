@@ -169,10 +169,10 @@ flexband.Chart = class {
     if (this.drawn && !changed) return;
     const first = !this.drawn;
     this.drawn = true;
-    const traces = this.traces();
+    const traces = flexband.shown(this.traces(), this.plot);
     Plotly.react(this.plot, traces, this.layout(traces), flexband.plotOptions);
     for (const [k, keys] of this.keys.entries()) {
-      keys.replaceChildren(...flexband.keysOf(traces.filter((own) => Number(own.yaxis === "y2") === k)));
+      keys.replaceChildren(...flexband.keysOf(traces.filter((own) => Number(own.yaxis === "y2") === k), this.plot));
     }
     if (first) this.plot.on("plotly_hover", (event) => this.tell(event.points[0].x));
   }

@@ -43,7 +43,7 @@ flexband.starters.push(function ({ path }) {
       `${number(path.radius)} ${path.unit} from the nominal path. Numbers at the pointer are true.`;
     plot.setAttribute("aria-label", caption.textContent);
     const told = [x, y].map(flexband.plain), unit = flexband.plain(path.unit);
-    const traces = [
+    const traces = flexband.shown([
       { x: all[0], y: all[1], mode: "lines", name: `regions ${path.bar}${factor === 1 ? "" : `, × ${factor}`}`,
         fill: "toself", fillcolor: color("shade"), line: { color: color("accent"), width: 0.3 }, hoverinfo: "skip" },
       { x: nominal[0], y: nominal[1], mode: "lines", name: "nominal", line: { color: color("ink"), width: 1 },
@@ -52,8 +52,8 @@ flexband.starters.push(function ({ path }) {
           `at most %{customdata} ${unit} away<extra></extra>` },
       { x: first, y: second, mode: "lines", name: "at the cursor", fill: "toself",
         fillcolor: "transparent", line: { color: color("second"), width: 2 }, hoverinfo: "skip" },
-    ];
-    keys.replaceChildren(...flexband.keysOf(traces));
+    ], plot);
+    keys.replaceChildren(...flexband.keysOf(traces, plot));
     Plotly.react(plot, traces, {
       ...flexband.plotLayout(), showlegend: false,
       xaxis: axis(x),

@@ -26,9 +26,24 @@ flexband.timeSlider = function ({ name, unit, values }) {
   return row;
 };
 
-/** Return the names of traces with their colours and dashes, as a legend beside a chart. */
-flexband.keysOf = (traces) => traces.filter((own) => own.showlegend !== false).map((own) => {
-  const key = flexband.element("span", {}, own.name.replaceAll("&lt;", "<").replaceAll("&amp;", "&"));
+/** Return traces without those whose names were switched off in the legend of a plot. */
+flexband.shown = (traces, plot) => {
+  plot.off ??= new Set();
+  return traces.map((own) => ({ ...own, visible: !plot.off.has(own.legendgroup || own.name) }));
+};
+
+/** Return the names of traces with their colours and dashes: a legend, which switches traces off and on. */
+flexband.keysOf = (traces, plot) => traces.filter((own) => own.showlegend !== false).map((own) => {
+  const name = own.name.replaceAll("&lt;", "<").replaceAll("&amp;", "&"), group = own.legendgroup || own.name;
+  const key = flexband.element("button", { type: "button", title: "Show or hide" }, name);
+  key.setAttribute("aria-pressed", own.visible !== false);
+  key.addEventListener("click", () => {
+    const visible = plot.off.delete(group);
+    if (!visible) plot.off.add(group);
+    key.setAttribute("aria-pressed", visible);
+    const which = plot.data.flatMap((trace, k) => ((trace.legendgroup || trace.name) === group ? [k] : []));
+    Plotly.restyle(plot, { visible }, which);
+  });
   key.className = own.fill && own.fillcolor !== "transparent" ? "area" : { dot: "dotted", dash: "dashed" }[own.line.dash] || "solid";
   key.style.setProperty("--key", key.className === "area" ? own.fillcolor : own.line.color);
   return key;

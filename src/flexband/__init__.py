@@ -7,6 +7,7 @@ scattered material properties as random fields, and hybrid expansions that propa
 from __future__ import annotations
 
 import ast
+from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -157,7 +158,9 @@ def __getattr__(name: str) -> object:
     elif name in _MODULES:
         value = getattr(import_module(_MODULES[name]), name)
     else:
-        raise AttributeError(f"module 'flexband' has no attribute {name!r}")
+        near = get_close_matches(name, __all__, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise AttributeError(f"module 'flexband' has no attribute {name!r}{hint}")
     globals()[name] = value
     return value
 

@@ -459,3 +459,19 @@ def test_help_shows_units_and_defaults_in_brackets():
     told = " ".join(call("run", "--help").output.replace("│", " ").split())
     assert "Time [s] that one call of the response may take" in told
     assert "0 for none. [default: 16]" in told
+
+
+def test_a_misspelled_name_in_a_builder_is_told_with_its_line_and_the_nearest_name(tmp_path):
+    file = tmp_path / "arm.py"
+    file.write_text(
+        "import flexband as fb\n\n\ndef arm(length):\n"
+        "    return fb.Mechanism(bodies={'a': fb.RigidBoby.bar(length=length)}, joints={})\n\n\n"
+        "study = fb.Study(fb.dynamic_response(arm, duration=0.1), {'length': fb.Interval(1, 2)},\n"
+        "                 fb.AdaptivePCCI())\n",
+        encoding="utf-8",
+    )
+    result = call("run", file, "--output", tmp_path / "out")
+    assert result.exit_code == 1
+    text = " ".join(result.output.split())
+    assert "no attribute 'RigidBoby'; did you mean 'RigidBody'?" in text
+    assert "arm.py, line 5)" in "".join(result.output.split("\n")).replace("  ", " ")

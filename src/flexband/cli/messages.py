@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import sysconfig
 import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -20,6 +22,9 @@ from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, S
 ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 130
 """Exit statuses besides 0, done: an error; wrong usage; finished, but the result does not meet its
 tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by Ctrl-C."""
+
+LIBRARIES = Path(__file__).parents[1], *(sysconfig.get_path(k) for k in ("stdlib", "purelib"))
+"""Folders of code that is not the user's."""
 
 OWN = InputError, RunError, StoreError, RunsNeeded
 
@@ -94,8 +99,11 @@ def in_words(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> str:
+    """Return the file and line of an error: those of the user's code, if there is any."""
     frames = traceback.extract_tb(error.__traceback__)
-    return f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+    users = [one for one in frames if not any(map(Path(one.filename).is_relative_to, LIBRARIES))]
+    where = (users or frames)[-1:]
+    return f" ({where[0].filename}, line {where[0].lineno})" if where else ""
 
 
 def print_text(text: str, style: str = "", *, error: bool = False) -> None:

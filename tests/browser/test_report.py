@@ -170,7 +170,7 @@ def test_what_a_study_says_is_text(folder, opened):
 def test_the_first_screen_answers(folder, opened):
     page = opened(folder / "report.html", viewport={"width": 1280, "height": 900})
     verdict = page.locator(".verdict").inner_text()
-    for text in ("expected to be off by", "The limit y_Y below 2100 is kept", "matters most is"):
+    for text in ("expected to be off by", "The limit y_Y below 2100 is kept", "matters most for"):
         assert text in verdict
     assert page.locator(".verdict").bounding_box()["y"] < 200
     table = page.locator(".first table").inner_text()

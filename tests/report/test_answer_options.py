@@ -31,7 +31,7 @@ study = fb.Study(response, inputs, fb.PCCI(2, 1))
 """
 
 LIMIT = ("--below", "w=9")
-CHEAP = (*LIMIT, "--cost", "e=1", "--cost", "x=1", "--cost", "z=1")
+CHEAP = ("--below", "w=12", "--cost", "e=1", "--cost", "x=1")
 CASES = {  # command -> what is always given, and each option
     "contributions": ((), {"sigmas": 3, "shapley": None}),
     "sobol": ((), {}),
@@ -47,7 +47,7 @@ CASES = {  # command -> what is always given, and each option
     "p-box": (("w", "--time", 0.5), {"time": 1.0, "samples": 512, "seed": 3}),
     "allocate": (
         CHEAP,
-        {"cost": ("e=1", "x=9", "z=1"), "below": "X=10.5", "above": "w=-6", "during": "0 0.5",
+        {"cost": ("e=1", "x=9"), "below": "X=10.5", "above": "w=-9", "during": "0 0.5",
          "sigmas": 1, "probability": 0.01, "no-confirm": None},
     ),
     "derived": (

@@ -15,6 +15,10 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values
 SMALL_PRODUCT, ROWS = 2**18, 32
 """Multiplications of a product of matrices that libraries leave to one thread, and its rows."""
 
+FEW_PRODUCTS = 2**24
+"""Multiplications for which the threads of the linear algebra library are not woken: they would
+wait busily for more, for longer than these take, on cores that others can use."""
+
 
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
     """Return the tensor product of nodes, one array per variable, shape (Π count, variables)."""
@@ -210,6 +214,8 @@ class HybridExpansion:
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
+        if len(xi) * self.coefficients.size < FEW_PRODUCTS:
+            return self.evaluate_in_thread(xi, eta)
         return self.terms(xi, eta) @ self.coefficients
 
     def evaluate_in_thread(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:

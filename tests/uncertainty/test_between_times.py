@@ -142,3 +142,17 @@ def test_the_probability_is_that_of_the_motion_between_its_times():
     assert float(found["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
     assert "95 % confidence: 0.0" in found.attrs["verdict"]
     assert "alone" not in found.attrs["verdict"]
+
+
+@pytest.mark.parametrize(
+    ("output_step", "step", "parts"),
+    [(0.1, 1e-3, 50), (0.1, 0.1 / 67, 67), (0.1, 0.1, 1), (1e-5, 5e-6, 2), (1e-4, 1e-4 / 24, 12)],
+)
+def test_all_steps_are_looked_at_or_a_part_of_them_that_divides_their_number(
+    output_step, step, parts
+):
+    """67 is a prime above the most parts; 20 000 times are more than half of the most times."""
+    one = response(output_step, step)
+    more = one.at_more_times()
+    assert (one.output_step / more.output_step if more else 1) == pytest.approx(parts)
+    assert more is None or more.step == pytest.approx(step)

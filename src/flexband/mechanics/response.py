@@ -81,12 +81,13 @@ class DynamicResponse:
         """Return the response at its steps between the times of outputs too; None without such.
 
         Of more than 64 steps from one time to the next, or 32768 in all, every second, third … is
-        taken.
+        taken, if their number can be divided.
         """
-        count = min(MOST_PARTS, int(MOST_TIMES * self.output_step / self.duration))
-        most = max((k for k in range(1, count + 1) if self.step_parts % k == 0), default=1)
-        if most == 1:
+        if self.step_parts == 1:
             return None
+        count = min(MOST_PARTS, int(MOST_TIMES * self.output_step / self.duration))
+        parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
+        most = max((k for k in parts if k <= count), default=parts[0])
         step, own = self.output_step / most, self.step_parts // most
         return replace(self, output_step=step, step_parts=own, given=self.given or self)
 

@@ -393,6 +393,15 @@ def test_sliders_move_the_margins_of_limits(many, opened):
     assert "coefficient of variation 0.1, 100 %" in scatter.inner_text()
 
 
+def test_a_browser_may_pause_between_the_scripts_of_a_page(many, opened, tmp_path):
+    page = (many / "report.html").read_text(encoding="utf-8")
+    pause = '</script><script src="pause.js"></script>'
+    (tmp_path / "paused.html").write_text(page.replace("</script>", pause), encoding="utf-8")
+    busy = "{ const from = performance.now(); while (performance.now() - from < 50); }"
+    (tmp_path / "pause.js").write_text(busy, encoding="utf-8")
+    opened(tmp_path / "paused.html").locator(".what-if-limits").wait_for(timeout=10_000)
+
+
 def test_pictures_have_the_colours_of_the_page(many, opened):
     sheet = []
     for scheme in ("light", "dark"):

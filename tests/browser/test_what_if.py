@@ -41,7 +41,7 @@ def page_of():
 
     def write(surrogate, file):
         data, _ = what_if(surrogate, surrogate.bands())
-        names = ("arrays.js", "element.js", "numbers.js", "start.js", *SCRIPTS)
+        names = ("arrays.js", "element.js", "numbers.js", *SCRIPTS, "start.js")
         scripts = "".join(f"<script>{ASSETS.joinpath(n).read_text()}</script>" for n in names)
         told = json.dumps({"what_if": data}).replace("<", "\\u003c")
         file.write_text(

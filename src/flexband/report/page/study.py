@@ -29,11 +29,13 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 FILE = "report.html"
 
 SCRIPTS = (
-    "arrays.js", "element.js", "numbers.js", "start.js", "bands.js", "plots.js",
+    "arrays.js", "element.js", "numbers.js", "bands.js", "plots.js",
     "charts.js",
     "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", "paths.js", "p_boxes.js",
     *what_if.SCRIPTS,
+    "start.js",
 )  # fmt: skip
+"""The last starts all parts, however long a browser pauses between two scripts."""
 
 ROWS = 25
 """Of a table of numbers."""

@@ -161,8 +161,9 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     assert failure["inputs"]["b"] > 1
     assert "ValueError: too much of b" in failure["reason"]
     told = call("status", out)
-    for text in ("failed: run ", "b = 1.", "too much of b", f"`flexband resume {out}` goes on"):
+    for text in ("failed: run ", "b = 1.", "too much of b", f"`flexband resume {out}` goes on if"):
         assert text in told
+    assert f"{state['recorded']} runs done and recorded, 1 failed" in told
     assert json.loads(CliRunner().invoke(app, ["status", str(out), "--json"]).stdout) == state
     file.with_name("broken").unlink()
     made = runs_made(file)
@@ -267,6 +268,18 @@ from flexband.__main__ import main
 sys.argv[1:] = ["run", sys.argv[1], "-o", sys.argv[2]]
 main()
 """
+
+
+def test_a_run_that_failed_and_succeeded_later_is_not_counted_as_failed(file, tmp_path):
+    out = tmp_path / "out"
+    file.with_name("broken").touch()
+    for _ in range(2):
+        assert "too much of b" in call("run", file, "-o", out, status=1)
+        assert state_of(out)["failed"] == 1
+    file.with_name("broken").unlink()
+    call("resume", out)
+    assert state_of(out)["failed"] == 0
+    assert "0 failed" in call("status", out)
 
 
 def test_a_study_that_is_killed_before_its_first_run_goes_on(file, tmp_path):

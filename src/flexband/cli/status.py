@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -115,28 +116,32 @@ def state_of(folder: Path) -> dict[str, Any]:
 def _runs(folder: StudyFolder) -> dict[str, Any]:
     """Return the numbers of recorded runs, and what failed.
 
-    A run that failed is replaced if the same point was run on a finer discretization.
+    A run that was made several times counts as it ended last. One that failed is replaced if the
+    same point was run on a finer discretization.
     """
     arrays = GrowingArrays(folder.runs)
     if "status" not in arrays.arrays or not arrays.runs:
         return {"done": 0, "made": 0, "failures": []}
     status, session = arrays.read("status"), arrays.read("session")
-    failed = np.flatnonzero(status == FAILED)
     names = arrays.read("input").tolist()
-    inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
     settings: Any = arrays.read("setting")
+    made = np.flatnonzero(np.isin(status, [DONE, FAILED]))
+    rows = zip(made, arrays.read("inputs", made), strict=True)
+    last = {(settings[k], row.tobytes()): int(k) for k, row in rows}
     done: dict[bytes, list[Counter[str]]] = {}
-    rows = np.flatnonzero(status == DONE)
-    for k, row in zip(rows, arrays.read("inputs", rows), strict=True):
-        done.setdefault(row.tobytes(), []).append(parts_of(settings[k]))
+    for (setting, point), k in last.items():
+        if status[k] == DONE:
+            done.setdefault(point, []).append(parts_of(setting))
+    failed = np.array([k for k in last.values() if status[k] == FAILED], dtype=int)
+    inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
 
     def replaced(k: Any, row: np.ndarray) -> bool:
         return any(parts_of(settings[k]) < finer for finer in done.get(row.tobytes(), []))
 
-    last = len(arrays.attrs.get("sessions", [])) - 1
+    now = len(arrays.attrs.get("sessions", [])) - 1
     return {
         "done": int((status == DONE).sum()),
-        "made": int(((session == last) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
+        "made": int(((session == now) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
         "failures": [
             {"run": int(k), "inputs": dict(zip(names, row.tolist(), strict=True)),
              "setting": settings[k], "reason": reason, "replaced": replaced(k, row)}
@@ -151,9 +156,16 @@ def parts_of(setting: str) -> Counter[str]:
 
 
 def going_on(found: dict[str, Any]) -> str:
-    """Return how to go on with a study that was stopped."""
+    """Return how to go on with a study that was stopped, or that failed."""
     if found["file"] is not None:
-        return f"`flexband resume {found['folder']}` goes on"
+        goes_on = f"`flexband resume {shlex.quote(found['folder'])}` goes on"
+        if found["state"] == "stopped":
+            return goes_on
+        own = shlex.quote(found["file"]), shlex.quote(found["folder"])
+        return (
+            f"{goes_on} if the cause lies outside of the study, and fails again if it does not: "
+            f"then mend {own[0]}, and `flexband run {own[0]} --output {own[1]}`"
+        )
     return (
         "There is no study.json here. `flexband run` with the study's file and this folder goes "
         "on, and so does the Python program that made the runs"
@@ -164,15 +176,18 @@ def lines(found: dict[str, Any]) -> list[str]:
     """Return the state of a study as lines."""
     state = found["state"]
     about = f"{found['folder']}: {state}"
+    failures = [one for one in found["failures"] if not one["replaced"]]
     if found["reason"]:
-        about += f" ({found['reason']})"
+        lines = found["reason"].splitlines()  # of failed runs, the others tell what follows here
+        about += f" ({lines[0] if failures else ' '.join(lines)})"
     elif state == "running" and found["process"]:
         about += f", by {found['process']}"
     most = "at most " if state == "running" else ""
     total = "" if found["total"] is None else f" of {most}{found['total']}"
-    told = [about, f"{found['done']}{total} runs done, {found['failed']} failed"]
-    if found["recorded"] != found["done"]:
-        told[-1] += f"; {found['recorded']} recorded"
+    if state in ("running", "finished"):
+        told = [about, f"{found['done']}{total} runs done, {found['failed']} failed"]
+    else:
+        told = [about, f"{found['recorded']} runs done and recorded, {found['failed']} failed"]
     if found["rate"] and state == "running":
         rate = found["rate"]
         speed = f"{rate:.3g} runs per second" if rate >= 1 else f"{duration(1 / rate)} per run"
@@ -183,7 +198,6 @@ def lines(found: dict[str, Any]) -> list[str]:
             f"{found['replaced']} more failed on a coarse discretization that was tried first, and "
             "were made again on a finer one"
         )
-    failures = [one for one in found["failures"] if not one["replaced"]]
     for one in failures[:SHOWN]:
         own = ", ".join(f"{name} = {value:.9g}" for name, value in one["inputs"].items())
         where = f" ({one['setting']})" if one["setting"] else ""

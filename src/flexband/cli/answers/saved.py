@@ -32,9 +32,16 @@ def saved(folder: Path) -> tuple[Any, Path]:
     """Return a surrogate, and the folder for what is computed from it."""
     file = folder / "surrogate.npz" if folder.is_dir() else folder
     if not file.is_file():
+        if not folder.exists():
+            raise InputError(f"there is no '{folder}'; the argument is the --output of a study")
+        if (folder / "bands.nc").is_file():
+            raise InputError(
+                f"'{folder}' has no surrogate.npz to answer from: its method does not expand the "
+                "response. Run the study with one that does, such as AdaptivePCCI"
+            )
         raise InputError(
-            "the argument must be a folder with a surrogate.npz, which `flexband run` writes for "
-            f"methods that expand the response, or such a file; got '{folder}'"
+            "the argument must be a folder with the surrogate.npz of a finished study; "
+            f"got '{folder}', which has none"
         )
     return fb.load_surrogate(file), file.parent
 

@@ -75,11 +75,15 @@ def test_an_earlier_answer_is_not_replaced_silently(folder):
     assert "The earlier narrowed.nc is replaced (e: -0.5 … 0.5 (0 ± 0.5))" in again
 
 
-def test_sobol(folder):
-    printed = run("sobol", folder)
+def test_sobol(folder, tmp_path):
+    inputs = {"e": fb.Normal(0, 1), "x": fb.Normal(0, 0.25)}
+    surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
+    fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
+    printed = run("sobol", tmp_path)
     assert "with interactions" in printed.stdout
     assert "the variance vanishes at" in printed.stdout
-    assert (folder / "sobol.png").is_file()
+    assert (tmp_path / "sobol.png").is_file()
+    assert "x is the only random input" in run("sobol", folder).stdout
     found = json.loads(run("sobol", folder, "--json").stdout)
     with xr.open_dataset(folder / "sobol.nc") as saved:
         assert found["inputs"] == saved["name"].values.tolist()

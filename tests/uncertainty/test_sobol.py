@@ -114,6 +114,25 @@ def test_fields_and_correlated_inputs_count_as_one():
     np.testing.assert_allclose(found["first_order"].sum("name"), 1.0)
 
 
+def test_errors_of_samples_cancel_where_one_input_acts_alone():
+    """Samples of the variance scatter by some per cent, but all of it is due to x."""
+    time = np.linspace(0.0, 1.0, 401)
+
+    def response(e, x, y):
+        turned = 150 * time * (1 + 0.01 * x[:, None]) + 0.1 * e[:, None]
+        size = 1 + 1e-4 * y[:, None]
+        return xr.DataArray(size * np.cos(turned), {"time": time}, ("sample", "time"))
+
+    inputs = {"e": fb.Interval(-1, 1), "x": NORMAL, "y": NORMAL}
+    surrogate = fb.expand(response, inputs, fb.PhaseResolvedPCCI())
+    found = fb.sobol_indices(surrogate, at={"time": [0.25, 0.8, 1.0]})
+    for kind in ("first_order", "total"):
+        np.testing.assert_allclose(indices(found, "x", kind), 1.0, atol=1e-5)
+        np.testing.assert_allclose(indices(found, "y", kind), 0.0, atol=1e-5)
+    assert found["sampling_error"].max() < 1e-3
+    assert found.attrs["sampling"].startswith("sampling error where σ is largest: below")
+
+
 def test_phases_are_sampled():
     """cos(40 t + e + x) with an amplitude 2 + y: closed forms of the moments of exp(ix)."""
     time = np.linspace(0.0, 1.0, 401)

@@ -80,6 +80,8 @@ def reported_errors() -> Iterator[None]:
         print_text(Ending.stopped, "red", error=True)
         raise typer.Exit(STOPPED) from None
     except BaseException as error:  # also SystemExit: of a response, for instance
+        if isinstance(error.__context__, BrokenPipeError):  # nobody reads what is printed
+            raise typer.Exit(ERROR) from None
         if Ending.debug:
             traceback.print_exception(error)
         print_text(f"flexband: {in_words(error)}", "red", error=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 import numpy as np
@@ -55,16 +56,33 @@ def contributions(
         print_json({"sigmas": sigmas, "inputs": names, **shares})
         return
     mean, widest = shares.values()
-    header = ["input"]
     if over_time(found):
-        for name in mean:
-            header += [f"{name}, mean over time".lstrip(", "), "where the bar is widest"]
-        columns = [own[name] for name in mean for own in (mean, widest)]
+        parts = {"mean over time": mean, "where the bar is widest": widest}
     else:
-        header += [name or "response" for name in mean]
-        columns = list(mean.values())
-    rows = [[name, *(percent_to_tenth(own[k]) for own in columns)] for k, name in enumerate(names)]
-    print_table(title, (header, rows))
+        parts = {"": mean}
+    _print_tables(title, names, parts, percent_to_tenth)
+
+
+def _print_tables(title: str, names: list[str], parts: dict[str, dict], cell: Callable) -> None:
+    """Print what parts tell of the inputs: a table of all, or of each if there are several outputs.
+
+    Parameters
+    ----------
+    names : of the inputs, one row each.
+    parts : for every kind of number, those of all inputs by the output's name.
+    """
+    outputs = list(next(iter(parts.values())))
+    if len(outputs) == 1 and len(parts) > 1:
+        columns = {kind: own[outputs[0]] for kind, own in parts.items()}
+        tables = {title: columns}
+    else:
+        tables = {
+            f"{title}, {kind}".rstrip(", "): {of or "response": own[of] for of in outputs}
+            for kind, own in parts.items()
+        }
+    for told, columns in tables.items():
+        rows = [[name, *(cell(own[k]) for own in columns.values())] for k, name in enumerate(names)]
+        print_table(told, (["input", *columns], rows))
 
 
 def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
@@ -85,6 +103,7 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     at the time at which σ is largest. sobol.nc and sobol.png have them at all times.
     """
     from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
+    from flexband.report.page.answers import only_one  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -105,14 +124,14 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     if as_json:
         print_json({"inputs": names, **ends, "undefined": found.attrs["undefined"]})
         return
-    header, columns = ["input"], []
-    for output in ends["total"]:
-        header += [f"{output}, alone".lstrip(", "), "with interactions"]
-        columns += [ends[kind][output] for kind in kinds]
-    rows = [[name, *(_from_to(own[k]) for own in columns)] for k, name in enumerate(names)]
+    if len(names) == 1:
+        print_text(only_one(found))
+        return
     where = " where σ is largest" if found["defined"].ndim else ""
-    print_table(f"Parts of the variance{where}, over the interval inputs", (header, rows))
-    print_text(found.attrs["undefined"])
+    title = f"Parts of the variance{where}, over the interval inputs"
+    parts = {"alone": ends["first_order"], "with interactions": ends["total"]}
+    _print_tables(title, names, parts, _from_to)
+    print_text("\n".join(found.attrs[k] for k in ("sampling", "undefined") if k in found.attrs))
 
 
 def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:

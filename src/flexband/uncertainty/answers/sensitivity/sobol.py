@@ -129,20 +129,36 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
         part = slice(k * len(own), (k + 1) * len(own))
         data[name] = named, values[:, part].reshape(whole_shape)
         data |= places(f"{name}_at", space, eta[:, part], named, whole_shape)
+    each = errors.reshape(2, 2, len(own), count, times).max(axis=1)
     if errors.any():
-        each = errors.reshape(2, 2, len(own), *inner).max(axis=1)
-        data["sampling_error"] = named, each
+        data["sampling_error"] = named, each.reshape(whole_shape)
     if (error := expected_error(surrogate, 1.0)) is not None:
         deviation = np.sqrt(np.nanmin(np.maximum(variance, 0), axis=(0, 1))).reshape(inner)
         share = np.divide(2 * error, deviation, out=np.ones(inner), where=deviation > 2 * error)
         data["expected_error"] = dims, share
     lost = int(np.sum(~defined))
-    told = f"the variance vanishes at {lost} of {defined.size} values of the outputs"
-    result = answer(surrogate, data, {"name": list(own)}, {"undefined": told}, LONG_NAMES)
+    told = {"undefined": f"the variance vanishes at {lost} of {defined.size} values of the outputs"}
+    if errors.any():
+        told["sampling"] = _sampling(each, std)
+    result = answer(surrogate, data, {"name": list(own)}, told, LONG_NAMES)
     for name in ("first_order", "total", "defined", "sampling_error", "expected_error"):
         if name in result:
             result[name].attrs["units"] = "1"
     return result
+
+
+def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
+    """Return how large sampling errors are where σ is largest, in words.
+
+    Parameters
+    ----------
+    errors : shape (2, names, outputs, times).
+    std : shape (outputs, times).
+    """
+    widest = std.argmax(axis=1)
+    found = 100 * errors[:, :, np.arange(len(widest)), widest].max()
+    size = f"± {found:.1f} % of the variance at most" if found >= 0.1 else "below 0.1 %"
+    return f"sampling error where σ is largest: {size}"
 
 
 @dataclass(frozen=True)
@@ -160,23 +176,30 @@ class _Indices:
     times: int
     least: float
 
-    def shares(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return all indices, NaN without variance, shape (indices, rows, replicates)."""
-        variance, *parts = self.variances(eta, times)
-        known = np.where(variance > self.least, variance, np.nan)
-        return np.stack(parts) / known
+    def shares(self, eta: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return all indices, NaN without variance, and the variance.
+
+        Their shapes are (indices, rows, replicates) and (rows,). The mean of an index over the
+        replicates is a ratio of means, and the replicates scatter as this ratio does, to first
+        order: where a part and the variance have the same errors, the index has none.
+        """
+        parts = self.variances(eta, times)
+        variance, mean = parts[0], parts.mean(axis=2, keepdims=True)
+        known = np.where(mean[0] > self.least, mean[0], np.nan)
+        index = mean[1:] / known
+        return index + (parts[1:] - index * variance) / known, mean[0, :, 0]
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
         """Return what is minimized: indices for lower bounds, and the others with minus sign."""
         own, time = np.divmod(which, self.times)
-        shares = self.shares(eta, time).mean(axis=2)
+        shares = self.shares(eta, time)[0].mean(axis=2)
         upper, index = np.divmod(own, len(shares))
         found = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
         return np.where(np.isnan(found), WORSE, found)
 
     def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return what is minimized of all bounds and indices, (2 indices, rows)."""
-        shares = self.shares(eta, times).mean(axis=2)
+        shares = self.shares(eta, times)[0].mean(axis=2)
         both = np.concatenate([shares, -shares])
         return np.where(np.isnan(both), WORSE, both)
 
@@ -190,8 +213,8 @@ class _Indices:
         shape = eta.shape[:-1]
         index, time = (own.ravel() for own in np.indices(shape)[1:])
         flat = eta.reshape(math.prod(shape), eta.shape[-1])
-        shares = self.shares(flat, time)[index, np.arange(len(flat))]
-        variance = self.variances(flat, time)[0].mean(axis=1)
+        shares, variance = self.shares(flat, time)
+        shares = shares[index, np.arange(len(flat))]
         error = np.zeros(len(flat))
         if shares.shape[1] > 1:
             factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)

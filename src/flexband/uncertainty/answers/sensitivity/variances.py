@@ -21,7 +21,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 
-SAMPLES, SEARCHED = 1024, 128
+SAMPLES, SEARCHED = 2048, 128
 """Samples of each set if there are phases, and those of a search."""
 
 AT_ONCE = 2**22
@@ -129,11 +129,10 @@ class Sampled:
         for first in range(0, len(eta), most):
             own = slice(first, first + most)
             one, other, *mixed = (self.series.values(psi, eta[own], times[own]) for psi in self.psi)
-            both = np.concatenate([one, other], axis=1)
-            variance = both.var(axis=1)[:, None, None] * np.ones((1, 1, REPLICATES))
-            alone = [variance[:, 0] - _half_square(other, one_mixed) for one_mixed in mixed]
+            variance = _half_square(one, other)  # of the same pairs: their errors cancel in indices
+            alone = [variance - _half_square(other, one_mixed) for one_mixed in mixed]
             total = [_half_square(one, one_mixed) for one_mixed in mixed]
-            found.append(np.stack([variance[:, 0], *alone, *total]))
+            found.append(np.stack([variance, *alone, *total]))
         return np.concatenate(found, axis=1)
 
 

@@ -1,5 +1,7 @@
 """The beam element against exact integrals, an independent energy and published beams."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -322,3 +324,28 @@ def test_soft_pendulum():
 def test_a_bad_shear_factor_is_refused():
     with pytest.raises(fb.InputError, match="shear_factor"):
         fb.SelectiveIntegration(shear_factor=0.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"youngs_modulus": 210.0}, "about 2e.02 Pa .* softer"),  # GPa
+        ({"youngs_modulus": 210e3}, "softer than any"),  # MPa
+        ({"density": 7.85}, "about 7.8 kg/m³ is stiffer"),  # g/cm³
+        ({"height": 10.0, "width": 10.0}, "about 1e.01 m high"),  # mm
+    ],
+)
+def test_numbers_in_other_units_are_remarked(changes, text):
+    steel = {"length": 0.5, "height": 0.01, "width": 0.01, "density": 7850.0}
+    steel |= {"youngs_modulus": 210e9, "poissons_ratio": 0.3, "elements": 2}
+    rubber = {"density": 1100.0, "youngs_modulus": 1e6}
+    for own in ({}, rubber):
+        with warnings.catch_warnings(action="error"):
+            assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | own))}))
+    with pytest.warns(fb.FlexbandWarning, match=text):
+        assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | changes))}))
+
+
+def test_a_rigid_body_in_millimetres_is_remarked():
+    with pytest.warns(fb.FlexbandWarning, match="smallest side of a rigid body is about 1e.01 m"):
+        fb.RigidBody.block(length=200.0, height=10.0, width=10.0, density=7850.0)

@@ -33,6 +33,7 @@ from flexband.mechanics.bodies.assumed_strains import (
 )
 from flexband.mechanics.bodies.body import MassEntries, add_pairs
 from flexband.mechanics.bodies.centre_line import CentreLine
+from flexband.mechanics.bodies.plausible import plausible_material, plausible_section
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
     Elasticity,
@@ -158,6 +159,8 @@ class Beam(CentreLine):
     def section_stiffness(self, along: Along) -> Sequence[np.ndarray]:
         """Return `SectionStiffness` or, of the default element, EA [N], EI [N m²] and kGA [N]."""
         (E, nu, k), moments = self.elasticity(along), self.profile.moments(along)
+        plausible_material(along(*self.properties()[0]), E)
+        plausible_section(self.profile.across(along))
         if self.integration is not None:
             return self.integration.stiffness(Elasticity(E, nu, k), moments)
         return E * moments[0], E * moments[1], k * E / (2 * (1 + nu)) * moments[0]

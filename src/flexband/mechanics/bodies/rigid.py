@@ -27,6 +27,7 @@ from flexband.errors import (
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.bodies.outlines import touching_edges
+from flexband.mechanics.bodies.plausible import plausible_block
 from flexband.mechanics.forms import Form, Frame, dot
 
 
@@ -106,6 +107,7 @@ class RigidBody(Body):
         c = positive("block width [m]", width)
         rho = positive("block density [kg/m³]", density)
         same_samples("block", a, b, c, rho)
+        plausible_block(a, b, c)
         mass = rho * a * b * c
         return RigidBody(mass=mass, inertia=mass * (a**2 + b**2) / 12, **motion)
 

@@ -210,7 +210,8 @@ class Chance:
         weights = np.log(mixture.weights(u)) - np.log(COMMON)
         moving = [self._old(u, own.tighter(x, by)) for by in (-TRUST, 0.0, TRUST)]
         near = np.tile(eta(x), (COMMON, 1))
-        state = start.where_least(np.concatenate(moving), np.tile(near, (3, 1)), SLACK * usual)
+        near = np.tile(near, (3, 1))
+        state = start.at(start.deciding(np.concatenate(moving), near, SLACK * usual))
 
         def function(at: np.ndarray) -> float:
             margins = state.least(self._old(u, at), eta(at))

@@ -67,7 +67,7 @@ class _Series:
             at = (self.row, times[own], None)
             values = self.series.values(self.psi, eta[own], times[own], single=True)
             margins = np.minimum(values - self.part.lower[at], self.part.upper[at] - values)
-            margins /= self.part.scale[self.row]
+            margins /= self.part.scale[at]
             found[:, own] = powers @ (ndtr(-margins / width) if width else margins < 0).T
 
         in_threads(add_up, range(0, len(eta), most))
@@ -104,7 +104,7 @@ def at_each_time(
     if not any(len(one.u) for one in known):
         none = np.zeros((2, state.width))
         return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
-    mixture = Mixture.of(known[0].u, rng) + Mixture.of(known[1].u, rng)
+    mixture = Mixture.mean(*(Mixture.of(one.u, rng) for one in known))
     samples = [_weighted(mixture, state.families, count, rng) for count in (SEARCHED, SAMPLES)]
     found, places = [], []
     for part in state.parts:

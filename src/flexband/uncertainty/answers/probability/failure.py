@@ -62,7 +62,9 @@ def failure_probability(
     Parameters
     ----------
     surrogate : what `expand` returns. At least one of its inputs must be random.
-    limits : a `Limit`, or several; of several, the probability of leaving any is given as well.
+    limits : a `Limit`, or several; of several, the probability of leaving any is given as well. It
+        is never less than that of one of them: where sampling or the search over the intervals
+        finds less, the result of this one is given.
     response : what the surrogate was made of, if its runs shall correct the probability.
     runs : number of these runs for each bound over the interval inputs, each limit and each
         combination of options, 16 or more.
@@ -130,6 +132,8 @@ def failure_probability(
     with models(surrogates, response, runs, probabilities, progress, **options) as known:
         for label, own in surrogates.items():
             each = [_probability(own, one, known[label], accuracy, seed) for one in wanted.values()]
+            if len(each) > 1:
+                each[-1] = _no_less(each[-1], each[:-1])
             found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
     result = _over_choices(found) if several else found[""]
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
@@ -212,6 +216,21 @@ def _probability(
     if "input" in data:
         coords["input"] = data.pop("input")[1]
     return xr.Dataset(data, coords)
+
+
+def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the result for any limit, where those of single limits are no more likely.
+
+    Leaving any limit is at least as likely as leaving one of them, with which values of the
+    interval inputs ever. Where sampling or the search found less, what was found of this one holds.
+    """
+    for one in limits:
+        more = one["probability"] > union["probability"]
+        at_a_time = one["at_each_time"] > union["at_each_time"]
+        for name in union:
+            where = at_a_time if str(name).startswith("at_each_time") else more
+            union[name] = one[name].where(where, union[name])
+    return union
 
 
 def _between(own: Sequence[Estimate], told: Sequence[Any]) -> dict[str, np.ndarray]:

@@ -70,11 +70,12 @@ class Mixture:
             shares.append((SHARES["unit"] + SHARES["own"] * (not several)) * part)
         return Mixture(np.array(means), np.array(factors), np.array(shares) / sum(shares))
 
-    def __add__(self, other: Mixture) -> Mixture:
-        """Return both mixtures in equal parts."""
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        means, factors, shares = (np.concatenate(own) for own in pairs)
-        return Mixture(means, factors, shares / 2)
+    @staticmethod
+    def mean(*several: Mixture) -> Mixture:
+        """Return some mixtures in equal parts."""
+        each = zip(*(vars(one).values() for one in several), strict=True)
+        means, factors, shares = (np.concatenate(own) for own in each)
+        return Mixture(means, factors, shares / len(several))
 
     def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return samples, shape (count, n); the number of each density is that of its share."""

@@ -22,6 +22,9 @@ AT_ONCE, MIN_BLOCK = 100_000, 256
 PILOT = 256
 """Samples that tell how much each output varies."""
 
+LEAST_SCATTER = 1e-3
+"""Least part of the standard deviation over all inputs that a margin is taken to scatter by."""
+
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -32,7 +35,7 @@ class Part:
     expansion : shape (outputs, times).
     lower, upper : in the outputs' units, (outputs, times).
     error : what is expected to be missed of a run, in the outputs' units, (outputs, times).
-    scale : unit of the margins of each output, (outputs, 1).
+    scale : unit of the margins, (outputs, times).
     series : numbers of outputs and times in the response, (outputs, times).
     beyond : by how much values go below and above two neighbouring ones, from each time to the
         next, in the outputs' units: the least and the most of some runs, (2, 2, outputs, times).
@@ -56,7 +59,7 @@ class Part:
         apart = np.diff(self.series, axis=1) != 1
         ends = np.minimum(sides[..., :-1], sides[..., 1:])
         found = []
-        for beyond in self.beyond[..., :-1] / self.scale:
+        for beyond in (self.beyond / self.scale)[..., :-1]:
             within = np.where(apart, np.inf, ends - beyond)
             found.append(within.min(axis=(1, 2, 3), initial=np.inf))
         return np.stack(found)
@@ -80,7 +83,7 @@ class Part:
     def at(self, times: np.ndarray) -> Part:
         """Return the part at some of its times."""
         own = self.expansion.of(self.expansion.outputs, times)
-        names = ("lower", "upper", "error", "series", "beyond")
+        names = ("lower", "upper", "error", "scale", "series", "beyond")
         return replace(self, expansion=own, **{k: getattr(self, k)[..., times] for k in names})
 
     def tighter(self, count: float) -> Part:
@@ -139,6 +142,7 @@ class LimitState:
             scale = np.maximum(spread, 1e-12 * size + 1e-300)
             index = np.ix_(own, at)
             own_error = error.reshape(-1, times)[index]
+            scale = np.broadcast_to(scale, own_error.shape)
             bounds = lower[index], upper[index], own_error, scale, number[index]
             parts.append(Part(part, *bounds, beyond[:, :, *index]))
         return LimitState(space.families, tuple(parts), spacing(labels))
@@ -196,25 +200,49 @@ class LimitState:
         flat = values.reshape(len(values), -1)
         return least_of([part.margins_of(flat[:, part.series]) for part in self.parts])
 
-    def where_least(self, u: np.ndarray, eta: np.ndarray, slack: float) -> LimitState:
-        """Return the state at the times, and their neighbours, that decide about some samples.
+    def scatter(self, u: np.ndarray, eta: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return means and standard deviations of margins over u, (places, outputs, times) each.
+
+        Parameters
+        ----------
+        u : samples at each η, shape (points, n).
+        eta : shape (places, m).
+        """
+        own = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
+        blocks = self.reduced(*own, lambda _, margins: margins)
+        found = []
+        for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
+            own = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
+            found.append((own.mean(axis=1), np.maximum(own.std(axis=1), LEAST_SCATTER)))
+        return found
+
+    def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:
+        """Return the state with margins in parts of these, each (outputs, times)."""
+        pairs = zip(self.parts, scatter, strict=True)
+        return replace(self, parts=tuple(replace(p, scale=p.scale * own) for p, own in pairs))
+
+    def deciding(self, u: np.ndarray, eta: np.ndarray, slack: float) -> list[np.ndarray]:
+        """Return which times of each part decide about some samples, (times,).
 
         These are the times of the least margin of a sample, and of margins below `slack`.
         """
 
-        def deciding(_: slice, margins: list[np.ndarray]) -> list[Any]:
+        def decide(_: slice, margins: list[np.ndarray]) -> list[Any]:
             least = np.maximum(least_of(margins)[:, None, None], slack)
             return [np.any(one <= least, axis=(0, 1)) for one in margins]
 
+        found = zip(*self.reduced(u, eta, decide), strict=True)
+        return [np.any(own, axis=0) for own in found]
+
+    def at(self, times: list[np.ndarray]) -> LimitState:
+        """Return the state at some times of each part, and their neighbours."""
         parts = []
-        found = zip(*self.reduced(u, eta, deciding), strict=True)
-        for part, own in zip(self.parts, found, strict=True):
-            times = np.any(own, axis=0)
-            times[1:] |= times[:-1].copy()
-            times[:-1] |= times[1:].copy()
-            at = np.flatnonzero(times)
-            if len(at):
-                parts.append(part.at(at))
+        for part, own in zip(self.parts, times, strict=True):
+            near = own.copy()
+            near[1:] |= own[:-1]
+            near[:-1] |= own[1:]
+            if near.any():
+                parts.append(part.at(np.flatnonzero(near)))
         return replace(self, parts=tuple(parts))
 
 

@@ -148,3 +148,20 @@ def test_exactly_redundant_cranks_are_found_in_every_position(angle):
     motion = fb.simulate(model, duration=0.05, step=1e-3)
     assert {"joint 'top0'", "joint 'top4'"} <= set(motion.attrs["not_unique"])
     assert np.abs(motion).max() < 9.81 * (9.0 + 5 * 1.04)
+
+
+def test_sensors_of_forces_that_joints_share_are_warned_of():
+    """A bar on one pin, which a second one doubles: each carries half of the weight."""
+
+    def bar(*pins):
+        return fb.Mechanism(
+            bodies={"bar": fb.RigidBody.bar(length=1.0, height=0.02, width=0.02, density=1000.0)},
+            joints={name: fb.Revolute("bar.start", (0.0, 0.0)) for name in pins},
+            sensors={"F": fb.Reaction("A"), "x": fb.Position("bar")},
+        )
+
+    alone = fb.simulate(bar("A"), duration=0.01, step=1e-3)
+    with pytest.warns(fb.FlexbandWarning, match="sensor 'F' measures .* joint 'A' and joint 'A2'"):
+        shared = fb.simulate(bar("A", "A2"), duration=0.01, step=1e-3)
+    names = ["F_X", "F_Y"]
+    np.testing.assert_allclose(2 * shared.sel(output=names), alone.sel(output=names), rtol=1e-9)

@@ -15,7 +15,7 @@ from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
-from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.engine.redundancy import dependent, warn_of_shared
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
@@ -106,7 +106,8 @@ def equilibrium(
     )
     if redundant:
         sample = min(redundant)
-        _, result.attrs["not_unique"] = dependent(system, redundant[sample], sample)
+        _, joints = dependent(system, redundant[sample], sample)
+        result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0)
 
 

@@ -23,7 +23,7 @@ from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
-from flexband.mechanics.engine.redundancy import sharing
+from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
 from flexband.mechanics.engine.ringing import remark_on_few_steps
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.engine.turning import warn_of_large_steps
@@ -155,7 +155,8 @@ def simulated(
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:
         sample = min(batch.starts)
-        result.attrs["not_unique"] = sharing(system, batch.starts[sample], sample)
+        joints = sharing(system, batch.starts[sample], sample)
+        result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0)
 
 

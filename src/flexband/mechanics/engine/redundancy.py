@@ -101,6 +101,19 @@ def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
     return _joints(owners)
 
 
+def warn_of_shared(system: System, joints: list[str]) -> list[str]:
+    """Warn of sensors of joints that share their forces; return these joints."""
+    joint_of = {k: getattr(own, "joint", None) for k, own in system.mechanism.sensors.items()}
+    read = [f"sensor {k!r}" for k, joint in joint_of.items() if f"joint {joint!r}" in joints]
+    if read:
+        warn(
+            f"what {' and '.join(read)} measures is one "
+            f"choice of many: {' and '.join(joints)} are redundant and share their forces; leave "
+            "out what is redundant, or let a body between them be flexible"
+        )
+    return joints
+
+
 def _normalized(system: System, z: np.ndarray, sample: int) -> np.ndarray:
     """Return Φ_q with rows of length 1."""
     return _unit_rows(jacobian(system, z[:, None], np.array([sample]))[:, :, 0])

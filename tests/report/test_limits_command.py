@@ -57,6 +57,14 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
         CliRunner().invoke(app, [*call, "--verify", "0"])
         printed = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
         assert printed.exit_code == status, printed.output
+        if status == 0:
+            before = (tmp_path / "0" / "limits.nc").read_bytes()
+            other = CliRunner().invoke(app, ["limits", str(tmp_path / "0"), "--below", "9"])
+            assert "the report keeps the limits of the study" in other.output
+            assert (tmp_path / "0" / "limits.nc").read_bytes()[:500] == before[:500]
+            for name in ("limits", "probability"):
+                with xr.open_dataset(tmp_path / "0" / f"{name}.nc") as kept:
+                    assert kept["limit"].values.tolist() == ["response below 1.2"]
     assert "unless the study has limits" in " ".join(printed.output.split())
     with xr.open_dataset(tmp_path / "0" / "limits.nc") as checked:
         assert float(checked["below"].max()) == 1.2

@@ -10,8 +10,22 @@ import xarray as xr
 
 import flexband as fb
 from flexband.cli.files import draw, save
+from flexband.cli.messages import print_remark
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.selection import surrogates_of
+
+
+OF_STUDY = "the study"
+"""Attribute "of" of limits.nc: whose limits these are."""
+
+
+def has_limits_of_study(place: Path) -> bool:
+    """Return whether the limits that were checked in a folder are those of its study."""
+    try:
+        with xr.open_dataset(place / "limits.nc", engine="scipy", decode_times=False) as found:
+            return found.attrs.get("of") == OF_STUDY
+    except (OSError, ValueError, TypeError):  # missing, or no such file
+        return False
 
 
 def has_probability(surrogate: Any) -> bool:
@@ -25,24 +39,35 @@ def check(
     limits: Sequence[fb.Limit],
     place: Path,
     *,
+    of_study: bool = True,
     sigmas: float = 3.0,
     **options: Any,
 ) -> tuple[xr.Dataset, xr.Dataset | None]:
     """Return whether limits are kept, and how likely they are left if all inputs can tell.
 
-    Both are written into a folder: limits.nc, probability.nc and limits.png.
+    Both are written into a folder: limits.nc, probability.nc and limits.png. Limits that are not of
+    the study never take the place of those that are, since the report shows what is there.
 
     Parameters
     ----------
+    of_study : whether the limits are those of the study.
     options : of `failure_probability`.
     """
     from flexband.report.figures import limits_figure  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     checked, probability = fb.check_limits(surrogate, limits, sigmas=sigmas), None
-    save(lambda: write_netcdf(checked, place / "limits.nc"))
+    kept = of_study or not has_limits_of_study(place)
+    if kept:
+        checked.attrs["of"] = OF_STUDY if of_study else "a question"
+        save(lambda: write_netcdf(checked, place / "limits.nc"))
     if has_probability(surrogate):
         probability = fb.failure_probability(surrogate, limits, **options)
+    if not kept:
+        print_remark(
+            "the report keeps the limits of the study; add these to its `limits` to have them there"
+        )
+        return checked, probability
     if probability is not None:
         save(lambda: write_netcdf(probability, place / "probability.nc"))
     else:

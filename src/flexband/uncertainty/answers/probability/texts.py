@@ -31,21 +31,27 @@ def chance(one: xr.Dataset, *, places: bool = False) -> str:
     names = ("between_times", "between_times_low", "between_times_high")
     values, low, high = (one[k].values for k in names)
     where = [_place(one.isel(bound=k)) if places else "" for k in range(2)]
-    text = _bounds(one, values, high, where)
-    if values[1]:
-        text += f" (95 % confidence: {low[0]:.3g} to {high[1]:.3g})"
+    sure = [f" (95 % confidence: {a:.3g} to {b:.3g})" for a, b in zip(low, high, strict=True)]
+    text = _bounds(one, values, high, where, sure)
     at_times = one["probability"].values
     if np.any(values > (1 + SAME) * at_times):
-        own = _bounds(one, at_times, one["confidence_high"].values, ["", ""])
+        own = _bounds(one, at_times, one["confidence_high"].values, ["", ""], ["", ""])
         text += f"; at the output times alone, {own}"
     return text
 
 
-def _bounds(one: xr.Dataset, values: np.ndarray, high: np.ndarray, where: list[str]) -> str:
-    numbers = [f"{v:.3g}" if v else f"below {h:.2g}" for v, h in zip(values, high, strict=True)]
-    if not _differs(one) or (numbers[0] == numbers[1] and not any(where)):
-        return numbers[1]
-    return f"from {numbers[0]}{where[0]} to {numbers[1]}{where[1]}"
+def _bounds(one: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[str]) -> str:
+    """Return both bounds as text, one of them if they are the same.
+
+    Parameters
+    ----------
+    more : for each bound, where it is, and its confidence interval if it is not zero.
+    """
+    each = zip(values, high, *more, strict=True)
+    lower, upper = (
+        f"{v:.3g}{where}{sure}" if v else f"below {h:.2g}{where}" for v, h, where, sure in each
+    )
+    return f"from {lower} to {upper}" if _differs(one) and lower != upper else upper
 
 
 def _differs(one: xr.Dataset) -> bool:

@@ -33,7 +33,8 @@ def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
         told = what_matters(SHARES, fb.check_limits(SURROGATE, limits))
         assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in told
         assert f" is {name}: without its uncertainty, the error bar would be " in told
-        assert "where its margin is least." in told
+        assert "where its margin is least" in told
+        assert ("; for far below 50, it is a (100 %)." in told) == (len(limits) == 2)
 
 
 def test_without_limits_it_is_told_of_every_output():

@@ -14,7 +14,6 @@ from flexband.cli.messages import print_remark
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.selection import surrogates_of
 
-
 OF_STUDY = "the study"
 """Attribute "of" of limits.nc: whose limits these are."""
 

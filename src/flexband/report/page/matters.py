@@ -10,14 +10,14 @@ from flexband.report.numbers import number
 from flexband.report.page.inputs import over_time
 
 MOST = 4
-"""Outputs of which the input that matters most is told."""
+"""Outputs or limits of which the input that matters most is told."""
 
 AROUND = 0.025
 """Part of all times before and after the one at which a margin is least."""
 
 
 def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
-    """Return which input matters most, for the limit with the least margin if there is one.
+    """Return which input matters most, for each limit if there are some.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
 
 
 def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
-    """Return which input matters most where the margin of a limit is least, in parts of a width."""
+    """Return which input matters most for each limit, least margin in parts of a width first."""
     found = []
     outputs = tables.outputs_of(contributions["mean_share"])
     count = limits.sizes["limit"]
@@ -54,26 +54,42 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
         width = _select(contributions["width"], outputs, name)
         size = float(width.mean()) or np.inf
         found.append((float(limits["least_margin"][k]) / size, k, str(name)))
-    _, k, name = min(found)
+    told = [
+        (str(limits["limit"].values[k]), *_around(contributions, limits.isel(limit=k), name))
+        for _, k, name in sorted(found)[:MOST]
+    ]
+    (limit, first, part, where), *rest = told
+    others = "".join(
+        f"; for {name}, it is {one} ({tables.percent(part)})" for name, one, part, _ in rest
+    )
+    more = "; there are further limits" if count > MOST else ""
+    return (
+        f"What matters most for the limit {limit} is {first}: without its uncertainty, the error "
+        f"bar would be {tables.percent(part)} narrower{where}{others}{more}."
+    )
+
+
+def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[str, float, str]:
+    """Return the input that matters most around the least margin of a limit, its share, and where.
+
+    Parameters
+    ----------
+    name : the output of the limit.
+    """
+    outputs = tables.outputs_of(contributions["mean_share"])
     width = _select(contributions["width"], outputs, name)
     parts = _select(contributions["contribution"], outputs, name)
-    where = " mean over time" * over_time(contributions)
+    where = ", mean over time" * over_time(contributions)
     last = width.dims[-1] if width.dims else ""
-    if "least_margin_at" in limits and limits["least_margin_at"].dtype.kind == "f" and last:
-        at = limits["least_margin_at"].values[k]
-        index, reach = (
-            int(np.abs(width[last].values - at).argmin()),
-            int(AROUND * width.sizes[last]),
-        )
+    if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f" and last:
+        at = float(limit["least_margin_at"])
+        index = int(np.abs(width[last].values - at).argmin())
+        reach = int(AROUND * width.sizes[last])
         around = {last: slice(max(0, index - reach), index + reach + 1)}
         width, parts = width.isel(around), parts.isel(around)
         where = f" around {last} {number(at)}{' s' * (last == 'time')}, where its margin is least"
     share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)
-    first, part = _most(parts["name"].values, share.values)
-    return (
-        f"What matters most for the limit {limits['limit'].values[k]} is {first}: without its "
-        f"uncertainty, the error bar would be {tables.percent(part)} narrower{where}."
-    )
+    return *_most(parts["name"].values, share.values), where
 
 
 def _select(data: xr.DataArray, outputs: list[str], name: str) -> xr.DataArray:

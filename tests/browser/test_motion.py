@@ -13,7 +13,16 @@ from flexband.report.page.motion.motion import motion_data
 from flexband.uncertainty.inputs.space import Space
 
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
-SCRIPTS = ("arrays", "element", "numbers", "motion_pen", "motion_symbols", "motion_scene", "motion")
+SCRIPTS = (
+    "arrays",
+    "element",
+    "colors",
+    "numbers",
+    "motion_pen",
+    "motion_symbols",
+    "motion_scene",
+    "motion",
+)
 COLORS = "--ink: #222; --paper: #fff; --muted: #667; --line: #ccc; --accent: #26b; --second: #d60"
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
 

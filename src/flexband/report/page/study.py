@@ -29,8 +29,8 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 FILE = "report.html"
 
 SCRIPTS = (
-    "arrays.js", "element.js", "numbers.js", "bands.js", "plots.js",
-    "charts.js",
+    "arrays.js", "element.js", "colors.js", "numbers.js", "bands.js", "plots.js",
+    "readings.js", "limit_axis.js", "charts.js",
     "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", "paths.js", "p_boxes.js",
     *what_if.SCRIPTS,
     "start.js",

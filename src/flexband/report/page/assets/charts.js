@@ -14,9 +14,8 @@ flexband.starters.push(function (data) {
   );
   made.forEach((chart) => seen.observe(chart.plot));
   flexband.ready.then(() => made[0].tell(made[0].x[made[0].widest()])); // all parts are there
-  const again = () => made.forEach((chart) => chart.drawn && chart.draw(true));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
-  addEventListener("beforeprint", () => made.forEach((chart) => chart.draw()));
+  flexband.whenColorsChange(() =>
+    made.forEach((chart) => (chart.drawn || flexband.printing()) && chart.draw(true)));
   document.addEventListener("flexband:time", (e) => made.forEach((c) => c.point(e.detail.time)));
   document.addEventListener("flexband:what-if", (e) => made.forEach((c) => c.compare(e.detail)));
 });
@@ -24,9 +23,6 @@ flexband.starters.push(function (data) {
 /** What the lower chart shows. */
 flexband.MATTERS = "Below: how much narrower the error bar would be if that input alone were at its nominal " +
   "value (below zero: wider). Inputs act together, so that these need not add up to the width.";
-
-/** Part of the largest width below which an input is left out where the worst inputs are told. */
-flexband.HARDLY = 0.005;
 
 flexband.Chart = class {
   constructor(charts, output, number, panel) {
@@ -45,11 +41,15 @@ flexband.Chart = class {
     this.plot = flexband.element("div", { className: "plot", role: "img", "aria-label": label });
     this.plot.dataset.number = number;
     this.plot.style.height = output.contributions ? "32rem" : "22rem";
-    this.reading = flexband.element("figcaption", { className: "reading", "aria-live": "polite" });
+    this.reading = flexband.element("p", { className: "reading", "aria-live": "polite" });
+    this.background = flexband.element("p");
+    this.outside = flexband.element("p", { className: "note" });
     this.keys = ["above", "below"].map(() => flexband.element("div", { className: "keys" }));
-    figure.append(this.keys[0], this.plot, this.keys[1]);
+    figure.append(this.keys[0], this.outside, this.plot, this.keys[1]);
     if (output.contributions) figure.append(flexband.element("p", { className: "note" }, flexband.MATTERS));
-    figure.append(this.reading);
+    const summary = flexband.element("summary", {}, "Inputs at these bounds, and parts of the error");
+    figure.append(flexband.element("figcaption", {}, this.reading,
+      flexband.element("details", {}, summary, this.background)));
     this.read(this.widest());
   }
 
@@ -63,12 +63,25 @@ flexband.Chart = class {
       const button = flexband.element("button", { type: "button", "aria-pressed": chosen }, text);
       button.addEventListener("click", () => {
         this.view = view;
-        for (const one of bar.children) one.setAttribute("aria-pressed", String(one === button));
+        for (const one of Object.keys(views).keys()) {
+          bar.children[one].setAttribute("aria-pressed", String(bar.children[one] === button));
+        }
         this.draw(true);
       });
       bar.append(button);
     }
+    this.whole = flexband.element("button", { type: "button", "aria-pressed": "false", hidden: true }, "Whole limits");
+    this.whole.addEventListener("click", () => {
+      this.whole.setAttribute("aria-pressed", String(!this.showsWhole()));
+      this.draw(true);
+    });
+    bar.append(this.whole);
     return bar;
+  }
+
+  /** Return whether the axis holds limits that are far from the bands, too. */
+  showsWhole() {
+    return this.whole.getAttribute("aria-pressed") === "true";
   }
 
   /** Return curves as the view shows them. */
@@ -111,7 +124,7 @@ flexband.Chart = class {
       const y = base ? limit.values.values.map((v, k) => v - base[k]) : limit.values.values;
       const style = { color: color("bad"), width: 1.6, dash: "dash" };
       const named = found.some((one) => one.name === flexband.plain(limit.name));
-      line(y, limit.name, style, { legendgroup: limit.name, showlegend: !named });
+      line(y, limit.name, style, { meta: "limit", legendgroup: limit.name, showlegend: !named });
     }
     if (this.other) {
       const changed = this.shown({ ...this.other, error: null, nominal: this.all.nominal });
@@ -147,13 +160,18 @@ flexband.Chart = class {
     const envelope = output.narrow ? deviation : this.title;
     const words = { values: this.title, deviation, envelope };
     const part = output.unit ? ` [${output.unit}]` : "";
-    const axis = (title, which) => flexband.plotAxis(title, flexband.largest(
-      traces.filter((own) => (own.yaxis || "y") === which).map((own) => own.y)));
+    const of = (which) => traces.filter((own) => (own.yaxis || "y") === which);
+    const axis = (title, which) => flexband.plotAxis(title, flexband.largest(of(which).map((own) => own.y)));
+    const { range, outside } = flexband.limitAxis(of("y"));
+    this.outside.replaceChildren(...flexband.outsideInWords(outside));
+    this.whole.hidden = !outside.length;
     return {
-      ...flexband.plotLayout(), dragmode: "zoom", hovermode: "x", uirevision: this.view, showlegend: false,
+      ...flexband.plotLayout(), dragmode: "zoom", hovermode: "x", showlegend: false,
+      uirevision: `${this.view} ${this.showsWhole()}`,
       xaxis: { ...flexband.plotAxis(unit ? `${name} [${unit}]` : name, this.x[this.x.length - 1]),
         anchor: split ? "y2" : "y" },
-      yaxis: { ...axis(words[this.view], "y"), domain: [split ? 0.4 : 0, 1] },
+      yaxis: { ...axis(words[this.view], "y"), domain: [split ? 0.4 : 0, 1],
+        ...(range && !this.showsWhole() ? { range } : { autorange: true }) },
       ...(split && { yaxis2: { ...axis(`part of the width${part}`, "y2"), domain: [0, 0.34] } }),
       shapes: this.cursor === undefined ? [] : [this.line()],
     };
@@ -204,37 +222,9 @@ flexband.Chart = class {
 
   /** Write the numbers at a place below the chart. */
   read(k) {
-    const { all, output, charts } = this, { name, unit } = charts.x, g = flexband.number;
-    const finest = (all.bar[1][k] - all.bar[0][k]) / 1000 || Infinity;
-    const range = (pair) => `${g(pair[0][k], finest)} … ${g(pair[1][k], finest)}`;
-    const spread = ([low, high]) => high[k] - low[k], wider = 1 - spread(all.mean) / spread(all.bar);
-    let text = `${name} = ${g(this.x[k])} ${unit}: interval mean ${range(all.mean)}, ` +
-      `error bar ${range(all.bar)} ${output.unit}`;
-    if (wider > 0 && wider < 0.01) text += ` (only ${g(Number((100 * wider).toPrecision(2)))} % wider)`;
-    if (all.nominal) text += `, nominal ${g(all.nominal[k], finest)}`;
-    if (all.error) text += `; expected error ± ${g(all.error[k])}`;
-    const parts = Object.entries(output.errors || {}).map(([w, e]) => `${w} ${g(e.values[k])}`);
-    if (parts.length) text += ` (${parts.join(", ")})`;
-    if (output.worst && charts.inputs.length) {
-      const n = this.x.length;
-      const told = this.mattering(), few = told.length < charts.inputs.length;
-      const at = (b) => told.map(
-        (i) => `${charts.inputs[i]} = ${g(output.worst.values[(2 * i + b) * n + k])}`).join(", ");
-      if (told.length) text += `. Lowest with ${at(0)}; highest with ${at(1)}`;
-      if (told.length && few) text += `; others matter by less than ${100 * flexband.HARDLY} % of the width`;
-    }
-    this.reading.textContent = text + ".";
-  }
-
-  /** Return the numbers of the interval inputs that this output depends on, as far as is known. */
-  mattering() {
-    const { output, charts, x } = this, all = [...charts.inputs.keys()], own = output.contributions;
-    if (!own) return all;
-    const least = flexband.HARDLY * flexband.largest([own.width.values]);
-    return all.filter((i) => {
-      const k = own.names.indexOf(charts.inputs[i]);
-      return k < 0 || flexband.largest([flexband.row(own.values, k, x.length)]) > least;
-    });
+    this.reading.textContent = flexband.readingOf(this, k);
+    this.background.textContent = flexband.backgroundOf(this, k);
+    this.background.parentElement.hidden = !this.background.textContent;
   }
 
   /** Show the bands of other inputs, or none. */

@@ -95,10 +95,10 @@ flexband.MotionPlayer = class {
     this.zooming[2].addEventListener("click", () => this.zoom(0));
     this.canvas.addEventListener("pointermove", (event) => this.pan(event));
     new ResizeObserver(() => this.redraw()).observe(this.canvas.parentElement);
-    for (const query of ["(prefers-color-scheme: dark)", "print"]) {
-      matchMedia(query).addEventListener("change", () => this.restyle());
-    }
-    new MutationObserver(() => this.restyle()).observe(document.documentElement, { attributes: true });
+    flexband.whenColorsChange(() => {
+      this.restyle();
+      this.paint();
+    });
   }
 
   key(event) {
@@ -233,7 +233,7 @@ flexband.MotionPlayer = class {
 
   paint() {
     const { scene, pen } = this, [[left, bottom], [right, top]] = scene.box;
-    const width = this.canvas.parentElement.clientWidth;
+    const width = flexband.printing() ? flexband.PAPER.width : this.canvas.parentElement.clientWidth;
     if (!width) return;
     const flat = (top - bottom + 0.2 * scene.size) / (right - left + 0.2 * scene.size || 1);
     const height = Math.round(Math.min(Math.max(flat * width, 0.36 * width, 180), 0.72 * window.innerHeight, 560));

@@ -53,5 +53,5 @@ flexband.starters.push(function ({ p_boxes: boxes, charts }) {
     place.value = next;
     draw();
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  flexband.whenColorsChange(draw);
 });

@@ -38,17 +38,18 @@ flexband.starters.push(function ({ path }) {
     const all = [[], []];
     for (let k = 0; k < regions; k++) region(k).forEach((own, a) => all[a].push(...own, null));
     const [first, second] = region(cursor);
-    const large = factor === 1 ? "" : `, deviations drawn ${factor} times as large`;
+    const [large, told] = factor === 1 ? ["", ""] : [`, deviations drawn ${factor} times as large`,
+      " The numbers that the mouse shows beside the path are not magnified."];
     caption.textContent = `The path of ${x} and ${y}, and the regions of its point for ${path.bar}${large}: at most ` +
-      `${number(path.radius)} ${path.unit} from the nominal path. Numbers at the pointer are true.`;
+      `${number(path.radius)} ${path.unit} from the nominal path.${told}`;
     plot.setAttribute("aria-label", caption.textContent);
-    const told = [x, y].map(flexband.plain), unit = flexband.plain(path.unit);
+    const names = [x, y].map(flexband.plain), unit = flexband.plain(path.unit);
     const traces = flexband.shown([
       { x: all[0], y: all[1], mode: "lines", name: `regions ${path.bar}${factor === 1 ? "" : `, × ${factor}`}`,
         fill: "toself", fillcolor: color("shade"), line: { color: color("accent"), width: 0.3 }, hoverinfo: "skip" },
       { x: nominal[0], y: nominal[1], mode: "lines", name: "nominal", line: { color: color("ink"), width: 1 },
         customdata: Array.from(path.reach.values, (v) => number(v)),
-        hovertemplate: `${told[0]} %{x} ${unit}<br>${told[1]} %{y} ${unit}<br>` +
+        hovertemplate: `${names[0]} %{x} ${unit}<br>${names[1]} %{y} ${unit}<br>` +
           `at most %{customdata} ${unit} away<extra></extra>` },
       { x: first, y: second, mode: "lines", name: "at the cursor", fill: "toself",
         fillcolor: "transparent", line: { color: color("second"), width: 2 }, hoverinfo: "skip" },
@@ -68,5 +69,5 @@ flexband.starters.push(function ({ path }) {
     const [first, second] = region(cursor);
     Plotly.restyle(plot, { x: [first], y: [second] }, [2]);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  flexband.whenColorsChange(draw);
 });

@@ -67,6 +67,7 @@ flexband.plotLayout = () => ({
   paper_bgcolor: "transparent", plot_bgcolor: "transparent",
   font: { color: flexband.color("ink"), family: "system-ui, sans-serif", size: 12 },
   margin: { l: 64, r: 12, t: 8, b: 44 },
+  ...(flexband.printing() ? { autosize: false, ...flexband.PAPER } : { autosize: true }),
 });
 
 /** Return an axis with a title, whose numbers are written as in tables, without prefixes of units. */

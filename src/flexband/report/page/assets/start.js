@@ -8,6 +8,3 @@ flexband.ready = (async function () {
   flexband.data = await flexband.unpackedTree(JSON.parse(text));
   for (const start of flexband.starters) start(flexband.data);
 })();
-
-flexband.color = (name) =>
-  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

@@ -1,0 +1,102 @@
+"""Charts of outputs whose limits are far from narrow bands, on the screen and on paper."""
+
+import pytest
+from typer.testing import CliRunner
+
+from flexband.cli import app
+
+STUDY = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+t = np.linspace(0.0, 1.0, 201)
+
+def move(p, x):
+    own = np.sin(2 * np.pi * t) + 1e-3 * (p + 0.1 * x)[:, None]
+    return xr.DataArray(np.stack([own, own, own], axis=1), dims=("sample", "output", "time"),
+        coords={"output": ["u", "v", "w"], "unit": ("output", ["m"] * 3), "time": t})
+
+inputs = {"p": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
+limits = [fb.Limit("u", below=1.0012), fb.Limit("w", above=-9.0)]
+study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), limits=limits)
+"""
+
+
+@pytest.fixture(scope="module")
+def page_of(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("charts")
+    (folder / "charts.py").write_text(STUDY, encoding="utf-8")
+    words = ["run", str(folder / "charts.py"), "--output", str(folder), "--verify", "0"]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    return folder / "report.html"
+
+
+def drawn(page, number):
+    """Return the figure of an output, and its chart, drawn."""
+    figure = page.locator("figure.chart").nth(number)
+    figure.scroll_into_view_if_needed()
+    chart = figure.locator(".plot")
+    chart.locator("svg.main-svg").first.wait_for()
+    return figure, chart
+
+
+def ends(chart):
+    return chart.evaluate("plot => plot._fullLayout.yaxis.range")
+
+
+def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, opened):
+    page = opened(page_of, viewport={"width": 1280, "height": 900})
+    figure, chart = drawn(page, 0)
+    low, high = ends(chart)  # the band is from −0.0011 to 0.0011, the limit 0.0002 to 2 above it
+    assert -0.002 < low < -0.0011
+    assert 0.0012 < high < 0.004
+    assert "“u below 1.0012” is outside this axis where it is far" in figure.inner_text()
+    whole = figure.get_by_role("button", name="Whole limits")
+    whole.click()
+    assert whole.get_attribute("aria-pressed") == "true"
+    assert ends(chart)[1] > 2.0
+    whole.click()
+    assert ends(chart) == pytest.approx([low, high])
+    box = chart.bounding_box()
+    page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + 60)
+    page.wait_for_function(
+        "plot => plot._fullLayout.yaxis.range[1] > 2", arg=chart.element_handle()
+    )
+    figure.get_by_role("button", name="Values").click()
+    assert whole.is_hidden()
+    assert "outside this axis" not in figure.inner_text()
+    assert figure.get_by_role("button", name="Values").get_attribute("aria-pressed") == "true"
+    figure, chart = drawn(page, 2)
+    assert "“w above -9” is far from the bands at all times" in figure.inner_text()
+    assert ends(chart)[0] > -0.002
+
+
+def test_inputs_at_the_bounds_are_folded(page_of, opened):
+    page = opened(page_of, viewport={"width": 390, "height": 844})
+    figure, _ = drawn(page, 0)
+    assert "Lowest with p = -1; highest with p = 1" not in figure.inner_text()
+    assert figure.locator(".reading").bounding_box()["height"] < 130
+    figure.locator("summary").focus()
+    page.keyboard.press("Enter")
+    told = figure.locator("details").inner_text()
+    assert "Lowest with p = -1; highest with p = 1" in told
+
+
+@pytest.mark.parametrize("width", [1366, 390])
+def test_all_charts_are_on_paper_in_its_colours(page_of, opened, width):
+    """Chromium fires beforeprint, and takes what is drawn when its listeners return."""
+    page = opened(page_of, viewport={"width": width, "height": 800}, color_scheme="dark")
+    page.locator("#charts .keys").first.wait_for(state="attached")
+    page.wait_for_function("document.querySelectorAll('#charts .keys').length === 6")
+    looks = """() => {
+      dispatchEvent(new Event("beforeprint"));
+      return Array.from(document.querySelectorAll("#charts .plot"), (plot) =>
+        [plot.querySelectorAll("svg.main-svg").length > 0, plot._fullLayout?.width,
+         plot._fullLayout?.font.color]);
+    }"""
+    assert page.evaluate(looks) == [[True, 690, "#1a1d21"]] * 3
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    after = "plot => [Math.abs(plot._fullLayout.width - plot.clientWidth) < 1, plot._fullLayout.font.color]"
+    assert page.locator("#charts .plot").last.evaluate(after) == [True, "#e8eaed"]

@@ -236,3 +236,29 @@ def test_names_never_overlap(file, opened):
     for k, (*at, across, up) in enumerate(found):
         apart = np.abs(found[:k, :2] - at) >= found[:k, 2:] + [across, up]
         assert apart.any(axis=1).all()
+
+
+@pytest.mark.parametrize("kind", ["beam", "cable"])
+def test_marks_at_nodes_are_drawn_if_they_are_apart(page, kind):
+    """A beam of 300 pixels: 4 elements have marks, 128 would be a hatching."""
+    counted = """([kind, elements]) => {
+        const { pen } = flexband.motion, nodes = 2;
+        const far = 300 / pen.scale, count = nodes * elements;
+        const axis = Array.from({ length: count + 1 }, (_, k) => [(far * k) / count, 0]);
+        let marks = 0;
+        const fake = { unit: pen.unit, length: (points) => pen.length(points), area() {},
+          line: (points) => { marks += points.length === 2; }, dot: () => { marks += 1; } };
+        if (kind === "beam") flexband.symbols.beam(fake, axis, axis.map(() => 0.01), nodes);
+        else flexband.symbols.cable(fake, axis, nodes);
+        return marks; }"""
+    assert page.evaluate(counted, [kind, 4]) == 5
+    assert page.evaluate(counted, [kind, 128]) == 0
+
+
+def test_gravity_is_drawn_in_a_free_corner(page):
+    corner = """(places) => { const { pen } = flexband.motion;
+        const [x, y] = pen.freeCorner(places.map(([x, y]) => pen.place([x * pen.width, y * pen.height])));
+        return [x > pen.width / 2, y > pen.height / 2]; }"""  # noqa: E501
+    assert page.evaluate(corner, [[0.5, 0.5]]) == [True, False]
+    assert page.evaluate(corner, [[0.97, 0.05]]) == [False, False]
+    assert page.evaluate(corner, [[0.97, 0.05], [0.03, 0.05]]) == [True, True]

@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import flexband as fb
-from flexband.plot.series import symbol
+from flexband.plot.series import literal
 from flexband.plot.style import DARK, LIGHT, MIDDLE
 from flexband.report.figures import limits_figure
 
@@ -50,7 +50,7 @@ def test_bands_are_those_of_the_result(surrogate, ax):
     bar, mean = map(edges, ax.collections)
     np.testing.assert_allclose(mean, [TIME, 2 * TIME], atol=1e-9)
     np.testing.assert_allclose(bar, [TIME - 0.5, 2 * TIME + 0.5], atol=1e-9)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$t$ [s]", r"$\mathrm{tip}_{Y}$ [mm]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$t$ [s]", "tip_Y [mm]")
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == [r"interval error bar, $\mu \pm \sigma$", r"interval mean, $\mu$"]
 
@@ -59,7 +59,7 @@ def test_bands_are_those_of_the_result(surrogate, ax):
 def test_deviations_are_those_from_the_nominal_run(surrogate, ax, nominal):
     fb.plot.deviations(surrogate.bands(), STUDY.nominal() if nominal else None, "tip_Y", ax=ax)
     np.testing.assert_allclose(edges(ax.collections[1]), [-TIME / 2, TIME / 2], atol=1e-9)
-    assert ax.get_ylabel() == r"deviation of $\mathrm{tip}_{Y}$ [mm]"
+    assert ax.get_ylabel() == "deviation of tip_Y [mm]"
 
 
 def test_a_nominal_run_of_other_times_is_refused(surrogate):
@@ -146,10 +146,65 @@ def test_grey_tells_bands_apart():
     assert middle - dark > 0.2
 
 
-def test_symbols():
-    names = ["F_X", "root_xx", "x", "coupler_length", "a$b", "tip 2_X"]
-    printed = ["$F_{X}$", r"$\mathrm{root}_{xx}$", "$x$", "coupler length", r"a\$b", "tip 2 X"]
-    assert [symbol(name) for name in names] == printed
+def test_names_are_those_of_the_study(surrogate, ax):
+    """No letter is an index, and nothing is a formula: the rest of a report has plain names."""
+    assert [literal(name) for name in ("F_X", "a$b")] == ["F_X", r"a\$b"]
+    found = fb.contributions(surrogate).assign_coords(name=["pivot_x", "b"])
+    fb.plot.contributions(found, "tip_Y", ax=ax)
+    assert ax.get_legend().get_texts()[0].get_text() == "pivot_x"
+    assert ax.get_ylabel() == "width of tip_Y [mm]"
+
+
+def violated(least=-2e-4):
+    """Return margins of 1 − cos that are least at t = 1, as `check_limits` returns them."""
+    t = np.linspace(0.0, 2.0, 401)
+    margin = xr.DataArray(
+        [1 - np.cos(np.pi * (t - 1)) + least, 3 + t],
+        {"limit": ["u below 2.198", "v above a value that takes many words to say it all"],
+         "time": ("time", t, {"units": "s"}), "unit": "rad"},
+        ("limit", "time"),
+    )  # fmt: skip
+    error = xr.full_like(margin, 1e-6)
+    return xr.Dataset({"margin": margin, "expected_error": error}, attrs={"sigmas": 3.0})
+
+
+@pytest.mark.parametrize("least", [-2e-4, 2e-4, 0.0])
+def test_the_least_margin_is_seen_however_small_it_is(least):
+    figure = limits_figure(violated(least))
+    whole, close = figure.axes
+    low, high = close.get_ylim()
+    assert low < 0.0 < high < 0.01
+    start, end = close.get_xlim()
+    assert 0.9 < start < 1.0 < end < 1.1
+    told = f"{least:g} rad at time 1 s" if least else "0 rad at time 1 s"
+    assert told in close.get_title().replace("\n", " ")
+    assert whole.get_ylim()[1] > 5.0
+    figure.draw_without_rendering()
+    for axes in figure.axes:  # nothing is cut off
+        for text in (axes.title, axes.get_legend()):
+            box = text.get_window_extent()
+            assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+        assert axes.title.get_window_extent().y0 >= axes.get_legend().get_window_extent().y1
+
+
+def test_margins_that_are_seen_have_no_second_picture():
+    assert len(limits_figure(violated(0.5)).axes) == 1
+
+
+def test_probabilities_are_between_zero_and_one(ax):
+    t = np.arange(6.0)
+    upper = [[0.0, 1.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 2e-4, 3e-2, 0.0, np.nan]]
+    each = xr.DataArray(
+        [np.zeros((2, 6)), upper],
+        {"bound": ["lower", "upper"], "limit": ["rare", "other"], "time": t},
+        ("bound", "limit", "time"),
+    )
+    fb.plot.probability(xr.Dataset({"at_each_time": each}), ax=ax)
+    assert ax.get_ylim() == (0.0, 1.0)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), upper[0])  # from zero, so peaks are seen
+    assert ax.yaxis.get_transform().linthresh == pytest.approx(1e-4)
+    legend = ax.get_legend().get_window_extent()
+    assert legend.y0 >= ax.get_window_extent().y1  # beside no data
 
 
 def test_margins_of_several_units_have_axes_of_their_own():

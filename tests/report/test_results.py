@@ -17,10 +17,14 @@ STUDY = fb.Study(
 
 def test_figures_define_their_terms():
     upper, lower = bands_figure({"PCCI": STUDY.run()}, "").axes
-    assert upper.get_title() == (
+    assert upper.get_title().replace("\n", " ") == (
         "Interval mean: the range of the mean μ over all values of the interval inputs"
     )
-    assert lower.get_title().startswith("Interval error bar: the range from the lowest μ − σ to")
+    assert (
+        lower.get_title()
+        .replace("\n", " ")
+        .startswith("Interval error bar: the range from the lowest μ − σ to")
+    )
     (entry,) = upper.get_legend().get_texts()
     assert entry.get_text() == "PCCI"
 

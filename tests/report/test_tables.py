@@ -7,6 +7,7 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.messages import print_table
 from flexband.report.numbers import number, percent
+from flexband.report.page.answers import limits_table
 from flexband.report.tables import error_in_words, remarks, summary_table
 from flexband.uncertainty.surrogates.diagnostics import trust
 
@@ -43,6 +44,26 @@ def test_a_summary_has_ranges_and_the_largest_width():
     assert "not estimated" in error_in_words(bands())
     header, rows = summary_table(bands(truncation=(("output", "time"), np.full((2, 3), 0.04))))
     assert (header[-1], rows[0][-1]) == ("truncation indicator", "1 %")
+
+
+def test_the_end_of_a_narrow_band_is_told_apart_from_a_limit_that_it_is_close_to():
+    own = bands()
+    upper = np.array([[1.27, 2.19817, 1.3], [1.0, 2.0, 3.0]])
+    own["error_bar"].values[:] = [upper - np.array([[0.0155], [9.0]]), upper]
+    rows = summary_table(own)[1]
+    assert rows[0][2] == "1.2545 … 2.19817"  # a limit is 2.198
+    assert rows[1][2] == "-8 … 3"
+
+
+def test_margins_of_limits_have_their_units():
+    checked = xr.Dataset(
+        {"verdict": ("limit", ["kept"]), "least_margin": ("limit", [0.5]),
+         "least_margin_error": ("limit", [0.01])},
+        {"limit": ["u below 1"], "unit": ("limit", ["rad"])},
+    )  # fmt: skip
+    assert limits_table(checked, None)[1] == [["u below 1", "kept", "0.5 rad", "0.01 rad"]]
+    without = limits_table(checked.drop_vars("unit"), None)[1]
+    assert without == [["u below 1", "kept", "0.5", "0.01"]]
 
 
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])

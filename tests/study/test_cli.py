@@ -270,7 +270,7 @@ def test_any_names_of_outputs_are_in_the_report(tmp_path):
 
 
 def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeypatch):
-    def broken(fields):
+    def broken(fields, along):
         raise ValueError(f"no picture of {', '.join(fields)}")
 
     monkeypatch.setattr("flexband.report.page.given.fields_figure", broken)

@@ -5,10 +5,11 @@
 ...     axes.figure.savefig("bands.pdf")
 """
 
-from flexband.plot.answers import contributions, margins, probability, tolerances
+from flexband.plot.answers import contributions, probability, tolerances
 from flexband.plot.bands import bands, bounds, deviations, p_box, response
 from flexband.plot.comparisons import comparison, errors
 from flexband.plot.fields import field, variance_error
+from flexband.plot.margins import margins
 from flexband.plot.places import mechanism, path
 from flexband.plot.style import style
 

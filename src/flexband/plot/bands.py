@@ -15,9 +15,9 @@ from flexband.plot.series import (
     fill,
     label,
     legend_above,
+    literal,
     output_of,
     series,
-    symbol,
     with_unit,
 )
 from flexband.plot.style import DARK, LIGHT, LINES, MIDDLE, axes_of
@@ -141,7 +141,10 @@ def bounds(
     data = bounded("found", found, variable)
     output = output_of(data, output)
     parts = {"": data}
-    for dim, told in (("probability", lambda p: f"{percent(float(p))} quantile"), ("name", symbol)):
+    for dim, told in (
+        ("probability", lambda p: f"{percent(float(p))} quantile"),
+        ("name", literal),
+    ):
         if dim in data.dims:
             values = data[dim].values
             parts = {told(v): data.isel({dim: k}) for k, v in enumerate(values.tolist())}
@@ -181,7 +184,7 @@ def p_box(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     fill(ax, found["value"].values, bounds.values, LIGHT, "none")
     for bound in bounds.values:
         ax.plot(found["value"], bound, **LINES[0])
-    ax.set(xlabel=with_unit(symbol(output) or "value", unit), ylabel="probability of values up to")
+    ax.set(xlabel=with_unit(literal(output) or "value", unit), ylabel="probability of values up to")
     ax.set(ylim=(0, 1))
     ax.margins(x=0)
     return ax

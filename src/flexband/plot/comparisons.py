@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.errors import InputError, known, shown
-from flexband.plot.series import bounded, label, literal, output_of, series, symbol
+from flexband.plot.series import bounded, label, literal, output_of, series
 from flexband.plot.style import LINES, axes_of
 from flexband.report.tables import select
 from flexband.study.comparison import Comparison
@@ -107,7 +107,7 @@ def errors(
         error = np.array([float(select(one.errors[variable], output)) for one in group])
         error[error == 0.0] = np.nan
         ax.loglog([one.runs for one in group], 100 * error, label=name, marker=marker, **look)
-    of = f" of {symbol(output)}" if output else ""
+    of = f" of {literal(output)}" if output else ""
     ax.set(xlabel="runs", ylabel="relative error [%]", title=f"{NAMES[variable]}{of}")
     ax.set_xticks(labelled, [str(count) for count in labelled])
     ax.minorticks_off()

@@ -8,24 +8,26 @@ from itertools import cycle
 import numpy as np
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError, instance, shown
-from flexband.plot.series import literal, symbol
+from flexband.errors import InputError, instance, known, shown
+from flexband.plot.series import legend_above, literal
 from flexband.plot.style import LINES, MIDDLE, axes_of
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 
 REALIZATIONS = 8
-POSITION = "position [m] or time [s]"
+ALONG = {"position": "position [m]", "time": "time [s]", "": "position [m] or time [s]"}
+"""What a field is a function of -> name of the axis."""
 
 
-def field(field: Field, name: str = "", *, ax: Axes | None = None) -> Axes:
+def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = None) -> Axes:
     """Draw some realizations of a field, with its limits, or its mean ± standard deviation.
 
     Parameters
     ----------
     field : a field with a domain; `Study.fields` returns those of a study.
     name : of the input, for the axis.
+    along : "position" or "time", what the field is a function of, for the axis.
     ax : axes to draw on, those of a new figure by default.
 
     Returns
@@ -35,9 +37,10 @@ def field(field: Field, name: str = "", *, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InputError
-        If `field` is none, or has no domain.
+        If `field` is none, or has no domain, or `along` is neither.
     """
     instance("field", field, Field, "a field")
+    known("along", along, ALONG)
     instance("name", name, str, "a text")
     x = np.linspace(*field.located, 501)
     drawn = field.realizations(x, REALIZATIONS)
@@ -51,10 +54,10 @@ def field(field: Field, name: str = "", *, ax: Axes | None = None) -> Axes:
     ax.plot(x, drawn.T, color=MIDDLE, linewidth=0.6)
     for k, line in enumerate(lines):
         ax.plot(x, line, **LINES[0], label=None if k else text)
-    ax.set(xlabel=POSITION, ylabel=symbol(name))
+    ax.set(xlabel=ALONG[along], ylabel=literal(name))
     ax.margins(x=0)
     if lines:
-        ax.legend(loc="upper right")
+        legend_above(ax)
     return ax
 
 
@@ -89,7 +92,7 @@ def variance_error(fields: Mapping[str, RandomField], *, ax: Axes | None = None)
     ax = axes_of(ax)
     for (text, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         ax.plot(x, values, label=text, **look)
-    ax.set(xlabel=POSITION, ylabel="variance error / variance")
+    ax.set(xlabel=ALONG[""], ylabel="variance error / variance")
     ax.margins(x=0)
     ax.legend()
     return ax

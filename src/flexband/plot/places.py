@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 
 from flexband.errors import InputError, shown
 from flexband.mechanics.mechanism import Mechanism
-from flexband.plot.series import symbol, with_unit
+from flexband.plot.series import literal, with_unit
 from flexband.plot.style import LIGHT, LINES, MIDDLE, axes_of
 from flexband.report.drawing.draw import draw
 
@@ -77,5 +77,5 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
     names, unit = [found[axis].attrs["output"] for axis in "xy"], found["x"].attrs.get("units")
-    ax.set(xlabel=with_unit(symbol(names[0]), unit), ylabel=with_unit(symbol(names[1]), unit))
+    ax.set(xlabel=with_unit(literal(names[0]), unit), ylabel=with_unit(literal(names[1]), unit))
     return ax

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,9 @@ from flexband.report.tables import deviations, outputs_of, select
 
 SYMBOLS = {"time": "$t$"}
 """Of dimensions."""
+
+LONG, TITLE = 28, 68
+"""Letters of a name that has a row of a legend of its own, and of a line of a title."""
 
 
 def variable_of(name: str, found: Any, variable: str, of: str) -> xr.DataArray:
@@ -77,7 +80,7 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
     one = select(data, output)
     last = str(one.dims[-1]) if one.dims else "bound"
     unit = str(one["unit"].values) if "unit" in one.coords else one.attrs.get("units", "")
-    named = quantity.format(symbol(output)) if output else quantity.removesuffix(" of {}")
+    named = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
     axes.set(ylabel=with_unit(named.replace("{}", ""), unit))
     if last == "bound":
         axes.set(xticks=[])
@@ -103,15 +106,6 @@ def fill(
         axes.fill_between(x, lower, upper, fc=color, ec=edge, linewidth=0.5, label=name)
 
 
-def symbol(name: str) -> str:
-    """Return the name of an output or input as it is printed: F_X with X as an index."""
-    base, _, index = name.partition("_")
-    if not re.fullmatch(r"[^\W\d_]+_[A-Za-z0-9]{1,2}|[^\W\d_]", name):
-        return literal(name.replace("_", " "))
-    upright = base if len(base) == 1 else rf"\mathrm{{{base}}}"
-    return f"${upright}_{{{index}}}$" if index else f"${upright}$"
-
-
 def literal(text: str) -> str:
     """Return a text in which Matplotlib finds no formula."""
     return text.replace("$", r"\$")
@@ -123,6 +117,22 @@ def with_unit(name: str, unit: Any) -> str:
 
 
 def legend_above(axes: Axes) -> None:
-    """Put the legend above the axes, where it hides neither data nor powers of ten at the left."""
+    """Put the legend above the axes, where it hides neither data nor powers of ten at the left.
+
+    A title must be set afterwards, by `title_above`.
+    """
+    names = [str(text) for text in axes.get_legend_handles_labels()[1]]
+    columns = 1 if any(len(name) > LONG and "$" not in name for name in names) else 2
     place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.2}
-    axes.legend(**place, ncols=2, handlelength=1.5, columnspacing=1.2)
+    axes.legend(**place, ncols=columns, handlelength=1.5, columnspacing=1.2, fontsize="small")
+
+
+def title_above(axes: Axes, text: str, size: float = 10.0) -> None:
+    """Write a title, in lines as wide as a figure of a report, above the axes and their legend."""
+    legend, rows = axes.get_legend(), 0
+    if legend is not None:
+        count, columns = len(legend.get_texts()), getattr(legend, "_ncols", 1)
+        rows = -(-count // columns) + sum(own.get_text().count("\n") for own in legend.get_texts())
+    axes.set_title(
+        textwrap.fill(text, TITLE), fontsize=size, pad=6.0 + (5.0 + 12.5 * rows) * (rows > 0)
+    )

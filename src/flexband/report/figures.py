@@ -10,13 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import flexband.plot as plot  # noqa: PLR0402 (not the package, which imports this)
+from flexband.plot.margins import least_in_words, too_small_to_see
+from flexband.plot.series import title_above
 from flexband.report.tables import deviations, outputs_of
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 
-WIDTH, HEIGHT = 8.0, 2.8
-"""Of one axes [in]."""
+WIDTH, HEIGHT = 5.6, 2.5
+"""Of one axes [in]: letters of 10 pt are read on a phone that shows all of the width."""
 
 
 def bounds(bands: xr.Dataset) -> dict[str, str]:
@@ -51,7 +53,7 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
     titles = bounds(next(iter(results.values())))
     for axes, (variable, title) in zip(rows, titles.items(), strict=True):
         plot.comparison(results, output, variable=variable, ax=axes)
-        axes.set_title(title, fontsize=10)
+        title_above(axes, title)
     return figure
 
 
@@ -72,18 +74,24 @@ def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
     return figure
 
 
-def fields_figure(fields: Mapping[str, Field]) -> Figure:
-    """Draw some realizations of each field, with its limits, or its mean and standard deviation."""
+def fields_figure(fields: Mapping[str, Field], along: Mapping[str, str] | None = None) -> Figure:
+    """Draw some realizations of each field, with its limits, or its mean and standard deviation.
+
+    Parameters
+    ----------
+    along : name -> "position" or "time", what the field is a function of, as far as is known.
+    """
+    along = along or {}
     figure, rows = _stacked(len(fields))
     for axes, (name, field) in zip(rows, fields.items(), strict=True):
-        plot.field(field, name, ax=axes).set_title(field.summary, fontsize=9)
+        title_above(plot.field(field, name, along=along.get(name, ""), ax=axes), field.summary)
     return figure
 
 
 def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
     """Draw relative errors of one output against runs, one line per class of methods."""
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
-    for axes, variable in zip(figure.subplots(1, 2), ("mean", "error_bar"), strict=True):
+    figure, rows = _stacked(2)
+    for axes, variable in zip(rows, ("mean", "error_bar"), strict=True):
         plot.errors(results, output, variable=variable, ax=axes)
     return figure
 
@@ -106,7 +114,7 @@ def bounds_figure(found: xr.Dataset, name: str) -> Figure:
         return figure
     for axes, output in zip(rows, outputs, strict=True):
         plot.bounds(found, name, output, ax=axes)
-    rows[0].set_title(found[name].attrs.get("long_name", name), fontsize=10)
+    title_above(rows[0], str(found[name].attrs.get("long_name", name)))
     return figure
 
 
@@ -119,12 +127,14 @@ def derived_figure(found: xr.Dataset) -> Figure:
         "of the interval inputs",
     }
     for axes, (name, title) in zip(rows, titles.items(), strict=True):
-        plot.bounds(found, name, ax=axes).set_title(title, fontsize=10)
+        title_above(plot.bounds(found, name, ax=axes), title)
     return figure
 
 
 def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) -> Figure:
     """Draw the margins of limits over time, those of each unit together; below, probabilities.
+
+    A least margin that is too small to be seen beside the others is drawn again from close by.
 
     Parameters
     ----------
@@ -133,15 +143,31 @@ def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) ->
     """
     units = checked["unit"].values if "unit" in checked.coords else np.array("")
     units = np.broadcast_to(units.astype(str), checked.sizes["limit"])
-    likely = probability is not None and bool((probability["at_each_time"] > 0).any())
-    figure, rows = _stacked(len(set(units)) + likely)
-    for unit, axes in zip(dict.fromkeys(units), rows, strict=False):
-        plot.margins(checked.isel(limit=np.flatnonzero(units == unit)), ax=axes).sharex(rows[0])
-    rows[0].set_title(f"Margin: how far μ ± {deviations(checked)} is from the limit", fontsize=10)
+    groups = {u: checked.isel(limit=np.flatnonzero(units == u)) for u in dict.fromkeys(units)}
+    close = [unit for unit, own in groups.items() if too_small_to_see(own)]
+    likely = is_likely(probability)
+    figure, rows = _stacked(len(groups) + len(close) + likely)
+    free = iter(rows)
+    for unit, own in groups.items():
+        plot.margins(own, ax=next(free)).sharex(rows[0])
+        if unit in close:
+            _closest(own, next(free), str(unit))
+    title_above(rows[0], f"Margin: how far μ ± {deviations(checked)} is from the limit")
     if probability is not None and likely:
         plot.probability(probability, ax=rows[-1]).sharex(rows[0])
-        rows[-1].set_title("Probability of being outside at a time, at most", fontsize=10)
+        title_above(rows[-1], "Probability of being outside at a time, at most")
     return figure
+
+
+def is_likely(probability: xr.Dataset | None) -> bool:
+    """Return whether limits are left with some probability at a time, so that it is drawn."""
+    return probability is not None and bool((probability["at_each_time"] > 0).any())
+
+
+def _closest(found: xr.Dataset, axes: Axes, unit: str = "") -> None:
+    """Draw the surroundings of the least margin."""
+    plot.margins(found, closest=True, ax=axes)
+    title_above(axes, f"The least margin from close by, {least_in_words(found, unit)}")
 
 
 def path_figure(found: xr.Dataset) -> Figure:
@@ -161,10 +187,13 @@ def allocation_figure(found: xr.Dataset) -> Figure:
     found : result of `allocate`.
     """
     margins = "margin" in found and found["margin"].ndim == 2
-    figure, rows = _stacked(1 + margins)
+    close = margins and too_small_to_see(found)
+    figure, rows = _stacked(1 + margins + close)
     plot.tolerances(found, ax=rows[0])
     if margins:
         plot.margins(found, ax=rows[1])
+    if close:
+        _closest(found, rows[2])
     return figure
 
 

@@ -25,6 +25,13 @@ def number(value: Any, digits: int = 4, scale: float = 0.0) -> str:
     return f"{float(head):.{digits}g}e{int(power)}" if value else "0"
 
 
+def digits_for(value: Any, finest: float) -> int:
+    """Return how many digits of a number tell differences of a size, four at least."""
+    if not finest or not value or not math.isfinite(value):
+        return 4
+    return min(max(4, math.ceil(math.log10(abs(float(value)) / finest)) + 1), 15)
+
+
 def percent(part: float) -> str:
     """Return a part in per cent, with two digits below 100 %."""
     return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"

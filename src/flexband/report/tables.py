@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
-from flexband.report.numbers import number, percent
+from flexband.report.numbers import digits_for, number, percent
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
@@ -21,6 +21,9 @@ Table = tuple[list[str], list[list[str]]]
 
 FAR = 0.01
 """Part of its range by which an output may leave it between the times without a remark."""
+
+TOLD = 0.01
+"""Part of the largest width of an error bar that the digits of its ends tell."""
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
@@ -43,6 +46,9 @@ def deviations(bands: xr.Dataset) -> str:
 
 def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
+
+    Their ends have so many digits that they are told apart from a limit which is near: four, and
+    those that tell `TOLD` of the width.
 
     The next column is its expected error in parts of the width, both as means over time, or, for
     PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
@@ -68,8 +74,10 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
             error = percent(shares[name])
         elif widest > NO_WIDTH * scale and "truncation" in one:
             error = percent(float(one["truncation"].max()) / widest)
+        finest = TOLD * widest if widest > NO_WIDTH * scale else 0.0
         ends = [
-            number(float(v), scale=scale) for b in (one["mean"], bar) for v in (b.min(), b.max())
+            number(v, digits_for(v, finest), scale)
+            for v in (float(own) for b in (one["mean"], bar) for own in (b.min(), b.max()))
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans, number(widest, scale=scale), at, error])

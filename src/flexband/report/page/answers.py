@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from flexband.report.figures import is_likely
 from flexband.report.numbers import number
 from flexband.report.tables import Table, deviations, summary_table
 from flexband.uncertainty.answers.probability.texts import told
@@ -26,7 +27,7 @@ TITLES = {
 CAPTIONS = {
     "allocation": "Above: each tolerance as a part of the largest one that is allowed. Below: the "
     "margins of the limits that these tolerances leave; a limit is kept where its margin is above "
-    "zero",
+    "zero. Margins too small to be seen are drawn again from close by",
     "sobol": "Part of the variance that each random input takes part in: the lowest and the "
     "highest for all values of the interval inputs",
     "quantiles": "Lowest and highest quantiles of each output for all values of the interval "
@@ -42,7 +43,12 @@ CAPTIONS = {
 
 MARGINS = (
     "How far {} stays inside each limit, for all values of the interval inputs: the limit is kept "
-    "where this margin is above zero. A chart of probabilities follows if there are any."
+    "where this margin is above zero. A least margin that is too small to be seen beside the "
+    "others is drawn again from close by, with dots at the output times"
+)
+
+LIKELY = (
+    "Below: how likely each limit is left at a time, for the worst values of the interval inputs"
 )
 
 STALE = "stale"
@@ -70,7 +76,8 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
         if answer is not None:
             found.append(_part(folder, name, title, answer))
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
-    if limits is not None and (pictures := _pictures(folder, "limits", MARGINS.format(bar))):
+    told = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
+    if limits is not None and (pictures := _pictures(folder, "limits", ". ".join(told).strip())):
         found.insert(0, Answer("Limits over time", None, [], pictures))
     if older:
         text = f"Answers of earlier results are left out: {', '.join(older)}. Ask again."
@@ -192,8 +199,9 @@ def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
         row = [name, "", "", ""]
         if k < checked.sizes["limit"]:
             one = checked.isel(limit=k)
-            numbers = [number(one["least_margin"]), number(one["least_margin_error"], 2)]
-            row = [name, str(one["verdict"].values), *numbers]
+            unit = f" {one['unit'].values}" if str(one.coords.get("unit", "")) else ""
+            margin = number(one["least_margin"]), number(one["least_margin_error"], 2)
+            row = [name, str(one["verdict"].values), *(f"{own}{unit}" for own in margin)]
         if probability is not None:
             row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
         rows.append(row)

@@ -66,9 +66,10 @@ def given_by(
         "inputs": inputs_table(inputs),
         "hidden": [],
     }
-    if fields:
-        _add(found, "fields", "The fields", lambda: picture(fields_figure(fields)))
     response = study.response
+    if fields:
+        along = field_axes(response, inputs)
+        _add(found, "fields", "The fields", lambda: picture(fields_figure(fields, along)))
     if not isinstance(response, DynamicResponse | StaticResponse):
         return found
 
@@ -103,6 +104,27 @@ def nominal_mechanism(response: Any, inputs: Mapping[str, Any]) -> Mechanism:
     """Return the mechanism of one sample at the nominal values."""
     space = Space(first_case(inputs))
     return response.builder(**space.arguments_at(*space.nominal()))
+
+
+def field_axes(response: Any, inputs: Mapping[str, Any]) -> dict[str, str]:
+    """Return what each field is a function of, "position" or "time", as far as that is known.
+
+    A property of a body varies with the position, what a drive prescribes with the time.
+    """
+    if not isinstance(response, DynamicResponse | StaticResponse):
+        return {}
+    space, found = Space(first_case(inputs)), {}
+    arguments = space.arguments_at(*space.nominal())
+    try:
+        with without_warnings():
+            mechanism = response.builder(**arguments)
+    except Exception:  # whatever a builder raises; the drawing's remark tells it
+        return {}
+    for kind, parts in (("position", mechanism.bodies), ("time", mechanism.joints)):
+        for one in (own for part in parts.values() for own in vars(part).values()):
+            names = [k for k, value in arguments.items() if callable(value) and value is one]
+            found.update({k: kind if found.get(k, kind) == kind else "" for k in names})
+    return found
 
 
 def _in_words(mechanism: Mechanism) -> str:

@@ -83,6 +83,24 @@ flexband.Pen = class {
     return shape.map((p) => p && [ox + p[0] * x - p[1] * y, oy + p[0] * y + p[1] * x]);
   }
 
+  /** Return the middle [pixels] of a corner from which places are far; the upper right one if it is. */
+  freeCorner(places) {
+    const [x, y] = [24 * this.point, 26 * this.point], enough = 40 * this.point;
+    const corners = [[this.width - x, y], [x, y], [this.width - x, this.height - y]];
+    const far = corners.map(() => enough);
+    for (const place of places) {
+      const at = this.pixel(place);
+      corners.forEach((own, k) => { far[k] = Math.min(far[k], Math.hypot(own[0] - at[0], own[1] - at[1])); });
+    }
+    return corners[far.indexOf(Math.max(...far))];
+  }
+
+  /** Return the length [pt] of a line through places. */
+  length(points) {
+    const own = points.slice(1).map((p, k) => Math.hypot(p[0] - points[k][0], p[1] - points[k][1]));
+    return own.reduce((a, b) => a + b, 0) / this.unit;
+  }
+
   trace(points, closed) {
     const context = this.context;
     let down = false;

@@ -11,6 +11,12 @@ flexband.MotionScene = class {
     this.prepare();
   }
 
+  /** Return all places of the nominal motion. */
+  places() {
+    const { shape } = this.data.position;
+    return Array.from({ length: shape[0] * this.count }, (_, k) => this.at(Math.floor(k / this.count), k % this.count));
+  }
+
   /** Return a vector of the nominal motion: of kind position, direction or force. */
   vector(kind, number, frame) {
     const { values } = this.data[kind], first = 2 * number * this.count + frame;
@@ -216,10 +222,12 @@ flexband.MotionScene = class {
     } else symbols.unknown(pen, places, "load");
   }
 
-  /** Draw the field of gravity in the upper right corner. */
+  /** Draw the field of gravity in a corner, the upper right one if it is free. */
   drawGravity(pen, field) {
     if (!Math.hypot(...field)) return;
-    const corner = pen.place([pen.width - 24 * pen.point, 26 * pen.point]);
+    const shown = `${pen.width} ${pen.height} ${pen.zoom} ${pen.middle}`;
+    if (this.shown !== shown) [this.shown, this.corner] = [shown, pen.freeCorner(this.places())];
+    const corner = pen.place(this.corner);
     pen.arrow(pen.local(corner, field, [[-16, 0], [16, 0]]), { color: "load", width: 1.6 });
     pen.text(corner, "g", { color: "load", shift: [-10, 0] });
   }

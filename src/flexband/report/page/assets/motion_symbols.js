@@ -5,6 +5,7 @@ window.flexband = window.flexband || {};
 flexband.symbols = (function () {
   const UP = null;
   const RAIL = 7, TOOTH = 4, PITCH = 5;
+  const LEAST_APART = 10; // of marks at nodes
   const DASHPOT = [[-2, 0], [-2, 4], [-2, -4], UP, [-10, 6], [8, 6], [8, -6], [-10, -6], UP, [8, 0]];
   const ACTUATOR = [[-12, 0], [-12, 5], [12, 5], [12, -5], [-12, -5], [-12, 0], UP, [12, 0]];
   const subtract = (a, b) => [a[0] - b[0], a[1] - b[1]];
@@ -31,7 +32,7 @@ flexband.symbols = (function () {
     }
   }
 
-  /** A beam to scale: its sides, and marks at its nodes. */
+  /** A beam to scale: its sides, and marks at its nodes if they are far enough apart. */
   function beam(pen, axis, half, nodes) {
     const last = axis.length - 1;
     const across = axis.map((_, k) => {
@@ -42,15 +43,17 @@ flexband.symbols = (function () {
     const beside = (k, reach) => [axis[k][0] + reach * across[k][0], axis[k][1] + reach * across[k][1]];
     const side = (sign) => axis.map((_, k) => beside(k, sign * half[k]));
     pen.area([...side(1), ...side(-1).reverse()], { fill: "filled", edge: "flexible" });
+    if (nodes * pen.length(axis) < LEAST_APART * last) return; // they would be a hatching
     for (let k = 0; k <= last; k += nodes) {
       const reach = Math.max(half[k], 3 * pen.unit);
       pen.line([beside(k, reach), beside(k, -reach)], { color: "flexible", width: 0.8 });
     }
   }
 
-  /** A cable: a line, and dots at its nodes. */
+  /** A cable: a line, and dots at its nodes if they are far enough apart. */
   function cable(pen, axis, nodes) {
     pen.line(axis, { color: "flexible", width: 1.8 });
+    if (nodes * pen.length(axis) < LEAST_APART * (axis.length - 1)) return;
     for (let k = 0; k < axis.length; k += nodes) {
       pen.dot(axis[k], 3.5, { fill: "flexible", width: 0 });
     }

@@ -46,6 +46,19 @@ def test_a_summary_has_ranges_and_the_largest_width():
     assert (header[-1], rows[0][-1]) == ("truncation indicator", "1 %")
 
 
+def test_a_small_component_has_the_error_of_its_own_width():
+    """v is judged by the width of u, 8/3 on average; its own is 0.1."""
+    errors = {f"{k}_expected_error": (("output", "time"), np.array([[0.08] * 3, [0.02] * 3]))
+              for k in ("mean", "error_bar")}  # fmt: skip
+    own = bands(**errors, relative_expected_error=("output", [0.03, 0.0075]))
+    own["error_bar"].values[1, 1] += 0.1
+    assert [row[-1] for row in summary_table(own)[1]] == ["3 %", "20 %"]
+    assert error_in_words(own) == (
+        "The ends of the error bars are expected to be off by 3 % of the bars' width for u, mean "
+        "over time; for v by 20 % of the own width, far smaller than that of another component."
+    )
+
+
 def test_the_end_of_a_narrow_band_is_told_apart_from_a_limit_that_it_is_close_to():
     own = bands()
     upper = np.array([[1.27, 2.19817, 1.3], [1.0, 2.0, 3.0]])

@@ -14,7 +14,7 @@ from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import SMALL
-from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, with_relative_errors
+from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, relative_errors, with_relative_errors
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
@@ -24,6 +24,9 @@ FAR = 0.01
 
 TOLD = 0.01
 """Part of the largest width of an error bar that the digits of its ends tell."""
+
+APART = 2.0
+"""Factor between an error in parts of an output's own width and of that it is judged by."""
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
@@ -90,9 +93,23 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
 
 
 def expected_errors(bands: xr.Dataset) -> dict[str, float]:
-    """Return the expected error of every output, in parts of the error bar's width; or nothing.
+    """Return the expected error of every output, in parts of its error bar's width; or nothing.
 
     Both are means over time, if there are times.
+    """
+    judged = judged_errors(bands)
+    if not {"mean_expected_error", "error_bar_expected_error"} <= set(bands):
+        return judged
+    found = relative_errors(bands, "expected_error", bands["error_bar"].transpose("bound", ...))
+    pairs = zip(judged.items(), map(float, found.ravel()), strict=True)
+    return {name: own if own > APART * share else share for (name, share), own in pairs}
+
+
+def judged_errors(bands: xr.Dataset) -> dict[str, float]:
+    """Return the expected error of every output as the method judges it; or nothing.
+
+    It is that of `expected_errors`, but for components of a vector or a tensor that are far smaller
+    than others: their errors are in parts of the width of the largest one.
     """
     bar = bands["error_bar"].transpose("bound", ...)
     found = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
@@ -104,16 +121,21 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
 
 def error_in_words(bands: xr.Dataset) -> str:
     """Return how far the ends of the error bars are expected to be off, as a sentence."""
-    shares = expected_errors(bands)
+    shares, own = judged_errors(bands), expected_errors(bands)
     if not shares:
         return "The error of these bands is not estimated by this method."
     worst = max(shares, key=lambda name: shares[name])
-    of = f" for {worst}" if len(shares) > 1 else ""
-    others = "; for the other outputs by less" if len(shares) > 1 else ""
-    return (
-        f"The ends of the error bars are expected to be off by {percent(shares[worst])} of the "
-        f"bars' width{of}{averaged(bands)}{others}."
-    )
+    small = {name: own[name] for name in shares if own[name] > shares[name]}
+    told = f"{percent(shares[worst])} of the bars' width"
+    told += f" for {worst}{averaged(bands)}" if len(shares) > 1 else averaged(bands)
+    if small:
+        told += (
+            f"; for {', '.join(small)} by {percent(max(small.values()))} of the own width, far "
+            "smaller than that of another component"
+        )
+    if len(shares) > 1 + len(small):
+        told += "; for the other outputs by less"
+    return f"The ends of the error bars are expected to be off by {told}."
 
 
 def averaged(bands: xr.Dataset) -> str:
@@ -162,7 +184,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         if own.get("small_components"):
             lines.append(
                 f"{own['small_components']}: the error bar is narrower than {SMALL:g} of that of "
-                "another component, and the error is in parts of this"
+                "another component of the same tensor or vector, and the tolerance is judged in "
+                "parts of the latter"
             )
         carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
         lines += [

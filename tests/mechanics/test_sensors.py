@@ -70,6 +70,20 @@ def test_stress_of_bending():
         assert float(found.sel(output=f"{y:g}_xx")) == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.parametrize("place", ["start", "0.3", "middle"])
+@pytest.mark.parametrize("y", [-h / 2, 0.0, 0.2 * h, h / 2])
+def test_stress_follows_from_section_forces(place, y):
+    """σ = N/A − M y/I, with a tip force that is large, at rest and in motion."""
+    force, sensors = (4e3, 200.0), {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)}
+    model = cantilever(force, sensors, elements=4, retardation=1e-4)
+    for found in (fb.equilibrium(model), fb.simulate(model, duration=5e-3, step=1e-5)):
+        N, M, S = (found.sel(output=name).values for name in ("s_N", "s_M", "S_xx"))
+        assert np.max(np.abs(N)) > 1e3
+        assert np.max(np.abs(M)) > 10
+        scale = np.max(np.abs(N)) / A + np.max(np.abs(M)) * h / 2 / second
+        np.testing.assert_allclose(S, N / A - M * y / second, rtol=0, atol=1e-13 * scale)
+
+
 def test_a_curved_beam_at_rest_has_no_section_forces_and_a_loaded_one_those_of_statics():
     """Quarter ring, radial force P at the free end."""
     P, R = 0.1, 1.0

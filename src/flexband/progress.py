@@ -49,6 +49,39 @@ def listener() -> Progress | None:
     return _listener.get()
 
 
+class Hearer(Protocol):
+    """Takes what is done now and, on a line of its own, why something is done again."""
+
+    def __call__(self, now: str, line: str = "", /) -> object: ...
+
+
+_hearer: ContextVar[Hearer | None] = ContextVar("hearer", default=None)
+
+
+@contextmanager
+def hearing(hearer: Hearer) -> Iterator[None]:
+    """Have `doing` in this thread tell `hearer`, and whoever has heard so far."""
+    before = _hearer.get()
+
+    def both(now: str, line: str = "", /) -> None:
+        hearer(now, line)
+        if before is not None:
+            before(now, line)
+
+    token = _hearer.set(both)
+    try:
+        yield
+    finally:
+        _hearer.reset(token)
+
+
+def doing(now: str, line: str = "") -> None:
+    """Tell whoever waits what is done now; `line` is worth to be read later, too."""
+    hearer = _hearer.get()
+    if hearer is not None:
+        hearer(now, line)
+
+
 class Advance(Protocol):
     """Takes how many more runs are finished, and how many are done of a call that is not."""
 

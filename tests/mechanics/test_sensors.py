@@ -74,7 +74,10 @@ def test_stress_of_bending():
 @pytest.mark.parametrize("y", [-h / 2, 0.0, 0.2 * h, h / 2])
 def test_stress_follows_from_section_forces(place, y):
     """σ = N/A − M y/I, with a tip force that is large, at rest and in motion."""
-    force, sensors = (4e3, 200.0), {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)}
+    force, sensors = (
+        (4e3, 200.0),
+        {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)},
+    )
     model = cantilever(force, sensors, elements=4, retardation=1e-4)
     for found in (fb.equilibrium(model), fb.simulate(model, duration=5e-3, step=1e-5)):
         N, M, S = (found.sel(output=name).values for name in ("s_N", "s_M", "S_xx"))

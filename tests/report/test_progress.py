@@ -25,6 +25,59 @@ def test_a_study_in_a_script_tells_its_runs(capsys):
     assert lines == ["throw: 0 of 51 runs", "throw: 51 of 51 runs"]  # one is made again alone
 
 
+class Halved:
+    """Two outputs that step and mesh change, "fine" more than "coarse"; both are left out."""
+
+    def __init__(self, step=0.4, elements=4):
+        self.step, self.elements = step, elements
+
+    def left_out(self, **_):
+        return ["step", "elements"]
+
+    def discretization(self, **_):
+        return {"step": self.step, "elements of bar": self.elements}
+
+    def refinements(self, **_):
+        return {
+            "step": Halved(self.step / 2, self.elements),
+            "elements": Halved(self.step, 2 * self.elements),
+        }
+
+    def __call__(self, a, b):
+        t = np.linspace(0, 1, 30)
+        y = np.exp(-np.outer(a, t)) + b[:, None]
+        coarse, fine = y * (1 + 0.1 * self.elements**-2.0), y * (1 + self.step**2)
+        both = np.stack([coarse, fine], axis=1)
+        return xr.DataArray(
+            both, {"output": ["coarse", "fine"], "time": t}, ("sample", "output", "time")
+        )
+
+
+def test_what_is_halved_is_told_with_the_output_that_asks_for_it(capsys, monkeypatch):
+    monkeypatch.setattr(shown, "PERIOD", 0.0)
+    inputs = {"a": fb.Interval(0.5, 2.0), "b": fb.Normal(0.0, 0.1)}
+    lines = lines_of(
+        capsys,
+        lambda p: fb.propagate(Halved(), inputs, fb.AdaptivePCCI(0.02), progress=p),
+    )
+    finer = [line for line in lines if ": finer " in line]
+    assert finer[0] == (
+        "throw: finer step and elements (step 0.05, elements of bar 8), since the error of the "
+        "step is 15 % of the error bar of fine and the error of the elements is 0.69 % of the "
+        "error bar of coarse, and 0.5 % is allowed"
+    )
+    for told in (
+        "; now the first runs (step 0.4, elements of bar 4)",
+        " runs that tell the error of the step (step 0.2, elements of bar 4)",
+        " runs that tell the error of the elements (step 0.4, elements of bar 8)",
+        "; now the first runs (step 0.05, elements of bar 8)",
+    ):
+        assert any(line.endswith(told) for line in lines), told
+    last = finer[-1].split(" (")[1].split(")")[0]
+    assert any(f"; now runs until the expansion meets its tolerance ({last})" in k for k in lines)
+    assert not any("left" in line for line in lines)
+
+
 class Oscillator:
     """e^{−at} with a step of time whose error is the square of it; or one without a step."""
 
@@ -41,7 +94,7 @@ def test_no_number_is_promised_that_is_exceeded(capsys, monkeypatch):
     monkeypatch.setattr(shown, "PERIOD", 0.0)
     inputs, method = {"a": fb.Interval(0.5, 2.0), "b": fb.Normal(0.0, 0.1)}, fb.AdaptivePCCI()
     for response, told in (
-        (Oscillator(), "0 runs, at most 201 on each discretization"),
+        (Oscillator(), "0 runs so far, at most 201 with the same step and elements"),
         (Oscillator().__call__, "0 of at most 201 runs"),
     ):
         found = []
@@ -50,7 +103,7 @@ def test_no_number_is_promised_that_is_exceeded(capsys, monkeypatch):
             lambda p, r=response, f=found: f.append(fb.propagate(r, inputs, method, progress=p)),
         )
         runs = found[0].attrs["runs"]
-        assert lines[0] == f"throw: {told}"
+        assert lines[0] == f"throw: {told}; now the first runs"
         assert lines[-1] == f"throw: {runs} of {runs} runs"
         assert len(lines) == len(set(lines))
 
@@ -74,7 +127,8 @@ def test_the_time_left_is_told_once_it_is_known(capsys, monkeypatch, each):
     lines = lines_of(capsys, tell)
     assert len(lines) == 2 + 1 + 49  # at most one in 10 s
     assert lines[0].endswith({None: "0 of 8008 runs", 0: "0 of at most 8008 runs",
-                              201: "0 runs, at most 201 on each discretization"}[each])  # fmt: skip
+                              201: "0 runs so far, at most 201 with the same step and elements",
+                              }[each])  # fmt: skip
     assert "left" not in lines[1]
     if each == 201:
         assert not any("left" in line for line in lines)

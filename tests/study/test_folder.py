@@ -80,6 +80,52 @@ def test_a_finished_study_is_not_run_again(file, tmp_path):
     assert not state["alive"]
 
 
+def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, monkeypatch):
+    """The new runs open the store once more; what was run before counts in the rate, too."""
+    out, found = tmp_path / "out", {}
+    contributions, verify = fb.contributions, fb.verify
+
+    def seen(name, own):
+        def call(*arguments, **options):
+            found[name] = state_of(out)
+            return own(*arguments, **options)
+
+        return call
+
+    monkeypatch.setattr(fb, "contributions", seen("report", contributions))
+    monkeypatch.setattr(fb, "verify", seen("verification", verify))
+    call("run", file, "-o", out, "--verify", 4)
+    first, last = found["verification"], found["report"]
+    assert (first["now"], last["now"]) == ("new runs that verify the result", "the report")
+    assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
+    ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
+    assert last["rate"] == pytest.approx(13 / ran, rel=1e-9)
+    told = lines({**last, "alive": True, "state": "running"})
+    assert told[1:3] == ["14 of 14 runs done, 0 failed", "now: the report"]
+    assert "left" not in told[3]
+    assert "on average" in told[3]
+    assert state_of(out)["now"] is None
+
+
+def test_status_promises_no_number_that_is_not_known(file, tmp_path, monkeypatch):
+    file.write_text(STUDY_WITHOUT_STEP.replace("FOLDER", str(tmp_path)), encoding="utf-8")
+    out, found = tmp_path / "out", []
+    write = StudyFolder.write
+
+    def written(self, content):
+        write(self, content)
+        found.append(state_of(out))
+
+    monkeypatch.setattr(StudyFolder, "write", written)
+    call("run", file, "-o", out, "--verify", 0)
+    assert not any(one["left"] for one in found)
+    running = [lines(one) for one in found if one["state"] == "running" and one["each"]]
+    assert running[0][1] == "0 runs done (at most 201 with the same step and elements), 0 failed"
+    assert any("now: finer step" in told for told in running)
+    assert any("now: the first runs (step 0.1)" in told for told in running)
+    assert state_of(out)["total"] > 0
+
+
 def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     out = tmp_path / "out"
     call("run", file, "-o", out, "--verify", 0)
@@ -254,6 +300,33 @@ def test_a_clock_that_goes_backwards_shows_no_negative_time(tmp_path):
     assert state["elapsed"] == 0
     assert "-" not in " ".join(lines({**state, "folder": "out", "state": "running", "left": -1.0}))
 
+
+STUDY_WITHOUT_STEP = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+class Response:
+    def __init__(self, step):
+        self.step = step
+
+    def left_out(self, **_):
+        return ["step"]
+
+    def discretization(self, **_):
+        return {"step": self.step}
+
+    def refinements(self, **_):
+        return {"step": Response(self.step / 2)}
+
+    def __call__(self, a, b):
+        t = np.linspace(0, 1, 30)
+        y = (np.exp(-np.outer(a, t)) + b[:, None]) * (1 + self.step**2)
+        return xr.DataArray(y, {"time": t}, ("sample", "time"))
+
+inputs = {"a": fb.Interval(0.5, 2.0), "b": fb.Normal(0.0, 0.1)}
+study = fb.Study(Response(0.4), inputs, fb.AdaptivePCCI(0.02))
+"""
 
 KILLED = """
 import os, signal, sys

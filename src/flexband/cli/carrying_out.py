@@ -32,6 +32,7 @@ from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
+from flexband.progress import doing, hearing
 from flexband.report.progress import progress_bars
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
@@ -89,14 +90,12 @@ def carry_out(
             "identity": own,
             "process": this_process(),
             "started": time.strftime("%Y-%m-%d %H:%M:%S%z"),
-            "done": 0,
-            "total": None,
         }
         course = Course(folder, about)
         course.begins(recorded=recorded)
-        compile_ahead(study)
         try:
-            result = results(plan, study, store, course, as_json=as_json)
+            with hearing(course.hear):
+                result = results(plan, study, store, course, as_json=as_json)
         except BaseException as error:
             if isinstance(error, RunsNeeded) and store is not None:
                 wait(course, error, study)
@@ -155,17 +154,12 @@ def results(
     data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
     earlier = course.folder.signed([model]) if model.exists() else {}
     options = {"batch": plan.batch, "store": store, "executor": where, "failed": plan.policy}
+    doing("compiling what is not compiled yet")
+    compile_ahead(study)
     if store is not None and (before := recorded_runs(course.folder)):
         text = f"{output} has {before} recorded runs; those that serve are not made again."
         print_text(text, error=True)
-    with progress_bars() as task:
-        progress = course.of(task(label)) if store is not None else task(label)
-        if study.expands:
-            surrogate = study.expand(**options, progress=progress)
-            files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
-            bands = surrogate.bands(study.sigmas)
-        else:
-            surrogate, files, bands = None, [], study.run(**options, progress=progress)
+    surrogate, files, bands = made(study, model, course, options)
     changed = model not in files or course.folder.signed([model]) != earlier
     if changed:  # before anything may end this process
         mark_older(output)
@@ -176,9 +170,7 @@ def results(
     checked, new = None, plan.new_runs(study)
     if surrogate is not None and new:
         own = {k: options[k] for k in ("store", "executor", "failed")}
-        with progress_bars() as task:
-            progress = course.of(task("new runs")) if store is not None else task("new runs")
-            checked = verified(surrogate, study, runs=new, progress=progress, **own)
+        checked = verified(surrogate, study, course, runs=new, **own)
     if checked is not None:
         files += [checks] * save(lambda: write_netcdf(checked, checks))
     title = f"{plan.title}: {label}, {bands.attrs['runs']} runs"
@@ -199,6 +191,7 @@ def results(
         "doubts": doubts(bands, checked, asked=bool(new)),
         "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
     }
+    doing("the report")
     page, answer = reported(study, output, bands, surrogate, checked, inputs, about)
     kinds = {model: "Model: ", data: "Data:  ", checks: "Check: "}
     written = [f"Report: {page}"] * bool(page) + [f"{kinds[own]} {own}" for own in files]
@@ -217,6 +210,22 @@ def results(
         "written": written,
         "checksums": course.folder.signed(files),
     }
+
+
+def made(
+    study: Study, model: Path, course: Course, options: dict[str, Any]
+) -> tuple[Any, list[Path], xr.Dataset]:
+    """Make the runs; return the surrogate, None without one, the file it is in, and the bands."""
+    doing("runs")
+    with progress_bars() as task:
+        bar = task(study.method.label)
+        progress = bar if options["store"] is None else course.of(bar)
+        if not study.expands:
+            return None, [], study.run(**options, progress=progress)
+        surrogate = study.expand(**options, progress=progress)
+        files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
+        doing("the bands of the expansion")
+        return surrogate, files, surrogate.bands(study.sigmas)
 
 
 def reported(study: Study, *results: Any) -> tuple[Path | None, list[str]]:
@@ -240,10 +249,14 @@ def recorded_runs(folder: StudyFolder) -> int:
     return GrowingArrays(folder.runs).runs
 
 
-def verified(surrogate: Any, study: Study, **options: Any) -> xr.Dataset | None:
+def verified(surrogate: Any, study: Study, course: Course, **options: Any) -> xr.Dataset | None:
     """Return how new runs judge a surrogate; print a remark and return None if they fail."""
+    doing("new runs that verify the result")
     try:
-        return fb.verify(surrogate, study.response, sigmas=study.sigmas, **options)
+        with progress_bars() as task:
+            bar = task("new runs")
+            options["progress"] = bar if options["store"] is None else course.of(bar)
+            return fb.verify(surrogate, study.response, sigmas=study.sigmas, **options)
     except RunsNeeded:
         raise
     except Exception as error:  # whatever a response raises; the bands are there

@@ -10,7 +10,7 @@ from typing import Any
 from flexband.cli.messages import Ending, in_words, print_remark, print_text
 from flexband.errors import free_memory
 from flexband.execution.growing import GrowingArrays
-from flexband.report.progress import Progress
+from flexband.progress import Budget, Progress
 from flexband.study.folder import StudyFolder
 
 PERIOD = 0.5
@@ -24,7 +24,9 @@ class Course:
         self.folder, self.about = folder, about
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
-        self.before, self.sized, self.first = 0, False, False
+        self.before, self.sized, self.first, self.opened = 0, False, False, False
+        sessions = GrowingArrays(folder.runs).attrs.get("sessions", [])
+        self.about |= {"session": len(sessions), "done": 0, "total": None}
 
     def begins(self, *, recorded: bool) -> None:
         """Write study.json before there is a store, so that whoever finds one can go on.
@@ -37,7 +39,7 @@ class Course:
 
     def ends(self, error: BaseException, *, recorded: bool) -> None:
         """Write why the study has ended; of one that has no store yet, nothing is left."""
-        if recorded and (self.first or self.about["total"] is not None):
+        if recorded and (self.first or self.opened):
             stopped = isinstance(error, KeyboardInterrupt)
             state, reason = ("stopped", "Ctrl-C") if stopped else ("failed", in_words(error))
             self.write(state, reason=reason)
@@ -52,17 +54,26 @@ class Course:
     def __call__(self, done: int, total: int) -> None:
         """Take progress: the first call comes when the store has been opened."""
         self.bar(done, total)
+        most, each = isinstance(total, Budget), total.each if isinstance(total, Budget) else 0
         done, total = self.before + done, self.before + total
-        new = self.about["total"] != total
-        self.about |= {"done": done, "total": total}
         if not self.sized:
             self.tell_size(total)
+        known = {"total": None if each else total, "each": each, "most": most}
         now = time.monotonic()
+        new = not self.opened or any(self.about.get(k) != own for k, own in known.items())
+        self.opened = True
+        self.about |= {"done": done, **known, "ran": now - self.begin}
         if new or done == total or now > self.written + PERIOD:
             self.written = now
             self.write("running")
         goes_on = f"`flexband resume {shlex.quote(str(self.folder.path))}` goes on"
         Ending.stopped = f"flexband: stopped; {goes_on}"
+
+    def hear(self, now: str, line: str = "") -> None:
+        """Take what is done now."""
+        self.about["now"] = now
+        if self.first or self.opened:
+            self.write("running")
 
     def tell_size(self, total: int) -> None:
         """Tell how much memory the outputs take, once the store knows the size of one run's."""
@@ -78,6 +89,8 @@ class Course:
     def write(self, state: str, **more: Any) -> None:
         """Write study.json; print a remark, once, if that fails: the study goes on."""
         self.about |= {"state": state, "elapsed": time.monotonic() - self.begin, **more}
+        if state != "running":
+            self.about.pop("now", None)
         try:
             self.folder.write(self.about)
         except OSError as error:

@@ -37,7 +37,7 @@ def status(
     watch: Annotated[bool, typer.Option("--watch", help="Look again until it ends.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all failures.")] = False,
 ) -> None:
-    """Print how far the study in FOLDER is: done, failed, rate, time left, and what failed.
+    """Print how far the study in FOLDER is: runs, what is done now, rate, and what failed.
 
     It works while the study runs, from another terminal or machine that sees the folder.
     """
@@ -77,7 +77,7 @@ def state_of(folder: Path) -> dict[str, Any]:
     about = own.read()
     if not about and not own.runs.exists():
         raise StoreError(f"folder must be that of a study; there is none in {str(folder)!r}")
-    runs = _runs(own)
+    runs = _runs(own, about.get("session"))
     state = about.get("state", "running" if alive else "stopped")
     if state == "running" and not alive:
         state = "stopped"
@@ -87,7 +87,8 @@ def state_of(folder: Path) -> dict[str, Any]:
     replaced = [one for one in runs["failures"] if one["replaced"]]
     total, done = about.get("total"), about.get("done", runs["done"])
     elapsed = max(0.0, float(about.get("elapsed", 0.0)))
-    rate = runs["made"] / elapsed if elapsed > 0 and runs["made"] else None
+    ran = float(about.get("ran", elapsed))
+    rate = runs["made"] / ran if ran > 0 and runs["made"] else None
     left = None
     if state == "running" and total is not None and rate:
         left = max(0, total - done) / rate
@@ -101,6 +102,9 @@ def state_of(folder: Path) -> dict[str, Any]:
         "started": about.get("started"),
         "done": done,
         "total": total,
+        "each": about.get("each", 0),
+        "most": about.get("most", False),
+        "now": about.get("now") if state == "running" else None,
         "recorded": runs["done"],
         "failed": len(runs["failures"]) - len(replaced),
         "replaced": len(replaced),
@@ -113,16 +117,21 @@ def state_of(folder: Path) -> dict[str, Any]:
     }
 
 
-def _runs(folder: StudyFolder) -> dict[str, Any]:
+def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     """Return the numbers of recorded runs, and what failed.
 
     A run that was made several times counts as it ended last. One that failed is replaced if the
     same point was run on a finer discretization.
+
+    Parameters
+    ----------
+    session : the first of those that opened the store since the study began or went on, from which
+        on runs count as made; None is the last.
     """
     arrays = GrowingArrays(folder.runs)
     if "status" not in arrays.arrays or not arrays.runs:
         return {"done": 0, "made": 0, "failures": []}
-    status, session = arrays.read("status"), arrays.read("session")
+    status, sessions = arrays.read("status"), arrays.read("session")
     names = arrays.read("input").tolist()
     settings: Any = arrays.read("setting")
     made = np.flatnonzero(np.isin(status, [DONE, FAILED]))
@@ -138,10 +147,10 @@ def _runs(folder: StudyFolder) -> dict[str, Any]:
     def replaced(k: Any, row: np.ndarray) -> bool:
         return any(parts_of(settings[k]) < finer for finer in done.get(row.tobytes(), []))
 
-    now = len(arrays.attrs.get("sessions", [])) - 1
+    first = len(arrays.attrs.get("sessions", [])) - 1 if session is None else session
     return {
         "done": int((status == DONE).sum()),
-        "made": int(((session == now) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
+        "made": int(((sessions >= first) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
         "failures": [
             {"run": int(k), "inputs": dict(zip(names, row.tolist(), strict=True)),
              "setting": settings[k], "reason": reason, "replaced": replaced(k, row)}
@@ -172,6 +181,26 @@ def going_on(found: dict[str, Any]) -> str:
     )
 
 
+def counted(found: dict[str, Any]) -> str:
+    """Return how many runs are done, and of how many as far as that is known."""
+    if found["total"] is not None:
+        return f"{found['done']} of {'at most ' * found['most']}{found['total']} runs done"
+    most = f" (at most {found['each']} with the same step and elements)" * bool(found["each"])
+    return f"{found['done']} runs done{most}"
+
+
+def now_and_left(found: dict[str, Any]) -> list[str]:
+    """Return what a running study does now, how fast it is, and which time its runs still take."""
+    told = [f"now: {found['now']}"] * bool(found["now"])
+    rate, left = found["rate"], found["left"]
+    if rate:
+        speed = f"{rate:.3g} runs per second" if rate >= 1 else f"{duration(1 / rate)} per run"
+        kind = "at most" if found["most"] else "about"
+        rest = f", {kind} {duration(left)} left for the runs" if left else ""
+        told.append(f"{speed} on average{rest}")
+    return told
+
+
 def lines(found: dict[str, Any]) -> list[str]:
     """Return the state of a study as lines."""
     state = found["state"]
@@ -182,17 +211,12 @@ def lines(found: dict[str, Any]) -> list[str]:
         about += f" ({lines[0] if failures else ' '.join(lines)})"
     elif state == "running" and found["process"]:
         about += f", by {found['process']}"
-    most = "at most " if state == "running" else ""
-    total = "" if found["total"] is None else f" of {most}{found['total']}"
     if state in ("running", "finished"):
-        told = [about, f"{found['done']}{total} runs done, {found['failed']} failed"]
+        told = [about, f"{counted(found)}, {found['failed']} failed"]
     else:
         told = [about, f"{found['recorded']} runs done and recorded, {found['failed']} failed"]
-    if found["rate"] and state == "running":
-        rate = found["rate"]
-        speed = f"{rate:.3g} runs per second" if rate >= 1 else f"{duration(1 / rate)} per run"
-        left = "" if found["left"] is None else f", about {duration(found['left'])} left"
-        told.append(f"{speed}{left}")
+    if state == "running":
+        told += now_and_left(found)
     if found["replaced"]:
         told.append(
             f"{found['replaced']} more failed on a coarse discretization that was tried first, and "

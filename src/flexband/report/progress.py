@@ -11,7 +11,7 @@ import rich.progress as rp
 from rich.console import Console
 
 from flexband.errors import InputError, shown
-from flexband.progress import Budget, Progress
+from flexband.progress import Budget, Progress, hearing
 
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
@@ -22,18 +22,33 @@ MEASURED = 5.0
 
 @contextmanager
 def progress_bars() -> Iterator[Callable[[str], Progress]]:
-    """Give the function that begins a task by its name, and returns what reports its progress."""
+    """Give the function that begins a task by its name, and returns what reports its progress.
+
+    What is done now is told beside the task that was begun last.
+    """
     console = Console(stderr=True, markup=False, emoji=False, highlight=False)
     live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
-    if not live:
-        yield lambda name: _Lines(name, console)
-        return
-    texts = [
-        rp.TextColumn(f"{{task.{own}}}", markup=False) for own in ("description", "fields[told]")
-    ]
-    columns = texts[0], rp.BarColumn(), texts[1], rp.TimeElapsedColumn(), rp.TimeRemainingColumn()
-    with rp.Progress(*columns, console=console) as bars:
-        yield lambda name: _advancing(bars, name)
+    tasks: list[_Lines | _Bar] = []
+
+    def hear(now: str, line: str = "") -> None:
+        if tasks:
+            tasks[-1].hear(now, line)
+
+    def begun(task: _Lines | _Bar) -> _Lines | _Bar:
+        tasks.append(task)
+        return task
+
+    with hearing(hear):
+        if not live:
+            yield lambda name: begun(_Lines(name, console))
+            return
+        texts = [
+            rp.TextColumn(f"{{task.{own}}}", markup=False)
+            for own in ("description", "fields[told]")
+        ]
+        times = rp.TimeElapsedColumn(), rp.TimeRemainingColumn()
+        with rp.Progress(texts[0], rp.BarColumn(), texts[1], *times, console=console) as bars:
+            yield lambda name: begun(_Bar(name, bars))
 
 
 @contextmanager
@@ -67,21 +82,40 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
         yield task(name)
 
 
-def _told(done: int, total: int) -> str:
-    """Return how many runs are done, of how many; of how many is not known of a budget of each."""
+def _told(done: int, total: int, *, most: bool = False) -> str:
+    """Return how many runs are done, and of how many if that is known.
+
+    `most` is whether to tell how many there are at most with the same step and elements, if only
+    that is known.
+    """
     if isinstance(total, Budget) and total.each:
-        return f"{done} runs, at most {total.each} on each discretization"
+        told = f", at most {total.each} with the same step and elements"
+        return f"{done} runs so far{told * most}"
     return f"{done} of {'at most ' * isinstance(total, Budget)}{total} runs"
 
 
-def _advancing(bars: rp.Progress, name: str) -> Progress:
-    task = bars.add_task(name, total=None, told="")
+class _Bar:
+    """Progress as a bar, with what is done now beside it."""
 
-    def advance(done: int, total: int) -> None:
+    def __init__(self, name: str, bars: rp.Progress):
+        self.bars, self.now, self.text = bars, "", ""
+        self.task = bars.add_task(name, total=None, told="")
+
+    def __call__(self, done: int, total: int) -> None:
         known = None if isinstance(total, Budget) and total.each else total
-        bars.update(task, completed=done, total=known, told=_told(done, total))
+        self.text = _told(done, total)
+        if done >= total and total is known:
+            self.now = ""
+        self.bars.update(self.task, completed=done, total=known, told=self._told())
 
-    return advance
+    def hear(self, now: str, line: str) -> None:
+        self.now = now.partition(" (")[0]  # a bar has little room, and a line has told the rest
+        self.bars.update(self.task, told=self._told())
+        if line:
+            self.bars.console.print(line, soft_wrap=True)
+
+    def _told(self) -> str:
+        return ": ".join(filter(None, (self.text, self.now)))
 
 
 class _Lines:
@@ -89,7 +123,7 @@ class _Lines:
 
     def __init__(self, name: str, console: Console):
         self.name, self.console = name, console
-        self.printed, self.text = float("-inf"), ""
+        self.printed, self.text, self.now = float("-inf"), "", ""
         self.first: int | None = None
         self.measured: tuple[float, int] | None = None  # time and runs after the first batch
 
@@ -100,10 +134,17 @@ class _Lines:
         if self.measured is None and done > self.first:
             self.measured = now, done
         ended = done >= total and not isinstance(total, Budget)
-        text = _told(done, total) + ("" if ended else self.left(now, done, total))
+        text = _told(done, total, most=not done) + (
+            "" if ended else self.left(now, done, total) + self.now
+        )
         if text != self.text and (ended or now >= self.printed + PERIOD):
             self.printed, self.text = now, text
             self.console.print(f"{self.name}: {text}", soft_wrap=True)
+
+    def hear(self, now: str, line: str) -> None:
+        self.now = f"; now {now}" if now else ""
+        if line:
+            self.console.print(f"{self.name}: {line}", soft_wrap=True)
 
     def left(self, now: float, done: int, total: int) -> str:
         """Return the time left in words, once it is known from more than the first batch."""

@@ -181,6 +181,12 @@ class Stress(Strain):
     They are stresses in the section's axes, without damping: E times the axial strain, 0 (apart
     from vibrations of the thickness), and kG times the shear strain, which is the mean over the
     section. Those of a beam with an `integration` are second Piola–Kirchhoff stresses from its law.
+
+    They converge slowly, "_yy" and "_xy" most of all: a study in which step and elements are left
+    out may need ten times as long as with `SectionForces`. Of a beam without an `integration`,
+    "_xx" is N/A − M y/I with these forces, for a section of the area A and the second moment of
+    area I; ask for them instead, or give step and elements.
+
     Parameters and errors are those of `Strain`; a cable, which has no section, is refused.
     """
 

@@ -7,8 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.errors import InputError, RunError
+from flexband.progress import doing
 from flexband.uncertainty.adaptive.choice import Choice
-from flexband.uncertainty.adaptive.discretization import discretization_error, runs_on_finer
+from flexband.uncertainty.adaptive.discretization import (
+    discretization_error,
+    in_words,
+    runs_on_finer,
+)
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, Fit, GrowingDesign
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
@@ -65,6 +70,8 @@ class Adaptation:
     def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
         """Make the first runs, `most` is the budget."""
         self.space, self.evaluate, self.most = space, evaluate, most
+        self.told = f" ({told})" if (told := in_words(evaluate)) else ""
+        doing(f"the first runs{self.told}")
         m, families = space.interval_dimension, space.families
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(FEWEST_HELD, spare // 2))
@@ -90,6 +97,7 @@ class Adaptation:
 
     def run(self, tolerance: float) -> str:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
+        doing(f"runs until the expansion meets its tolerance{self.told}")
         reason, confirmed, width = "", False, np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < SEVERAL
         while True:

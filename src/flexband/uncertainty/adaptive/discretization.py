@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import RunError, warn
+from flexband.progress import doing
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.adaptive.fits import Fit, GrowingDesign
 from flexband.uncertainty.adaptive.runs import Runs, succeeded
@@ -58,6 +59,12 @@ def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
     return getattr(evaluate, "refinements", dict)()
 
 
+def in_words(evaluate: Evaluate) -> str:
+    """Return the step and the elements of a response, or what it tells of its discretization."""
+    numbers = getattr(evaluate, "discretization", dict)()
+    return ", ".join(f"{name} {n:.6g}" for name, n in numbers.items())
+
+
 def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
     """Return runs at points on finer discretizations, (points, outputs, times), by name.
 
@@ -67,6 +74,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
     found: dict[str, np.ndarray] = {}
     try:
         for name, response in refinements(evaluate).items():
+            doing(f"{len(xi)} runs that tell the error of the {name} ({in_words(response)})")
             finer = Runs(xi, eta, series(response(xi, eta)))
             found[name] = succeeded(finer, len(xi)).values
     except RunError as error:

@@ -13,8 +13,9 @@ from collections.abc import Callable
 import numpy as np
 
 from flexband.errors import AssemblyError, InputError, RunError
+from flexband.progress import doing
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.discretization import refinements
+from flexband.uncertainty.adaptive.discretization import in_words, refinements
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
@@ -95,17 +96,24 @@ def solved(
             if last or raised or not isinstance(error, RunError):
                 raise
             wanted = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
+            levels.why = "runs fail"
         others += course.runs if course else 0
         for name, times in wanted.items():
             for _ in range(times):
                 evaluate = refinements(evaluate)[name]
             names = [*names, *[name] * times]
         halved += max(wanted.values())
+        finer, told = f"finer {' and '.join(wanted)}", in_words(evaluate)
+        doing(finer, f"{finer}{f' ({told})' * bool(told)}, since {levels.why}")
 
 
 def _raised(error: RunError) -> bool:
     """Return whether a response raised another error, which no shorter step avoids."""
     return error.__cause__ is not None and not isinstance(error.__cause__, RunError)
+
+
+def _percent(part: float) -> str:
+    return f"{100 * part:.{2 if part < 1 else 3}g} %" if part < 10 else f"{100 * part:.0f} %"
 
 
 class Levels:
@@ -115,6 +123,7 @@ class Levels:
     ----------
     left_out : what is chosen.
     allowed : error of the discretization, in parts of the error bar's width.
+    why : why something was to be halved last, in words.
     """
 
     def __init__(self, left_out: list[str], allowed: float):
@@ -123,6 +132,7 @@ class Levels:
         self.known: dict[str, dict[int, np.ndarray]] = {}
         self.widths: dict[int, np.ndarray] = {}
         self.stuck: dict[str, np.ndarray] = {}
+        self.why = ""
 
     def wanted(self, course: Adaptation, names: list[str]) -> dict[str, int]:
         """Return how often what was left out must be halved; nothing if that is enough.
@@ -132,14 +142,16 @@ class Levels:
         course : the runs on a level.
         names : what has been halved for it.
         """
-        errors, vanishing = {}, self._vanishing(course.error.own_width, len(names))
+        errors, largest = {}, {}
+        vanishing = self._vanishing(course.error.own_width, len(names))
         for name, error in course.discretization().items():
             own, before = course.error.of_outputs(error), self.known.setdefault(name, {})
             count = names.count(name)
             self.stuck[name] = self._stuck(own, before, count, course.error.missed)
             self.stuck[name] |= vanishing & (own > 1)
             before[count] = own
-            errors[name] = float(own.max(where=~self.stuck[name], initial=0.0))
+            counted = np.where(self.stuck[name], 0.0, own)
+            errors[name], largest[name] = float(counted.max()), int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
         given = sum(error for name, error in errors.items() if name not in self.left_out)
@@ -150,6 +162,13 @@ class Levels:
             if ratio > 1:
                 most = MOST_AT_ONCE if errors[name] < RESOLVED else 1
                 times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))
+        outputs = names_of_outputs(course.labels)
+        self.why = " and ".join(
+            f"the error of the {name} is {_percent(errors[name])} of the error bar of "
+            f"{outputs[largest[name]]}"
+            for name in times
+        )
+        self.why += f", and {_percent(each)} is allowed"
         return times
 
     def _vanishing(self, width: np.ndarray, halvings: int) -> np.ndarray:

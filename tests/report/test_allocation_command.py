@@ -74,4 +74,4 @@ def test_a_probability_and_a_size(tmp_path):
     assert told["tolerance"][0] == pytest.approx(1 / 2.326, rel=0.02)
     assert told["confirmed"] == "yes"
     printed = run("allocate", tmp_path / "out", *options, "--no-confirm")
-    assert "of the relative change of P" in " ".join(printed.output.split())
+    assert "share of the change of P" in " ".join(printed.output.split())

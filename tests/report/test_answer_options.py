@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.cli.commands import commands, load
+from flexband.study.folder import StudyFolder
 
 STUDY = """
 import numpy as np
@@ -56,6 +57,13 @@ CASES = {  # command -> what is always given, and each option
     "path": (("X", "Y"), {"sigmas": 3, "probability": 0.9, "directions": 16}),
 }  # fmt: skip
 
+OF_STUDY_LIMITS = {  # the same of a study that has limits
+    "narrow": (("e=0..0.5",), {"probability": None}),
+    "limits": ((), {"only": "w"}),
+    "allocate": (("--cost", "e=1", "--cost", "x=1"), {"only": "X"}),
+}
+BOTH = [*CASES.items(), *OF_STUDY_LIMITS.items()]
+
 SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
 """Options that may move a picture by less than a pixel."""
 
@@ -67,13 +75,23 @@ def run(*arguments):
     return CliRunner().invoke(app, [*map(str, arguments)])
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    place = tmp_path_factory.mktemp("study")
-    (place / "study.py").write_text(STUDY, encoding="utf-8")
+def study_in(place, text):
+    (place / "study.py").write_text(text, encoding="utf-8")
     done = run("run", place / "study.py", "-o", place / "out", "--verify", 0)
     assert done.exit_code == 0, done.output
     return place / "out"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return study_in(tmp_path_factory.mktemp("study"), STUDY)
+
+
+@pytest.fixture(scope="module")
+def limited(tmp_path_factory):
+    limits = 'limits=[fb.Limit("w", below=12.0), fb.Limit("X", below=13.0, above=-13.0)]'
+    text = STUDY.replace("fb.PCCI(2, 1))", f"fb.PCCI(2, 1), {limits})")
+    return study_in(tmp_path_factory.mktemp("limited"), text)
 
 
 def told(folder, command, arguments):
@@ -100,11 +118,12 @@ def changed(arguments, option, value):
     return kept
 
 
-@pytest.mark.parametrize("command", CASES)
-def test_every_option_changes_what_is_printed_drawn_and_dumped(command, folder, tmp_path):
+@pytest.mark.parametrize(("command", "case"), BOTH)
+def test_every_option_changes_what_is_printed_drawn_and_dumped(command, case, request, tmp_path):
     own = tmp_path / "out"
-    shutil.copytree(folder, own)
-    always, options = CASES[command]
+    always, options = case
+    of = "folder" if case is CASES[command] else "limited"
+    shutil.copytree(request.getfixturevalue(of), own)
     text, plain, pictures = told(own, command, always)
     assert bool(pictures) == (command not in WITHOUT)
     for option, value in options.items():
@@ -122,7 +141,8 @@ def test_all_options_are_judged():
             continue
         found = get_command(app).commands[name].params
         named = {one.opts[0].removeprefix("--") for one in found if one.opts[0].startswith("--")}
-        judged = {option.replace("no-confirm", "confirm") for option in CASES[name][1]}
+        options = {**CASES[name][1], **OF_STUDY_LIMITS.get(name, ((), {}))[1]}
+        judged = {option.replace("no-confirm", "confirm") for option in options}
         assert named - {"json"} == judged
 
 
@@ -132,6 +152,8 @@ def test_all_options_are_judged():
         (("narrow", "e=1.2-1.5"), "a change must be"),
         (("narrow", "q=1"), "must be one of"),
         (("narrow", "e=0..0.5", "e=0"), "given once for e"),
+        (("narrow", "e=0..0.5", "--probability"), "requires random inputs, no Compensator, and"),
+        (("limits", *LIMIT, "--only", "w"), "--only selects limits of the study; leave out"),
         (("tolerance", "q"), "name must be an input with a tolerance"),
         (("contributions", "--sigmas", -1), "sigmas"),
         (("quantiles", "-p", 2), "between 0 and 1"),
@@ -159,6 +181,74 @@ def test_a_wrong_command_line_ends_with_status_2(folder, arguments, message):
     refused = run(command, folder, *rest)
     assert refused.exit_code == 2, refused.output
     assert message in " ".join(refused.output.replace("│", " ").split())
+
+
+def test_only_takes_outputs_with_limits(limited):
+    refused = run("allocate", limited, "--only", "Y", "--cost", "e=1")
+    assert refused.exit_code == 2
+    told = " ".join(refused.output.split())
+    assert "--only must be an output with a limit in the study: w, X; got 'Y'" in told
+    own = json.loads(run("limits", limited, "--only", "X", "--json").stdout)
+    assert own["limits"]["limit"] == ["X between -13 and 13"]
+
+
+def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left(limited):
+    """X = (10 + e (1 + 0.2 x)) cos t is up to 11.6, μ + 3σ, and up to 10.8 if e is below 0.5."""
+    told = run("narrow", limited, "e=0..0.5", "--probability", "--json").stdout
+    found = json.loads(told)["limits"]
+    own = found["X between -13 and 13"]
+    assert own["least_margin"] == pytest.approx([1.4, 2.2])
+    assert own["verdict"] == ["kept", "kept"]
+    likely = json.loads(run("limits", limited, "--json").stdout)["probability"]
+    names = ["w below 12", "X between -13 and 13", "any limit"]
+    assert list(found) == names
+    for k, name in enumerate(names):
+        before, after = found[name]["probability"]
+        assert before == pytest.approx(likely["probability"][1][k], rel=0.1, abs=1e-9)
+        assert after <= before
+    printed = run("narrow", limited, "e=0..0.5").stdout
+    assert "Limits, margins of μ ± 3σ" in printed
+    assert "probability" not in printed
+
+
+def test_narrowing_does_without_the_limits_of_a_study_that_is_gone(limited, tmp_path):
+    own = tmp_path / "out"
+    shutil.copytree(limited, own)
+    about = json.loads((own / "study.json").read_text(encoding="utf-8"))
+    gone = json.dumps(about | {"file": str(tmp_path / "gone.py")})
+    (own / "study.json").write_text(gone, encoding="utf-8")
+    done = run("narrow", own, "e=0..0.5")
+    assert done.exit_code == 0
+    assert "remark: limits of the study are left out: " in done.output
+    assert "Limits" not in done.stdout
+
+
+def test_what_no_tolerance_reaches_is_told_once(folder):
+    """X and Y do not depend on z, and w depends on x, too. Without e, X and Y are certain."""
+    done = run("tolerance", folder, "z", "--share", 0.1)
+    assert done.exit_code == 0, done.output
+    told = " ".join(done.stdout.split())
+    assert "none" not in told
+    assert "tolerance for" not in told
+    assert told.count("no error bar becomes as narrow as 10 % of the present width") == 1
+    own = json.loads(run("tolerance", folder, "z", "--json").stdout)["w"]
+    assert f"What can be reached is {100 * own['least_width'] / own['width']:.3g} %, of w" in told
+    told = " ".join(run("tolerance", folder, "e", "--share", 0.1).stdout.split())
+    assert "the error bar of w does not become as narrow as 10 %" in told
+    assert "71.3 % │ none │" in told
+
+
+def test_answers_of_a_study_that_is_running_are_remarked(folder, tmp_path):
+    own = tmp_path / "out"
+    shutil.copytree(folder, own)
+    with StudyFolder(own).held():
+        done = run("contributions", own)
+        assert done.exit_code == 0
+        assert "is running; this answer is from its surrogate.npz of 2" in done.output
+        (own / "surrogate.npz").unlink()
+        (own / "bands.nc").unlink()
+        assert "which has none: its study is running" in " ".join(run("sobol", own).output.split())
+    assert "is running" not in run("contributions", folder).output
 
 
 def test_shapley_values_are_ranked_by_themselves(tmp_path):

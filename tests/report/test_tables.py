@@ -225,7 +225,7 @@ def test_a_verification_is_a_column_and_a_remark():
 def test_the_share_that_runs_may_not_have_seen_is_told():
     lines = remarks(told(0.001, "not estimated", 0).assign_attrs(runs_generic=8))
     assert "8 of the held-out runs" in lines[2]
-    assert "one that fills 31 % of the space with a probability of 95 %" in lines[2]
+    assert "likely (95 %) to meet one only if 31 % of the ranges or more have it" in lines[2]
 
 
 @pytest.mark.parametrize("width", [80, 200])

@@ -173,10 +173,10 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         if "runs_generic" in own:
             share = 1 - 0.05 ** (1 / own["runs_generic"])
             lines.append(
-                "An effect in a small part of the inputs' ranges, such as a stop that is rarely "
-                f"reached, may be unseen: {own['runs_generic']} of the held-out runs are spread "
-                f"over all inputs, and meet one that fills {percent(share)} of the space with a "
-                "probability of 95 %"
+                "An effect that only a small part of the inputs' ranges has, such as a stop that "
+                f"is rarely reached, may be unseen: {own['runs_generic']} of the held-out runs are "
+                "spread over the ranges, and are likely (95 %) to meet one only if "
+                f"{percent(share)} of the ranges or more have it"
             )
         if own.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in own else ""

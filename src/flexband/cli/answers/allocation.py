@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 import flexband as fb
-from flexband.cli.answers.limits import During, Side, limits_of
+from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.answers.saved import Json, Saved, one_of, runs_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
@@ -37,6 +37,7 @@ def allocate(
     below: Side = None,
     above: Side = None,
     during: During = None,
+    only: Only = None,
     sigmas: Annotated[
         float | None, typer.Option(help="k of the error bar μ ± kσ.  [default: 3.0]")
     ] = None,
@@ -52,7 +53,8 @@ def allocate(
     """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
 
     Tolerances are half the widths of intervals, or standard deviations; those of the study are the
-    largest. Without --below and --above, limits are those of the study. Sizes that are free
+    largest. Without --below and --above, limits are those of the study; --only selects some by
+    their output. Sizes that are free
     (Sizing) are chosen as well. allocation.nc and allocation.png are written. New runs are kept
     with those of the study.
     """
@@ -62,7 +64,7 @@ def allocate(
 
     surrogate, place = saved(folder)
     k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
-    limits = limits_of(below or [], above or [], during, place, surrogate)
+    limits = limits_of(below or [], above or [], during, place, surrogate, only or [])
     if isinstance(surrogate, fb.Surrogate):
         with usage():
             Tolerances.of(surrogate.space, checked_costs(costs))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,6 +40,10 @@ During = Annotated[
         metavar="FIRST LAST", help="First and last time of the limits, such as 0 0.5 or 0,0.5."
     ),
 ]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(help="Output whose limits in the study are meant, not all; can be repeated."),
+]
 
 
 @app.command("limits")
@@ -48,6 +53,7 @@ def limits(
     below: Side = None,
     above: Side = None,
     during: During = None,
+    only: Only = None,
     sigmas: Sigmas = 3.0,
     accuracy: Annotated[
         float,
@@ -70,7 +76,7 @@ def limits(
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    wanted = limits_of(below or [], above or [], during, place, surrogate)
+    wanted = limits_of(below or [], above or [], during, place, surrogate, only or [])
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
         raise UsageError(
@@ -102,12 +108,15 @@ def limits_of(
     during: tuple[float, float] | None,
     place: Path,
     surrogate: Any,
+    only: list[str],
 ) -> list[fb.Limit]:
     """Return one limit per output, or those of the study in a folder if none is given.
 
-    Raise `UsageError` if a text is not OUTPUT=NUMBER, if a limit does not fit the surrogate, or if
-    there is none.
+    `only` are the outputs whose limits are meant, if not all in the study are. Raise `UsageError`
+    if a text is not OUTPUT=NUMBER, if a limit does not fit the surrogate, or if there is none.
     """
+    if only and (below or above or during is not None):
+        raise UsageError("--only selects limits of the study; leave out --below, --above, --during")
     sides: dict[str | None, dict[str, float]] = {}
     for side, texts in (("below", below), ("above", above)):
         for text in texts:
@@ -123,7 +132,7 @@ def limits_of(
     if not sides:
         known = during is None and (place / "study.json").is_file()
         if known and (own := plan_in(place).study().limits):
-            return list(own)
+            return selected(own, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )
@@ -131,6 +140,18 @@ def limits_of(
         found = [fb.Limit(name, during=during, **own) for name, own in sides.items()]
         corridors(found, next(iter(surrogates_of(surrogate).values())).labels)
     return found
+
+
+def selected(limits: Sequence[fb.Limit], only: list[str]) -> list[fb.Limit]:
+    """Return the limits of some outputs, all if none is named; raise `UsageError` for others."""
+    names = dict.fromkeys(one.output or "response" for one in limits)
+    for name in only:
+        if name not in names:
+            raise UsageError(
+                f"--only must be an output with a limit in the study: {', '.join(names)}; "
+                f"got {name!r}"
+            )
+    return [one for one in limits if not only or (one.output or "response") in only]
 
 
 def as_rows(result: xr.Dataset | None) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Annotated, Any
 
@@ -10,10 +11,18 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
+from flexband.cli.answers.checking import has_probability
+from flexband.cli.answers.saved import Json, Saved, Sigmas, saved, study_limits
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, save
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
+from flexband.cli.messages import (
+    UsageError,
+    print_json,
+    print_table,
+    print_text,
+    reported_errors,
+    usage,
+)
 from flexband.errors import InputError
 from flexband.report.numbers import number, percent_to_tenth
 from flexband.report.tables import averaged, deviations, error_in_words, outputs_of, select
@@ -36,10 +45,15 @@ def narrow(
         ),
     ],
     sigmas: Sigmas = 1.0,
+    probability: Annotated[
+        bool,
+        typer.Option("--probability", help="Also how likely the study's limits are left."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Show the bands for tighter tolerances or less scatter, without new runs.
 
+    If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
     narrowed.nc is written, in place of an earlier one.
     """
     from flexband.report.page.answers import read_answer  # noqa: PLC0415
@@ -51,7 +65,9 @@ def narrow(
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
     with usage():
         wanted = changes_of(surrogate, changes)
-        before, after = surrogate.bands(sigmas), surrogate.narrowed(**wanted).bands(sigmas)
+        both = surrogate, surrogate.narrowed(**wanted)
+        before, after = (one.bands(sigmas) for one in both)
+    limits = limits_before_and_after(both, study_limits(place), likely=probability)
     check_folder(place)
     changed = "; ".join(f"{name}: {known_of(name, one)[1]}" for name, one in wanted.items())
     after = after.assign_attrs(changes=changed)
@@ -68,7 +84,7 @@ def narrow(
         own = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
         print_json(
             {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **own,
-             "expected_error": error}
+             "expected_error": error, "limits": {one.pop("limit"): one for one in limits}}
         )  # fmt: skip
         return
     pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
@@ -79,8 +95,57 @@ def narrow(
     width = f"width of the error bar{averaged(before)}"
     header = ["output", width, "narrowed", "of what it was"]
     print_table(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))
+    if limits:
+        print_table("Limits, margins of μ ± 3σ", limits_table(limits))
     told = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
     print_text(f"{changed}\n{told}\nWritten: {place / 'narrowed.nc'}")
+
+
+def limits_before_and_after(
+    both: tuple[fb.Surrogate, fb.Surrogate], limits: Sequence[fb.Limit], *, likely: bool
+) -> list[dict[str, Any]]:
+    """Return the least margin of each limit by two surrogates; if asked, how likely it is left.
+
+    A probability is that at the worst values of the interval inputs, None where no input scatters.
+    Raise `UsageError` if probabilities are asked for, but there are none.
+    """
+    if likely and not (limits and has_probability(both[0])):
+        raise UsageError("--probability requires random inputs, no Compensator, and study limits")
+    if not limits:
+        return []
+    checked = [fb.check_limits(one, limits) for one in both]
+    rows = [
+        {"limit": str(name), "least_margin": [float(own["least_margin"][k]) for own in checked],
+         "verdict": [str(own["verdict"][k].values) for own in checked]}
+        for k, name in enumerate(checked[0]["limit"].values)
+    ]  # fmt: skip
+    if likely:
+        found = [fb.failure_probability(one, limits) if has_probability(one) else None
+                 for one in both]  # fmt: skip
+        rows += [{"limit": "any limit"}] * (len(limits) > 1)
+        for k, row in enumerate(rows):
+            row["probability"] = [
+                None if own is None else float(own["probability"].sel(bound="upper")[k])
+                for own in found
+            ]
+    return rows
+
+
+def limits_table(limits: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
+    """Return one row per limit, before and after inputs are narrowed."""
+    header = ["limit", "least margin", "narrowed", "verdict"]
+    likely = "probability" in limits[0]
+    header += ["probability, at most", "narrowed"] * likely
+    rows = []
+    for one in limits:
+        margins = [number(v) for v in one.get("least_margin", [])] or ["", ""]
+        before, after = one.get("verdict", ["", ""])
+        changed = before if before == after else f"{before} → {after}"
+        row = [one["limit"], *margins, changed]
+        if likely:
+            row += ["" if p is None else number(p, 3) for p in one["probability"]]
+        rows.append(row)
+    return header, rows
 
 
 @app.command("tolerance")
@@ -109,23 +174,41 @@ def tolerance(
         found = {one: dict(zip(names, values, strict=True)) for one, values in own.items()}
         print_json({one: values | told for one, values in found.items()})
         return
-    header = ["output", "largest width", "without its uncertainty",
-              f"tolerance for {percent_to_tenth(share)}", "part of the present one"]  # fmt: skip
-    rows = [
-        [
-            output or "response",
-            *(number(v, scale=values[0]) for v in values[:2]),
-            "none is small enough" if np.isnan(values[3]) else number(values[3]),
-            "" if np.isnan(values[2]) else percent_to_tenth(values[2]),
-        ]
-        for output, values in own.items()
-    ]
+    reached = [output for output, values in own.items() if np.isfinite(values[3])]
+    header = ["output", "largest width", "without its uncertainty", "part of the width"]
+    if reached:
+        header += [f"tolerance for {percent_to_tenth(share)}", "part of the present one"]
+    rows = []
+    for output, (width, least, factor, size) in own.items():
+        left = percent_to_tenth(least / width if width else 1.0)
+        row = [output or "response", *(number(v, scale=width) for v in (width, least)), left]
+        if reached:
+            row += [number(size), percent_to_tenth(factor)] if output in reached else ["none", ""]
+        rows.append(row)
     largest = ", the largest over time" * (axes_of(labels_of(surrogate)).time is not None)
     title = (
         f"Tolerance of {name}, all others as they are; widths are those of μ ± "
         f"{deviations(found)}{largest}"
     )
     print_table(title, (header, rows))
+    if len(reached) < len(own):
+        print_text(out_of_reach(name, share, own))
+
+
+def out_of_reach(name: str, share: float, own: dict[str, list[float]]) -> str:
+    """Return how narrow the error bars become that no tolerance of an input makes narrow enough."""
+    lost = {k: v[1] / v[0] if v[0] else 1.0 for k, v in own.items() if np.isnan(v[3])}
+    narrowest = min(lost, key=lambda output: lost[output])
+    which = "no error bar becomes"
+    if len(lost) < len(own):
+        which = f"the error bar of {', '.join(lost)} does not become"
+        if len(lost) > 1:
+            which = f"the error bars of {', '.join(lost)} do not become"
+    least = percent_to_tenth(lost[narrowest]) + f", of {narrowest}" * bool(narrowest)
+    return (
+        f"However small the tolerance of {name}, {which} as narrow as {percent_to_tenth(share)} of "
+        f"the present width. What can be reached is {least}; for less, narrow other inputs, too."
+    )
 
 
 def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:

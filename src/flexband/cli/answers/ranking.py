@@ -16,6 +16,7 @@ from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.report.numbers import percent_to_tenth
 from flexband.report.tables import deviations, outputs_of, select
+from flexband.uncertainty.answers.selection import surrogates_of
 
 
 @app.command("contributions")
@@ -99,8 +100,9 @@ def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
 def sobol(folder: Saved, as_json: Json = False) -> None:
     """Rank the random inputs by their Sobol' indices, without new runs.
 
-    The indices are parts of the variance, from the lowest to the highest over the interval inputs,
-    at the time at which σ is largest. sobol.nc and sobol.png have them at all times.
+    The indices are parts of the variance, at the time at which σ is largest, each with its lowest
+    and its highest value for any values of the interval inputs. sobol.nc and sobol.png have them at
+    all times.
     """
     from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.report.page.answers import only_one  # noqa: PLC0415
@@ -127,8 +129,11 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     if len(names) == 1:
         print_text(only_one(found))
         return
-    where = " where σ is largest" if found["defined"].ndim else ""
-    title = f"Parts of the variance{where}, over the interval inputs"
+    where = ", where it is largest" if found["defined"].ndim else ""
+    spaces = [one.space for one in surrogates_of(surrogate).values()]
+    intervals = any(space.interval_dimension for space in spaces)
+    span = "; lowest to highest for any values of the interval inputs" * intervals
+    title = f"Part of the variance due to each random input{where}{span}"
     parts = {"alone": ends["first_order"], "with interactions": ends["total"]}
     _print_tables(title, names, parts, _from_to)
     print_text("\n".join(found.attrs[k] for k in ("sampling", "undefined") if k in found.attrs))

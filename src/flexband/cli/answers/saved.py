@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import flexband as fb
-from flexband.cli.messages import UsageError
+from flexband.cli.messages import UsageError, in_words, print_remark
 from flexband.cli.runs import plan_in
 from flexband.errors import InputError
+from flexband.execution.lock import is_locked
 from flexband.execution.store import RUNS
+from flexband.study.folder import FILE, LOCKS
 
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -39,11 +42,29 @@ def saved(folder: Path) -> tuple[Any, Path]:
                 f"'{folder}' has no surrogate.npz to answer from: its method does not expand the "
                 "response. Run the study with one that does, such as AdaptivePCCI"
             )
+        running = ": its study is running" * (folder.is_dir() and is_locked(folder / LOCKS[0]))
         raise InputError(
             "the argument must be a folder with the surrogate.npz of a finished study; "
-            f"got '{folder}', which has none"
+            f"got '{folder}', which has none{running}"
+        )
+    if is_locked(file.parent / LOCKS[0]):
+        written = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(file.stat().st_mtime))
+        print_remark(
+            f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
+            f"{written}, which may be that of an earlier run"
         )
     return fb.load_surrogate(file), file.parent
+
+
+def study_limits(place: Path) -> list[fb.Limit]:
+    """Return the limits of the study in a folder; print a remark if it cannot be read."""
+    if not (place / FILE).is_file():
+        return []
+    try:
+        return list(plan_in(place).study().limits)
+    except Exception as error:  # the study is a program
+        print_remark(f"limits of the study are left out: {in_words(error)}")
+        return []
 
 
 def runs_in(place: Path, purpose: str) -> dict[str, Any]:
@@ -51,7 +72,7 @@ def runs_in(place: Path, purpose: str) -> dict[str, Any]:
 
     Raise `InputError` if there is no study.
     """
-    if not (place / "study.json").is_file():
+    if not (place / FILE).is_file():
         raise InputError(f"there is no study in '{place}' whose response {purpose}")
     store = place if (place / RUNS).is_dir() else None
     return {"response": plan_in(place).study().response, "store": store}

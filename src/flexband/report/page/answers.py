@@ -151,7 +151,7 @@ def _pictures(folder: Path, name: str, caption: str) -> list[tuple[str, str]]:
 def allocation_table(found: xr.Dataset) -> Table:
     """Return one row per tolerance: itself, its cost, and its part in the nearest limit."""
     margins = "contribution" in found
-    told = "of the margin at the nearest limit" if margins else "of the relative change of P"
+    told = "share of the used margin" if margins else "share of the change of P"
     header = ["input", "tolerance", "largest", "cost", told]
     nearest = found["contribution"].isel(binding=0) if margins else found["elasticity"]
     share = nearest / nearest.sum()

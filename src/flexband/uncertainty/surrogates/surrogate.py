@@ -27,6 +27,8 @@ from flexband.uncertainty.surrogates.sigmas import checked_sigmas, diagnostics_o
 class Surrogate:
     """A response as expansions: evaluate it, compute its moments and bounds, save it.
 
+    `expand` returns it. `save_surrogate` writes it to a file, and `load_surrogate` reads it.
+
     Attributes
     ----------
     space : the inputs.

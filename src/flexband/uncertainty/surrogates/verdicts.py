@@ -15,7 +15,7 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     failed = checked.sizes["sample"] - len(good)
     bounds = sum(own != "anywhere" for own in checked["run_place"].values[good].tolist())
     left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
-    new = f"{len(good)} new runs{left_out}, {bounds} of them where the bounds rest,"
+    new = f"{len(good)} new runs{left_out}, {bounds} of them at the ends of the bands,"
     width, implied, least = (
         np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
     )
@@ -32,21 +32,20 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     if not wrong.size:
         doubtful = bool(ratio.max() > 1)
         k = int(ratio.argmax()) if doubtful else most
-        allowed = np.ravel(checked["allowed"])[k] / width[k]
-        expected = SHARE * growth(checked.attrs["sigmas"]) * allowed
-        over = " (root mean squares over time)" if labels.ndim > 1 else ""
-        told = f"of the error bar's width{_named(labels, k)}"
-        beside = f"and {_percent(expected)} is expected{over}"
+        told = f"{_percent(share[k])} of the error bar's width{_named(labels, k)}"
         text = (
-            f"Confirmed: {new} are missed by no more than expected. They imply an error of "
-            f"{_percent(share[k])} {told}, {beside}"
+            f"Confirmed: {new} are missed by no more than expected; the largest error that they "
+            f"imply is {told}"
         )
         if doubtful:
+            allowed = np.ravel(checked["allowed"])[k] / width[k]
+            expected = SHARE * growth(checked.attrs["sigmas"]) * allowed
+            over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
             text = (
-                f"Confirmed as far as so few runs can tell: {new} imply an error of "
-                f"{_percent(share[k])} {told} ({_percent(least[k] / width[k])} or more with "
-                f"{sure}), {beside}"
+                f"Confirmed as far as so few runs can tell: {new} imply an error of {told} "
+                f"({_percent(least[k] / width[k])} or more with {sure}), where "
+                f"{_percent(expected)} is expected{over}"
             )
         return {"confirmed": "yes", "verdict": text}
     worst = int(wrong[ratio[wrong].argmax()])

@@ -188,8 +188,10 @@ def test_only_takes_outputs_with_limits(limited):
     assert refused.exit_code == 2
     told = " ".join(refused.output.split())
     assert "--only must be an output with a limit in the study: w, X; got 'Y'" in told
+    before = (limited / "limits.nc").read_bytes()
     own = json.loads(run("limits", limited, "--only", "X", "--json").stdout)
     assert own["limits"]["limit"] == ["X between -13 and 13"]
+    assert (limited / "limits.nc").read_bytes() == before  # the report has all of them
 
 
 def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left(limited):

@@ -63,9 +63,7 @@ def check(
     if has_probability(surrogate):
         probability = fb.failure_probability(surrogate, limits, **options)
     if not kept:
-        print_remark(
-            "the report keeps the limits of the study; add these to its `limits` to have them there"
-        )
+        print_remark("the report keeps the limits of the study; others must be in its `limits`")
         return checked, probability
     if probability is not None:
         save(lambda: write_netcdf(probability, place / "probability.nc"))

@@ -91,7 +91,7 @@ def limits(
     with progress_bars() as task:
         if runs:
             options["progress"] = task("new runs")
-        options["of_study"] = not (below or above)
+        options["of_study"] = not (below or above or only)
         checked, probability = check(surrogate, wanted, place, sigmas=sigmas, **options)
     if as_json:
         print_json({"limits": as_rows(checked), "probability": as_rows(probability)})

@@ -16,6 +16,7 @@ import flexband as fb
 from flexband.cli import app
 from flexband.cli.status import lines, state_of
 from flexband.study.folder import StudyFolder
+from flexband.study.study import load_study
 
 STUDY = """
 import pathlib, time
@@ -148,6 +149,27 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
     assert float(bands(out)["mean"].sel(bound="upper")) == pytest.approx(5.0 + 0.04, abs=1e-12)
     assert state_of(out)["recorded"] == 9
+
+
+@pytest.mark.parametrize("command_line", [True, False])
+def test_a_refusal_leaves_the_folder_to_its_study(file, tmp_path, command_line):
+    out, other = tmp_path / "out", tmp_path / "other.py"
+    if command_line:
+        call("run", file, "-o", out, "--verify", 0)
+    else:  # in Python, without study.json
+        own = load_study(file)
+        fb.propagate(own.response, own.inputs, own.method, store=out)
+    text = file.read_text(encoding="utf-8").replace("def one(a, b)", "def one(a, c)")
+    text = text.replace('"b": fb', '"c": fb').replace("b * b", "a * c").replace("{b!r}", "{c!r}")
+    other.write_text(text, encoding="utf-8")
+    before = content(out)
+    told = call("run", other, "-o", out, "--insist", status=1)
+    assert "inputs: 'a, b' before, 'a, c' now" in told
+    assert content(out) == before
+    made = runs_made(file)
+    call("run", file, "-o", out, "--verify", 0)
+    call("resume", out)
+    assert runs_made(file) <= made + 2
 
 
 def test_a_response_that_failed_at_once_can_be_mended(file, tmp_path):

@@ -6,6 +6,7 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -73,7 +74,8 @@ def carry_out(
         own = plan.file, fingerprint(study.response)
         if not insist and folder.has_only_failures_of_others(own[1]):
             folder.delete_runs()
-        save(lambda: folder.claim(*own, replace=replace, insist=insist))
+        folder.check_claim(*own, replace=replace, insist=insist)
+        claim = partial(save, partial(folder.claim, *own))
         store = Store(output, insist=insist) if recorded else None
         own = identity(study, plan.new_runs(study), plan.policy) if recorded else ""
         if again and store is not None:
@@ -91,7 +93,9 @@ def carry_out(
             "process": this_process(),
             "started": time.strftime("%Y-%m-%d %H:%M:%S%z"),
         }
-        course = Course(folder, about)
+        course = Course(folder, about, claim)
+        if not recorded:
+            claim()
         course.begins(recorded=recorded)
         try:
             with hearing(course.hear):

@@ -61,7 +61,8 @@ def compare_methods(
     folder = StudyFolder(output)
     with folder.held(kept=False):
         own = str(file.resolve()), fingerprint(study.response)
-        save(lambda: folder.claim(*own, replace=replace))
+        folder.check_claim(*own, replace=replace)
+        save(lambda: folder.claim(*own))
         study = discretized(study.located())
         print_text("Everything is compiled before the methods are timed.", error=True)
         with progress_bars() as task:

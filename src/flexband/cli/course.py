@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 import time
+from collections.abc import Callable
 from typing import Any
 
 from flexband.cli.messages import Ending, in_words, print_remark, print_text
@@ -18,10 +19,13 @@ PERIOD = 0.5
 
 
 class Course:
-    """How far a study is, written to its folder while it runs."""
+    """How far a study is, written to its folder while it runs.
 
-    def __init__(self, folder: StudyFolder, about: dict[str, Any]):
-        self.folder, self.about = folder, about
+    `claim` is called once the store has been opened: until then it may refuse the study.
+    """
+
+    def __init__(self, folder: StudyFolder, about: dict[str, Any], claim: Callable[[], object]):
+        self.folder, self.about, self.claim = folder, about, claim
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
         self.before, self.sized, self.first, self.opened = 0, False, False, False
@@ -39,11 +43,11 @@ class Course:
 
     def ends(self, error: BaseException, *, recorded: bool) -> None:
         """Write why the study has ended; of one that has no store yet, nothing is left."""
-        if recorded and (self.first or self.opened):
+        if recorded and self.opened:
             stopped = isinstance(error, KeyboardInterrupt)
             state, reason = ("stopped", "Ctrl-C") if stopped else ("failed", in_words(error))
             self.write(state, reason=reason)
-        if self.first:
+        if self.first and not (self.opened and self.folder.runs.exists()):
             self.folder.forget()
 
     def of(self, bar: Progress) -> Course:
@@ -56,6 +60,8 @@ class Course:
         self.bar(done, total)
         most, each = isinstance(total, Budget), total.each if isinstance(total, Budget) else 0
         done, total = self.before + done, self.before + total
+        if not self.opened:
+            self.claim()
         if not self.sized:
             self.tell_size(total)
         known = {"total": None if each else total, "each": each, "most": most}

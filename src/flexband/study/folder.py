@@ -105,9 +105,8 @@ class StudyFolder:
         return (self.path / FILE).exists()
 
     def forget(self) -> None:
-        """Delete study.json, if there is no run yet."""
-        if not self.runs.exists():
-            (self.path / FILE).unlink(missing_ok=True)
+        """Delete study.json."""
+        (self.path / FILE).unlink(missing_ok=True)
 
     def write(self, content: dict[str, Any]) -> None:
         """Write study.json, which is there as a whole at any moment."""
@@ -137,8 +136,8 @@ class StudyFolder:
         """Return whether a process holds the folder."""
         return any(is_locked(self.path / name) for name in LOCKS)
 
-    def claim(self, file: str, response: str, *, replace: bool, insist: bool = False) -> None:
-        """Have the folder for the results of the study in a file.
+    def check_claim(self, file: str, response: str, *, replace: bool, insist: bool = False) -> None:
+        """Refuse to have the folder for the results of a study in a file; nothing is written.
 
         It is the same study if the file or the response is the same.
 
@@ -162,7 +161,11 @@ class StudyFolder:
                 f"{self.path} has results of another study, {before.get('file')}. Take another "
                 f"folder (--output), or replace them: {other}"
             )
-        if before != own:
+
+    def claim(self, file: str, response: str) -> None:
+        """Have the folder for the results of the study in a file, which `check_claim` allows."""
+        own = {"file": file, "response": response}
+        if self._claimed() != own:
             with replaced(self.path / OWNER) as partial:
                 partial.write_text(json.dumps(own), encoding="utf-8")
 

@@ -167,8 +167,20 @@ def test_held_out_runs_of_the_adaptive_method_are_left_out(tmp_path):
 
 def test_a_design_that_needs_every_run_says_which_one_failed():
     response = partial(bad, fault="raises", limit=-9.0)
-    with pytest.raises(fb.RunError, match=r"needs every run of its design.*spring is slack"):
+    with pytest.raises(
+        fb.RunError, match=r"needs every run of its design.*spring is slack"
+    ) as told:
         fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="leave out")
+    assert "inputs of the run: a = " in str(told.value)
+    assert "run 0" not in str(told.value)  # which is another number than that in a store
+
+
+def test_a_scan_names_the_point_at_which_runs_fail():
+    def response(a, b):
+        return np.where((a > 1.9)[:, None], np.nan, good(a, b))
+
+    with pytest.raises(fb.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Mend"):
+        fb.propagate(response, INPUTS, LHS, failed="leave out")
 
 
 def test_a_response_that_raises_is_tried_with_one_sample_once():
@@ -193,7 +205,8 @@ def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
         calls.append(len(a))
         return bad(a + 1, b + 9, fault)
 
-    with pytest.raises(Exception, match=WORDS[fault].split(": ")[-1]):
+    words = WORDS[fault].split(": ")[-1]
+    with pytest.raises(fb.RunError, match=rf"all of the first \d+ runs failed.*{words}"):
         fb.propagate(response, INPUTS, LHS, failed="leave out", store=tmp_path / "s")
     assert (status(tmp_path / "s").status == 2).sum() <= max(HOPELESS, calls[0])
 

@@ -82,7 +82,13 @@ class Scanning:
         good = np.asarray(np.isfinite(flat).all(axis=2))
         few = np.flatnonzero(good.sum(axis=1) < min(2, len(xi)))
         if len(few):
-            raise RunError(f"all runs failed at {len(few)} of {len(eta)} points of the scan", {})
+            at = of_intervals(space, eta[few[0]])
+            raise RunError(
+                f"fewer than {min(2, len(xi))} of {len(xi)} runs succeeded at {len(few)} of "
+                f"{len(eta)} points of the scan, one of them {at}. Mend the response there, or "
+                "choose intervals without such points",
+                {},
+            )
         samples = [v[own] for v, own in zip(flat, good, strict=True)]
         mean = np.stack([v.mean(axis=0) for v in samples])
         std = np.stack(
@@ -94,6 +100,12 @@ class Scanning:
             best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
             found.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
         return described(bands(space, values, found, sigmas))
+
+
+def of_intervals(space: Space, eta: np.ndarray) -> str:
+    """Return the values of the interval inputs at a point η as text."""
+    values, random = space.numbers_at(space.nominal()[0], eta[None]), space.of_kind(random=True)
+    return ", ".join(f"{k} = {own[0]:.6g}" for k, own in values.items() if k not in random)
 
 
 @dataclass(frozen=True)

@@ -172,10 +172,16 @@ class Evaluations:
         for run, (reason, _, seconds) in failed.items():
             self._keep(record, found, np.array([run]), None, reason, seconds)
         found.leave_out({run: reason for run, (reason, _, _) in failed.items()})
-        hopeless = found.values is None and len(found.failed) >= HOPELESS
-        for reason, error, _ in failed.values():
-            if self.failed != "leave out" or hopeless:
-                raise error if error is not None else InputError(reason)
+        for reason, raised, _ in failed.values():
+            error = InputError(reason) if raised is None else raised
+            if self.failed != "leave out":
+                raise error
+            if found.values is None and len(found.failed) >= HOPELESS:
+                raise RunError(
+                    f"all of the first {len(found.failed)} runs failed, so that no further one is "
+                    f"made; one of them: {error}",
+                    {},
+                ) from error
         advance(len(failed))
 
     def _with_shorter_steps(self, found: Evaluated, run: np.ndarray, record: Record | None) -> bool:

@@ -160,9 +160,10 @@ class Runs:
             run, reason = next(iter(found.failed.items()))
             raise RunError(
                 f"{self.method!r} needs every run of its design; {len(found.failed)} of {len(xi)} "
-                f"runs failed, e.g. run {run}: {reason}\n"
+                f"runs failed, one of them: {reason}; "
                 f"{inputs_in_words(self.space, xi[[run]], eta[[run]])}\n"
-                "RegressionPCCI and the scanning methods go on without them",
+                "RegressionPCCI goes on without them, and so do the scanning methods if other runs "
+                "succeed at every point of the scan",
                 {k: (0.0, why) for k, why in found.failed.items()},
             )
         if self.stored is None and recorded:

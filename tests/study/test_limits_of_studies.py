@@ -19,11 +19,11 @@ study = fb.Study(response, {{"a": fb.Normal(0.0, 0.1), "e": fb.Interval(1.0, 2.0
 """
 
 
-def run(folder, **parts):
+def run(folder, status=0, **parts):
     file = folder / "study.py"
     file.write_text(STUDY.format(**{"method": "AdaptivePCCI()"} | parts), encoding="utf-8")
     result = CliRunner().invoke(app, ["run", str(file), "--output", str(folder / "out")])
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == status, result.output
     return " ".join(result.output.split())
 
 
@@ -72,3 +72,14 @@ def test_limits_that_do_not_fit_end_a_study_after_its_first_runs(tmp_path, metho
 def test_what_is_no_limit_is_refused(limits):
     with pytest.raises(fb.InputError, match="limits must be a Limit or a list of them; got"):
         fb.Study(lambda a: a, {"a": fb.Interval(0, 1)}, fb.PCCI(), limits=limits)
+
+
+def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
+    """Without orders the surrogate is a constant, whose error bar has no width."""
+    told = run(tmp_path, 3, limits="fb.Limit(below=2.5)", method="PCCI(0, 0)")
+    assert "Doubtful: new runs find an error of more than 1000 % of the error bar's width" in told
+    assert "is kept by μ ± 3σ: least margin 1" in told
+    assert "; this is NOT reliable. The probability" in told
+    assert "leaving a limit at any time is below 3e-12; this is NOT reliable." in told
+    asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
+    assert "NOT reliable: new runs find an error" in " ".join(asked.output.split())

@@ -160,3 +160,13 @@ def test_phases_are_sampled():
         error = found["sampling_error"].sel(name=name).values
         assert np.all(error < 0.06)
         assert np.all(np.abs(indices(found, name, "first_order") - ends) < 2 * error + 0.003)
+
+
+def test_a_surrogate_may_not_depend_on_an_interval():
+    def response(e, x, y):
+        return over_time(np.outer(x + e * y, 1 + T))
+
+    inputs = {"e": fb.Interval(1.0, 3.0), "x": NORMAL, "y": NORMAL}
+    found = fb.sobol_indices(fb.expand(response, inputs, fb.PCCI(1, 0)))
+    np.testing.assert_allclose(indices(found, "x", "total"), 0.2, atol=1e-9)  # 1/(1 + 2²)
+    assert not np.any(fb.sobol_indices(fb.expand(response, inputs, fb.PCCI(0, 0)))["defined"])

@@ -34,6 +34,7 @@ from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.execution.store import Store
 from flexband.progress import doing, hearing
+from flexband.report.numbers import percent
 from flexband.report.progress import progress_bars
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
@@ -42,6 +43,14 @@ from flexband.study.points import Points
 from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import evaluations
 from flexband.uncertainty.evaluations.reuse import located
+from flexband.uncertainty.surrogates.verdicts import implied_error
+
+LARGE = 0.25
+"""An error that new runs find, in parts of the error bar's width, above which a result is
+doubtful, unless its tolerance is larger."""
+
+MOST = 10.0
+"""Larger errors are not told, since the error bar has no width."""
 
 
 def carry_out(
@@ -277,6 +286,13 @@ def doubts(bands: xr.Dataset, checked: xr.Dataset | None, *, asked: bool) -> lis
         found.append("the result is not trusted")
     if checked is not None and checked.attrs["confirmed"] == "no":
         found.append("new runs do not confirm the result")
+    elif checked is not None and (far := implied_error(checked)) > max(
+        LARGE, own.get("tolerance", 0.0)
+    ):
+        found.append(
+            f"new runs find an error of {'more than ' * (far > MOST)}{percent(min(far, MOST))} of "
+            "the error bar's width"
+        )
     if checked is None and asked:
         found.append("new runs failed, so that the result is not verified")
     return found

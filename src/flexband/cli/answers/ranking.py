@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isnan
 from typing import Annotated
 
 import numpy as np
@@ -147,4 +148,6 @@ def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:
 
 
 def _from_to(ends: list[float]) -> str:
+    if any(map(isnan, ends)):
+        return "no variance"
     return f"{100 * ends[0]:.1f} to {100 * ends[1]:.1f} %"

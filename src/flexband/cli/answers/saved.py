@@ -32,7 +32,13 @@ def one_of(sigmas: float | None, probability: float | None, usual: float) -> flo
 
 
 def saved(folder: Path) -> tuple[Any, Path]:
-    """Return a surrogate, and the folder for what is computed from it."""
+    """Return a surrogate, and the folder for what is computed from it.
+
+    A remark says if the result of the study was not reliable.
+    """
+    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.page.study import unreliable  # noqa: PLC0415
+
     file = folder / "surrogate.npz" if folder.is_dir() else folder
     if not file.is_file():
         if not folder.exists():
@@ -53,7 +59,10 @@ def saved(folder: Path) -> tuple[Any, Path]:
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
             f"{written}, which may be that of an earlier run"
         )
-    return fb.load_surrogate(file), file.parent
+    surrogate = fb.load_surrogate(file)
+    for one in unreliable(read_given(file.parent).get("doubts", [])):
+        print_remark(f"what follows is NOT reliable: {one}")
+    return surrogate, file.parent
 
 
 def study_limits(place: Path) -> list[fb.Limit]:

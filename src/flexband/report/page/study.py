@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,9 @@ ROWS = 25
 """Of a table of numbers."""
 
 UNMET = "the tolerance is not met"
+
+WRONG = "the result is not trusted", "new runs do not confirm", "new runs find an error"
+"""Beginnings of doubts about all that is told of a result."""
 """Why a result is doubtful."""
 
 
@@ -149,20 +152,27 @@ def verdict(
         lines.append(f"{checked.attrs['verdict']}.")
         if UNMET in given["doubts"] and checked.attrs["confirmed"] == "yes":
             lines.append("Both hold: errors are as expected, and the tolerance is less.")
+    unsure = "; this is NOT reliable." if unreliable(given["doubts"]) else "."
     if limits is not None:
-        lines += [limit_in_words(limits.isel(limit=k)) for k in range(limits.sizes["limit"])]
+        ones = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]
+        lines += [limit_in_words(one) + unsure for one in ones]
     if why := given.get("unchecked"):
         lines.append(f"The limits are not checked: {why}.")
     if probability is not None:
         last = probability.isel(limit=-1)  # of leaving any limit
-        lines.append(f"The probability of leaving a limit at any time is {chance(last)}.")
+        lines.append(f"The probability of leaving a limit at any time is {chance(last)}{unsure}")
     if contributions is not None:
         lines.append(what_matters(contributions, limits))
     return lines
 
 
+def unreliable(doubts: Sequence[str]) -> list[str]:
+    """Return the doubts about a result of which no answer can be better."""
+    return [one for one in doubts if one.startswith(WRONG)]
+
+
 def limit_in_words(one: xr.Dataset) -> str:
-    """Return whether a limit is kept, and where its margin is least."""
+    """Return whether a limit is kept, and where its margin is least, without a full stop."""
     unit = f" {one['unit'].values}" if "unit" in one.coords else ""
     margin = f"least margin {number(one['least_margin'])}{unit}"
     if "least_margin_at" in one and one["least_margin_at"].dtype.kind == "f":
@@ -174,7 +184,7 @@ def limit_in_words(one: xr.Dataset) -> str:
             margin += " (a smaller output_step shows it)"
     kept = {"kept": "is kept", "not kept": "is NOT kept"}
     words = kept.get(str(one["verdict"].values), "is not certainly kept")
-    return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}."
+    return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}"
 
 
 def numbers(bands: xr.Dataset) -> list[tuple[str, tables.Table]]:

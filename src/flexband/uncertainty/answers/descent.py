@@ -142,7 +142,8 @@ def lowest_over_times(
     if not m:
         return np.zeros((kinds, times, 0)), found[..., nearest]
     starts = points[local_minima(found.swapaxes(0, 1).reshape(len(points), -1), beside, STARTS)]
-    starts = starts.reshape(STARTS, kinds, len(coarse), m)[:, :, nearest].reshape(STARTS, -1, m)
+    starts = starts.reshape(len(starts), kinds, len(coarse), m)[:, :, nearest]
+    starts = starts.reshape(len(starts), kinds * times, m)
     which = np.arange(kinds * times)
     eta = lowest_of_neighbours(function, which, starts, np.full(len(which), tolerance))
     return eta.reshape(kinds, times, m), found[..., nearest]

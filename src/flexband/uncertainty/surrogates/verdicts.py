@@ -9,6 +9,9 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import growth
 
+HUGE = 10.0
+"""Larger parts of the error bar's width are not told, since it has none."""
+
 
 def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
     """Return the attributes "confirmed" and "verdict"; `good` are the runs that did not fail."""
@@ -60,6 +63,11 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     return {"confirmed": "no", "verdict": text}
 
 
+def implied_error(checked: xr.Dataset) -> float:
+    """Return the largest error that new runs imply, in parts of the error bar's width."""
+    return float((checked["implied_error"] / checked["bar_width"]).max())
+
+
 def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
     """Return in words where an output is missed most: output, time and inputs."""
     dims, sizes, last, _ = axes_of(labels)
@@ -96,4 +104,4 @@ def _named(labels: xr.DataArray, output: int) -> str:
 
 
 def _percent(part: float) -> str:
-    return f"{100 * part:.2g} %"
+    return f"{100 * part:.2g} %" if part < HUGE else f"more than {100 * HUGE:.0f} %"

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         RunsNeeded,
         SimulationError,
         StoreError,
+        ToleranceWarning,
     )
     from flexband.execution.processes import Processes
     from flexband.execution.store import Store, open_runs

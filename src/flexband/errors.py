@@ -32,6 +32,10 @@ class ResolutionWarning(FlexbandWarning):
     """Steps or elements are too large; the message states where, and by how much."""
 
 
+class ToleranceWarning(FlexbandWarning):
+    """The error that is expected of a result is above its tolerance; the message states both."""
+
+
 class StoreError(RuntimeError):
     """The folder of a study cannot be used; the message states why, and what can be done."""
 

@@ -28,7 +28,7 @@ from flexband.cli.messages import (
 )
 from flexband.cli.plan import Plan
 from flexband.cli.report import GIVEN, PAGE, SHARES, report_on
-from flexband.errors import RunsNeeded
+from flexband.errors import RunsNeeded, ToleranceWarning, without_warnings
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
@@ -235,7 +235,8 @@ def made(
         progress = bar if options["store"] is None else course.of(bar)
         if not study.expands:
             return None, [], study.run(**options, progress=progress)
-        surrogate = study.expand(**options, progress=progress)
+        with without_warnings(ToleranceWarning):  # which is one of the doubts
+            surrogate = study.expand(**options, progress=progress)
         files = [model] * save(lambda: fb.save_surrogate(surrogate, model))
         doing("the bands of the expansion")
         return surrogate, files, surrogate.bands(study.sigmas)

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from flexband.errors import InputError, flag, numbers, positive, warn, whole
+from flexband.errors import (
+    InputError,
+    ToleranceWarning,
+    flag,
+    numbers,
+    positive,
+    warn,
+    whole,
+)
 from flexband.uncertainty.adaptive.adaptation import Adaptation, fewest_fitted
 from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.adaptive.resolution import solved
@@ -132,7 +140,16 @@ class AdaptivePCCI:
         course, told = solved(begin, evaluate, self.tolerance)
         if isinstance(course.design, SampledDesign) and space.advice_on_fields:
             told["advice"] = space.advice_on_fields
-        return surrogate_of(course).telling(tolerance=self.tolerance, **told)
+        found = surrogate_of(course).telling(tolerance=self.tolerance, **told)
+        error = found.diagnostics.attrs["expected_error"]
+        if error > self.tolerance:
+            warn(
+                f"the error expected of the bands is {100 * error:.2g} % of the error bar's width, "
+                f"above the tolerance of {100 * self.tolerance:g} %; most is missed "
+                f"{found.diagnostics.attrs['largest_miss']}",
+                ToleranceWarning,
+            )
+        return found
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""

@@ -70,8 +70,8 @@ def limits(
 
     Without --below and --above, limits are those of the study in FOLDER. The margin is that of
     μ ± kσ for all values of the interval inputs; the probability is that of leaving a limit at any
-    time. limits.nc, probability.nc and limits.png are written. New runs are kept with those of the
-    study.
+    time. limits.nc, probability.nc and limits.png are written; other limits never take the place
+    of the study's there. New runs are kept with those of the study.
     """
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 

@@ -96,7 +96,7 @@ def ends(
     sizes = np.array([size(one) for one in points])
     eta = np.empty((2, m))
     for end, sign in enumerate((-1.0, 1.0)):
-        likely = [np.argsort(-sign * own)[:ROUGH] for own in (sizes, rough)]
+        likely = [np.argsort(-sign * heights)[:ROUGH] for heights in (sizes, rough)]
         tried = [_improved(size, points, sign * sizes, sign)[None], *(points[k] for k in likely)]
         eta[end] = _best(own, np.unique(np.concatenate(tried), axis=0), n, sign, rng)
     return eta, [_rare_at(own, one, n, rng) for one in eta], own

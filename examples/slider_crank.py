@@ -38,14 +38,15 @@ def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio,
 
 
 inputs = {
-    "crank_length": fb.Interval(0.194, 0.206),  # m
-    "spring_stiffness": fb.Interval(970.0, 1030.0),  # N/m
+    "crank_length": fb.Interval(0.194, 0.206),
+    "spring_stiffness": fb.Interval(970.0, 1030.0),
     "youngs_modulus": fb.RandomField(69e9, 0.69e9, correlation_length=2.0, domain=(0.0, LINK)),
     "poissons_ratio": fb.RandomField(0.34, 0.0034, correlation_length=2.0, domain=(0.0, LINK)),
 }
+units = {"crank_length": "m", "spring_stiffness": "N/m", "youngs_modulus": "Pa"}
 response = fb.dynamic_response(slider_crank, duration=0.6, step=5e-5, output_step=5e-4)
 strength = fb.Limit("F_X", above=-1600.0, below=1600.0)  # N, of the pin
-study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01), limits=strength)
+study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01), limits=strength, units=units)
 
 
 def picture(drawing, plot):

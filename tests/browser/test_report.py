@@ -33,7 +33,8 @@ def labelled(values):
 
 study = fb.Study(swing, {
     "stiffness": fb.Interval(380.0, 420.0), "amplitude": fb.Interval(0.9, 1.1),
-    "phase": fb.Normal(0.0, 0.1)}, fb.AdaptivePCCI(0.01))
+    "phase": fb.Normal(0.0, 0.1)}, fb.AdaptivePCCI(0.01),
+    units={"phase": "m", "stiffness": "<b>N/m"})
 '''
 
 
@@ -397,6 +398,16 @@ def test_sliders_move_the_margins_of_limits(many, opened):
     assert "p8=0" in python or "p8=fb.Interval(0, 0)" in python
     scatter = page.locator(".what-if-input", has_text="coefficient of variation")
     assert "coefficient of variation 0.1, 100 %" in scatter.inner_text()
+
+
+def test_inputs_have_their_units(folder, opened):
+    page = opened(folder / "report.html")
+    rows = page.locator("table", has_text="what is known of it").first.locator("tbody tr")
+    cells = {row[0]: row for row in (one.locator("th, td").all_inner_texts() for one in rows.all())}
+    assert [cells[name][3] for name in ("amplitude", "phase", "stiffness")] == ["", "m", "<b>N/m"]
+    page.locator(".what-if-input").first.wait_for()
+    for name, told in {"stiffness": "± 20) <b>N/m", "phase": "std 0.1 m, 100 %"}.items():
+        assert told in page.locator(".what-if-input", has_text=name).inner_text()
 
 
 def test_a_browser_may_pause_between_the_scripts_of_a_page(many, opened, tmp_path):

@@ -6,16 +6,18 @@ import runpy
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, cast
 
 import xarray as xr
 
-from flexband.errors import InputError
+from flexband.errors import InputError, instance, known
 from flexband.uncertainty.answers.limits import Limit, several
 from flexband.uncertainty.evaluations.evaluations import BATCH, Evaluations
 from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
 from flexband.uncertainty.methods import Expanding, Method
@@ -35,12 +37,14 @@ class Study:
     response, inputs, method, sigmas : as in `propagate`.
     limits : a `Limit` or several, which `flexband run` checks with the surrogate of the method,
         by μ ± 3σ.
+    units : texts such as ``"mm"`` by names of inputs, for the report. Nothing is converted.
 
     Raises
     ------
     InputError
         If the inputs and the response's arguments do not match, the method is none, `sigmas` is
-        not a positive number, or `limits` are none.
+        not a positive number, `limits` are none, or `units` has a name that is no input's or a
+        unit that is no text.
     """
 
     response: Response
@@ -48,6 +52,7 @@ class Study:
     method: Method
     sigmas: float = 1.0
     limits: Sequence[Limit] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
@@ -55,6 +60,7 @@ class Study:
         object.__setattr__(self, "inputs", dict(self.inputs))
         object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
         object.__setattr__(self, "limits", several(self.limits))
+        object.__setattr__(self, "units", _checked_units(self.units, self.inputs))
 
     @property
     def expands(self) -> bool:
@@ -134,6 +140,17 @@ class Study:
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""
         return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
+
+
+def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:
+    """Return the units of inputs; members of correlated inputs may have their own."""
+    instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
+    members = (one.members for one in inputs.values() if isinstance(one, Correlated))
+    names = [*inputs, *chain.from_iterable(members)]
+    for name, unit in units.items():
+        known("units", name, names)
+        instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')
+    return dict(units)
 
 
 def load_study(file: Path) -> Study:

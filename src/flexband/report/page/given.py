@@ -56,14 +56,15 @@ def given_by(
 
     Returns
     -------
-    `question`; `inputs`, a table; `fields`, a picture of realizations; `drawing`, the address of an
-    image, and `description`, of a mechanism at the nominal values; `motion`, what motion.js shows;
+    `question`; `inputs`, a table; `units` of inputs; `fields`, a picture of realizations;
+    `drawing`, the address of an image, and `description`, of a mechanism at the nominal values; `motion`, what motion.js shows;
     `hidden`, sentences on what cannot be shown.
     """
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     found: dict[str, Any] = {
         "question": _docstring(file),
-        "inputs": inputs_table(inputs),
+        "inputs": inputs_table(inputs, study.units),
+        "units": study.units,
         "hidden": [],
     }
     response = study.response

@@ -27,10 +27,20 @@ NODES = 32
 """Of the Gauss rule for the mean and the standard deviation of a distribution."""
 
 
-def inputs_table(given: Mapping[str, Any]) -> Table:
-    """Return one row per input: its name, its kind, and what is known of it."""
-    header = ["input", "kind", "what is known of it"]
-    return header, [[name, *known_of(name, one)] for name, one in given.items()]
+def inputs_table(given: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+    """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
+    header = ["input", "kind", "what is known of it", *["unit"] * bool(units)]
+    rows = [[name, *known_of(name, one)] for name, one in given.items()]
+    if units:
+        rows = [[*row, _unit(row[0], given[row[0]], units)] for row in rows]
+    return header, rows
+
+
+def _unit(name: str, one: Any, units: Mapping[str, str]) -> str:
+    """Return the unit of an input, or those of the members of correlated ones."""
+    if isinstance(one, Correlated):
+        return "; ".join(f"{k}: {units[k]}" for k in one.members if units.get(k))
+    return units.get(name, "")
 
 
 def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:

@@ -69,7 +69,7 @@ def write_report(
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
-    others, fixed = what_if.what_if(surrogate, bands)
+    others, fixed = what_if.what_if(surrogate, bands, given.get("units", {}))
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]
     page = folder / FILE

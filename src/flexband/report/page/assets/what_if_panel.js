@@ -28,17 +28,17 @@ flexband.starters.push(function (everything) {
   const tidy = (number) => String(Number(number.toPrecision(12)));
 
   /** Return the controls of an interval: two ends on the track of what the runs cover. */
-  function interval({ name, lower, upper }, k) {
-    const value = element("output");
+  function interval({ name, unit, lower, upper }, k) {
+    const suffix = unit && ` ${unit}`, value = element("output");
     const thumbs = ["lower", "upper"].map((end, e) => slider(
       `${end} end of ${name}`, 0, STEPS, (to) => inputs.move(k, e, to, symmetric.checked)));
     const range = element("span", { className: "what-if-range" });
     update.push(() => {
       const [low, high] = inputs.ends(k), middle = Number(((low + high) / 2).toPrecision(8));
-      value.textContent = `${tidy(low)} … ${tidy(high)} (${middle} ± ${shown((high - low) / 2)})`;
+      value.textContent = `${tidy(low)} … ${tidy(high)} (${middle} ± ${shown((high - low) / 2)})${suffix}`;
       thumbs.forEach((own, e) => {
         own.value = inputs.intervals[k][e];
-        own.setAttribute("aria-valuetext", tidy([low, high][e]));
+        own.setAttribute("aria-valuetext", tidy([low, high][e]) + suffix);
       });
       const [from, to] = inputs.intervals[k].map((at) => at / STEPS);
       range.style.left = `${100 * from}%`;
@@ -54,7 +54,7 @@ flexband.starters.push(function (everything) {
   }
 
   /** Return the control of the scatter of a random input. */
-  function scatter({ name, of, least }, k) {
+  function scatter({ name, of, unit, least }, k) {
     const value = element("output");
     const thumb = slider(`scatter of ${name}, per cent of the study's`, 100 * least, 100, (to) => {
       inputs.scales[k] = to / 100;
@@ -62,7 +62,7 @@ flexband.starters.push(function (everything) {
     update.push(() => {
       const part = Math.round(100 * inputs.scales[k]);
       thumb.value = part;
-      value.textContent = `${of} ${shown(inputs.scatter(k))}, ${part} % of the study's scatter`;
+      value.textContent = `${of} ${shown(inputs.scatter(k))}${unit && ` ${unit}`}, ${part} % of the study's scatter`;
       thumb.setAttribute("aria-valuetext", value.textContent);
     });
     const marks = element("div", { className: "what-if-marks screen-only" },

@@ -14,6 +14,9 @@ from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.space import Space
 
+RELATIVE = "coefficient of variation"
+"""What is scaled of a LogNormal; it has no unit."""
+
 LEAST_FIELD = 0.01
 """Least scatter of a field, which cannot be replaced by a number, in parts of that of the study."""
 
@@ -86,7 +89,7 @@ def _scatter(one: Input, old: str) -> dict[str, Any] | None:
             of, size, fixed = "std", float(one.spread), float(one.mean)
             python = f"fb.Normal({fixed!r}, {{0}})"
         case LogNormal():
-            of, (mean, size) = "coefficient of variation", map(float, one.logarithm)
+            of, (mean, size) = RELATIVE, map(float, one.logarithm)
             fixed, python = float(np.exp(mean)), f"fb.LogNormal.of_logarithm({mean!r}, {{0}})"
         case Uniform():
             of, size, fixed = "half width", (one.upper - one.lower) / 2, one.lower

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.report.page.what_if.inputs import intervals_of, scatters_of
+from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.uncertainty.answers.selection import surrogates_of
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -35,13 +36,16 @@ LEAST_WIDTH = 1e-9
 """Bands that are narrower, in parts of their values, are constant but for rounding."""
 
 
-def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, list[str]]:
+def what_if(
+    surrogate: Any, bands: xr.Dataset, units: Mapping[str, str] | None = None
+) -> tuple[dict[str, Any] | None, list[str]]:
     """Return the data of the panel, or None where there can be none.
 
     Parameters
     ----------
     surrogate : what `expand` or `load_surrogate` returns; None if the method has none.
     bands : those of the surrogate.
+    units : of inputs, by name.
 
     Returns
     -------
@@ -64,6 +68,9 @@ def what_if(surrogate: Any, bands: xr.Dataset) -> tuple[dict[str, Any] | None, l
     scatters, why = scatters_of(space, given, resolved=resolved)
     if not intervals and not scatters:
         return None, told + why
+    for one in intervals + scatters:
+        own = (units or {}).get(one["name"], "")
+        one["unit"] = "" if one.get("of") == RELATIVE else own
     found = {
         "intervals": intervals,
         "scatters": scatters,

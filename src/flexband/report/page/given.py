@@ -57,8 +57,8 @@ def given_by(
     Returns
     -------
     `question`; `inputs`, a table; `units` of inputs; `fields`, a picture of realizations;
-    `drawing`, the address of an image, and `description`, of a mechanism at the nominal values; `motion`, what motion.js shows;
-    `hidden`, sentences on what cannot be shown.
+    `drawing`, the address of an image, and `description`, of a mechanism at the nominal values;
+    `motion`, what motion.js shows; `hidden`, sentences on what cannot be shown.
     """
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     found: dict[str, Any] = {

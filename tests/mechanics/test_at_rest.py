@@ -111,6 +111,7 @@ def test_components_of_a_sensor_at_rest_are_judged_together():
     response = fb.static_response(hanging)
     values = {"stiffness": 100.0, "mass": 1.5}
     assert response.quantities(**values) == ["m [m]", "m [m]", "force [N]", "force [m]"]
+    assert response.tensors(**values) == []
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI())
     assert bands["trusted"].dims == ("output",)
     assert bands["trusted"].all()

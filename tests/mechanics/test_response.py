@@ -231,6 +231,7 @@ def test_a_stress_that_is_zero_in_theory_does_not_drive_the_refinement():
     response = fb.dynamic_response(cantilever, duration=0.1)
     values = {"length": np.array([0.5]), "modulus": np.array([2e11])}
     assert response.quantities(**values) == ["s [Pa]"] * 3 + ["f [N]"] * 2 + ["f [N m]"]
+    assert response.tensors(**values) == ["s [Pa]"]
     inputs = {"length": fb.Interval(0.49, 0.51), "modulus": fb.Normal(2e11, 1e10)}
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.05))
     assert bands.attrs["expected_error"] < 0.05

@@ -47,15 +47,16 @@ def test_a_summary_has_ranges_and_the_largest_width():
 
 
 def test_a_small_component_has_the_error_of_its_own_width():
-    """v is judged by the width of u, 8/3 on average; its own is 0.1."""
-    errors = {f"{k}_expected_error": (("output", "time"), np.array([[0.08] * 3, [0.02] * 3]))
+    """v is judged by the width of u, 2 on average; its own is 0.1."""
+    errors = {f"{k}_expected_error": (("output", "time"), np.array([[0.06] * 3, [0.02] * 3]))
               for k in ("mean", "error_bar")}  # fmt: skip
-    own = bands(**errors, relative_expected_error=("output", [0.03, 0.0075]))
+    own = bands(**errors, relative_expected_error=("output", [0.03, 0.01]))
     own["error_bar"].values[1, 1] += 0.1
     assert [row[-1] for row in summary_table(own)[1]] == ["3 %", "20 %"]
     assert error_in_words(own) == (
         "The ends of the error bars are expected to be off by 3 % of the bars' width for u, mean "
-        "over time; for v by 20 % of the own width, far smaller than that of another component."
+        "over time; for v by 20 % of its own width, smaller than that of the component by which "
+        "the tolerance is judged."
     )
 
 

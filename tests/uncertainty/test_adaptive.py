@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 from scipy.special import ndtri
 
 import flexband as fb
-from flexband.report.tables import remarks
+from flexband.report.tables import expected_errors, remarks
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
@@ -565,18 +565,21 @@ def test_finer_runs_that_fail_are_not_fine_enough_where_the_step_is_left_out():
 class Computed(Open):
     """An oscillator, and a second output, `other`, at each step h and number of elements n."""
 
-    def __init__(self, other, h=0.5, n=100, left_out=("step",), quantities=()):
+    def __init__(self, other, h=0.5, n=100, left_out=("step",), quantities=(), tensor_names=()):
         super().__init__(h, n, left_out)
-        self.other, self.names = other, quantities
+        self.other, self.names, self.tensor_names = other, quantities, tensor_names
 
     def _at(self, h, n):
-        return type(self)(self.other, h, n, self.given, self.names)
+        return type(self)(self.other, h, n, self.given, self.names, self.tensor_names)
 
     def refinements(self, x, e):
         return {"step": self._at(self.h / 2, self.n), "elements": self._at(self.h, 2 * self.n)}
 
     def quantities(self, x, e):
         return list(self.names)
+
+    def tensors(self, x, e):
+        return list(self.tensor_names)
 
     def __call__(self, x, e):
         wave = super().__call__(x, e).values
@@ -609,13 +612,43 @@ def test_a_component_that_is_rounding_does_not_drive_the_refinement():
     assert bands.attrs["discretization"] == alone.attrs["discretization"]
     assert bands.attrs["runs"] == alone.attrs["runs"]
     assert bands.attrs["small_components"] == "b"
-    assert any(line.startswith("b: the error bar is narrower") for line in remarks(bands))
+    assert any(line.startswith("b: the tolerance is judged in parts") for line in remarks(bands))
     assert bool(bands["trusted"].all())
     error = bands["error_bar_expected_error"].sel(output="b")
     assert 1e-10 < float(error.mean()) < 1e-8  # in the unit of the output
     assert "small_components" not in alone.attrs
     same = Computed(lambda wave, x, e, h, n: 2 * wave, quantities=("s [Pa]", "s [Pa]"))
     assert "small_components" not in fb.propagate(same, SPREAD, fb.AdaptivePCCI(0.01)).attrs
+
+
+def test_components_of_a_tensor_are_judged_by_the_widest_and_told_by_their_own():
+    def other(wave, x, e, h, n):
+        return 1e-2 * (wave + 5 * h * np.cos(7 * TIMES))  # which converges slowly
+
+    names = ("s [Pa]", "s [Pa]")
+    vector = Computed(other, quantities=names)
+    tensor = Computed(other, quantities=names, tensor_names=names[:1])
+    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01))
+    bands = fb.propagate(tensor, SPREAD, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["discretization"] == alone.attrs["discretization"]
+    assert step_of(fb.propagate(vector, SPREAD, fb.AdaptivePCCI(0.01))) < step_of(bands)
+    assert bands.attrs["expected_error"] < 0.01
+    assert bands.attrs["small_components"] == "b"
+    width = (bands["error_bar"][1] - bands["error_bar"][0]).mean("time")
+    own = float((bands["error_bar_expected_error"].mean("time") / width).sel(output="b"))
+    assert own > 0.01 > float(bands["relative_expected_error"].sel(output="b"))
+    assert expected_errors(bands)["b"] == pytest.approx(own, rel=0.2)
+
+
+def test_a_component_of_a_tensor_is_not_trusted_where_its_own_variation_is_missed():
+    def other(wave, x, e, h, n):
+        return 1e-2 * noise(x, e, 0)
+
+    names = ("s [Pa]", "s [Pa]")
+    tensor = Computed(other, quantities=names, tensor_names=names[:1], left_out=())
+    bands = fb.propagate(tensor, SPREAD, fb.AdaptivePCCI(0.1))
+    assert bands["trusted"].values.tolist() == [True, False]
+    assert bands.attrs["not_trusted"].startswith("b (")
 
 
 def test_an_output_that_is_zero_in_all_runs_does_not_drive_the_refinement():

@@ -13,7 +13,7 @@ import xarray as xr
 from flexband.errors import InputError, RunError, function, numbers, whole
 from flexband.mechanics.equilibrium import LONGEST_TIME, MOST_STEPS, equilibrium
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.response import quantities_of, shown_inputs
+from flexband.mechanics.response import quantities_of, shown_inputs, tensors_of
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,10 @@ class StaticResponse(AtRest):
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component: its sensor and unit."""
         return quantities_of(built(self.builder, values))
+
+    def tensors(self, **values: Any) -> list[str]:
+        """Return which of the `quantities` are tensors."""
+        return tensors_of(built(self.builder, values))
 
     def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
         """Return the outputs of the sensors."""

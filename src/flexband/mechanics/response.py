@@ -105,6 +105,10 @@ class DynamicResponse:
         """Return of which vector or tensor each output is a component: its sensor and unit."""
         return quantities_of(self._mechanism(values))
 
+    def tensors(self, **values: Any) -> list[str]:
+        """Return which of the `quantities` are tensors."""
+        return tensors_of(self._mechanism(values))
+
     @property
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""
@@ -248,6 +252,13 @@ def quantities_of(mechanism: Mechanism) -> list[str]:
     """Return of which vector or tensor each output is a component: its sensor and unit."""
     sensors = mechanism.sensors.items()
     return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
+
+
+def tensors_of(mechanism: Mechanism) -> list[str]:
+    """Return which of the `quantities_of` a mechanism are tensors."""
+    sensors = mechanism.sensors.items()
+    own = [f"{name} [{unit}]" for name, one in sensors if one.tensor for _, unit in one.outputs()]
+    return list(dict.fromkeys(own))
 
 
 def shown_inputs(values: Mapping[str, Any], samples: Iterable[int]) -> list[str]:

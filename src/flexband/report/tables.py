@@ -13,7 +13,6 @@ from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.diagnostics import SMALL
 from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, relative_errors, with_relative_errors
 
 Table = tuple[list[str], list[list[str]]]
@@ -25,8 +24,10 @@ FAR = 0.01
 TOLD = 0.01
 """Part of the largest width of an error bar that the digits of its ends tell."""
 
-APART = 2.0
-"""Factor between an error in parts of an output's own width and of that it is judged by."""
+APART = 1.25
+"""Factor between an error in parts of an output's own width and of that it is judged by, beyond
+which the former is told. Where both widths are the output's, they differ by a little, since the
+latter is found at fewer times."""
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
@@ -108,8 +109,8 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
 def judged_errors(bands: xr.Dataset) -> dict[str, float]:
     """Return the expected error of every output as the method judges it; or nothing.
 
-    It is that of `expected_errors`, but for components of a vector or a tensor that are far smaller
-    than others: their errors are in parts of the width of the largest one.
+    It is that of `expected_errors`, but for components of a tensor, and for those of a vector that
+    are far smaller than others: their errors are in parts of the width of the largest one.
     """
     bar = bands["error_bar"].transpose("bound", ...)
     found = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
@@ -129,9 +130,10 @@ def error_in_words(bands: xr.Dataset) -> str:
     told = f"{percent(shares[worst])} of the bars' width"
     told += f" for {worst}{averaged(bands)}" if len(shares) > 1 else averaged(bands)
     if small:
+        up_to, whose = ("up to ", "their own widths") if len(small) > 1 else ("", "its own width")
         told += (
-            f"; for {', '.join(small)} by {percent(max(small.values()))} of the own width, far "
-            "smaller than that of another component"
+            f"; for {', '.join(small)} by {up_to}{percent(max(small.values()))} of {whose}, "
+            "smaller than that of the component by which the tolerance is judged"
         )
     if len(shares) > 1 + len(small):
         told += "; for the other outputs by less"
@@ -183,9 +185,9 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             lines.append(f"Discretization: {own['discretization']}{chosen}")
         if own.get("small_components"):
             lines.append(
-                f"{own['small_components']}: the error bar is narrower than {SMALL:g} of that of "
-                "another component of the same tensor or vector, and the tolerance is judged in "
-                "parts of the latter"
+                f"{own['small_components']}: the tolerance is judged in parts of the error bar of "
+                "another component of the same tensor or vector, which is wider; the table tells "
+                "errors in parts of the own width"
             )
         carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
         lines += [

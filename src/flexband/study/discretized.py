@@ -52,6 +52,10 @@ class Discretized:
         """Return of which vector or tensor each output is a component, by name."""
         return getattr(self.response, "quantities", lambda **_: [])(**values)
 
+    def tensors(self, **values: Any) -> list[str]:
+        """Return which of the quantities are tensors, by name."""
+        return getattr(self.response, "tensors", lambda **_: [])(**values)
+
 
 def discretized(study: Study) -> Study:
     """Return a study that any method can be used for.

@@ -16,6 +16,7 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.diagnostics import Quantities
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
@@ -24,7 +25,8 @@ Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
 It may have a method `refinements` that returns the same on discretizations twice as fine, by the
 name of what is finer; a method `discretization` that returns its numbers by name; a list `left_out`
 of what the user left to the method; a method `quantities` that returns of which vector or tensor
-each output is a component; and a method `known` that returns ξ, η and values of up to so many
+each output is a component, and a method `tensors` that returns which of them are tensors; and a
+method `known` that returns ξ, η and values of up to so many
 earlier runs at generic points.
 """
 
@@ -68,12 +70,13 @@ def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list
     return [orders[k] for k, one in inputs.items() for _ in range(one.dimension)]
 
 
-def quantities(evaluate: Evaluate, outputs: int) -> np.ndarray:
-    """Return of which vector or tensor each output is a component, as numbers."""
+def quantities(evaluate: Evaluate, outputs: int) -> Quantities:
+    """Return of which vector or tensor each output is a component."""
     names = getattr(evaluate, "quantities", list)()
     if len(names) != outputs:
-        return np.arange(outputs)
-    return np.unique(names, return_inverse=True)[1]
+        return Quantities.alone(outputs)
+    tensors = getattr(evaluate, "tensors", list)()
+    return Quantities(np.unique(names, return_inverse=True)[1], np.isin(names, tensors))
 
 
 def earlier_runs(evaluate: Evaluate, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

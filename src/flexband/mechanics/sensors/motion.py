@@ -50,6 +50,9 @@ class Sensor(ABC):
     units: ClassVar[Sequence[tuple[str, str]]]
     """What follows the sensor's name in the name of each output, and the unit of the output."""
 
+    tensor: ClassVar[bool] = False
+    """Whether the outputs are the components of a tensor, which mean something together only."""
+
     def outputs(self) -> list[tuple[str, str]]:
         """Return `units`, which may depend on the sensor's parameters in subclasses."""
         return list(self.units)

@@ -150,6 +150,7 @@ class Strain(_Local):
         finite(f"{type(self).__name__} y [m]", self.y)
 
     units = (("_xx", "1"), ("_yy", "1"), ("_xy", "1"))
+    tensor = True
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
         if isinstance(member, Cable):
@@ -182,10 +183,11 @@ class Stress(Strain):
     from vibrations of the thickness), and kG times the shear strain, which is the mean over the
     section. Those of a beam with an `integration` are second Piola–Kirchhoff stresses from its law.
 
-    They converge slowly, "_yy" and "_xy" most of all: a study in which step and elements are left
-    out may need ten times as long as with `SectionForces`. Of a beam without an `integration`,
-    "_xx" is N/A − M y/I with these forces, for a section of the area A and the second moment of
-    area I; ask for them instead, or give step and elements.
+    A study that chooses step and elements judges the components together, by the width of the
+    widest one. The bands of "_yy" of a slender beam, and often those of "_xy", are therefore wrong
+    by far more than the tolerance in parts of their own widths, as the table of results tells. Of a
+    beam without an `integration`, "_xx" is N/A − M y/I with the `SectionForces`, for a section of
+    the area A and the second moment of area I.
 
     Parameters and errors are those of `Strain`; a cable, which has no section, is refused.
     """

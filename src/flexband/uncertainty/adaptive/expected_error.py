@@ -11,7 +11,7 @@ from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
 from flexband.uncertainty.surrogates.diagnostics import (
     ROUND_OFF,
-    at_least,
+    Quantities,
     missed_part,
     rms,
     running,
@@ -34,7 +34,7 @@ class ExpectedError:
     size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
     window : half of the number of times over which errors are averaged.
     missed : part of the variation in held-out runs that is missed, shape (outputs,).
-    quantities : of which vector or tensor each output is a component, as numbers.
+    quantities : of which vector or tensor each output is a component.
     """
 
     choice: Choice
@@ -42,7 +42,7 @@ class ExpectedError:
     size: np.ndarray
     window: int
     missed: np.ndarray
-    quantities: np.ndarray
+    quantities: Quantities
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -53,9 +53,10 @@ class ExpectedError:
     def width(self) -> np.ndarray:
         """Mean of the error bar's width, shape (outputs,); ∞ for outputs that do not vary.
 
-        It is at least `SMALL` times that of the widest component of the same quantity.
+        That of a tensor's component is the width of the widest one; that of others is at least
+        `SMALL` times that of the widest component of the same quantity.
         """
-        return at_least(self.own_width, self.quantities)
+        return self.quantities.at_least(self.own_width, tensors=1.0)
 
     @cached_property
     def own_width(self) -> np.ndarray:
@@ -66,14 +67,15 @@ class ExpectedError:
 
     @property
     def small(self) -> np.ndarray:
-        """Which outputs vary, but so little that errors are in parts of another component's."""
+        """Which outputs vary, but less than the component by whose width errors are judged."""
         return np.isfinite(self.size) & (self.own_width < self.width)
 
     @property
     def unexplained(self) -> np.ndarray:
         """Which outputs vary, but have bands of no width, since no terms were found for them."""
         size = np.where(np.isfinite(self.size), self.size, -np.inf)
-        return self.width <= ROUND_OFF * size + 1e-300
+        width = self.quantities.at_least(self.own_width)
+        return width <= ROUND_OFF * size + 1e-300
 
     def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:
         """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
@@ -85,7 +87,7 @@ class ExpectedError:
 
     @staticmethod
     def of(
-        choice: Choice, generic: int, F: np.ndarray, dt: float, m: int, quantities: np.ndarray
+        choice: Choice, generic: int, F: np.ndarray, dt: float, m: int, quantities: Quantities
     ) -> ExpectedError:
         """Return the error expected.
 

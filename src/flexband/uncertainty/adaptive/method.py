@@ -48,8 +48,9 @@ class AdaptivePCCI:
     tolerance : error of the bands to stop at, in parts of the mean width of the error bar. Of a
         response whose step or elements are left out, it is the whole error, half of it that of the
         discretization, and both are halved until that is met. Where they are given, their error is
-        estimated, but not lowered. A component of a vector or tensor whose error bar is narrower
-        than 10⁻⁴ of that of another one, as the stress across a beam, is judged in parts of this.
+        estimated, but not lowered. Components of a tensor, as the stresses at a point, are judged
+        in parts of the width of the widest one; so is a component of a vector whose error bar is
+        narrower than 10⁻⁴ of that of another one.
     max_runs : budget of runs that are fitted or held out, not of those on finer or coarser
         discretizations; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
@@ -129,7 +130,7 @@ class AdaptivePCCI:
         ``attrs["stopped"]`` why there were no more runs, ``attrs["runs_generic"]`` how many
         held-out runs are at generic points. ``attrs["not_refined"]`` tells why nothing finer was
         tried, if it was not the tolerance that was met, and ``attrs["small_components"]`` the
-        outputs whose error is in parts of the error bar of another component of the same quantity.
+        first outputs whose error is in parts of the error bar of another component.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)

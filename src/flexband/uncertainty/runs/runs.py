@@ -348,6 +348,10 @@ class Level:
         """Return of which vector or tensor each output is a component, by name."""
         return self._of_nominal("quantities", [])
 
+    def tensors(self) -> list[str]:
+        """Return which of the quantities are tensors, by name."""
+        return self._of_nominal("tensors", [])
+
     def _of_nominal(self, name: str, default: Any) -> Any:
         """Return what a method of the response tells for inputs at their means and midpoints."""
         method, space = getattr(self.response, name, None), self.runs.space

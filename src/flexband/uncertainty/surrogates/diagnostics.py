@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,8 +30,35 @@ ROUND_OFF = 1e-13
 
 SMALL = 1e-4
 """Variation of a component of a vector or tensor, as a part of that of the largest component, below
-which errors are in parts of this. What is zero in theory, as the stress across a beam, is rounding
-and vibrations of the mesh, which converge to nothing."""
+which errors are in parts of this. What is zero in theory is rounding and vibrations of the mesh,
+which converge to nothing."""
+
+
+class Quantities(NamedTuple):
+    """The vectors and tensors of which outputs are components.
+
+    Attributes
+    ----------
+    of : number of the vector or tensor, (outputs,).
+    tensor : whether it is a tensor, whose components are all judged by the largest one.
+    """
+
+    of: np.ndarray
+    tensor: np.ndarray
+
+    @staticmethod
+    def alone(outputs: int) -> Quantities:
+        """Return quantities that are each a single output."""
+        return Quantities(np.arange(outputs), np.zeros(outputs, bool))
+
+    def at_least(self, sizes: np.ndarray, tensors: float = SMALL) -> np.ndarray:
+        """Return the sizes of outputs, at least a part of the largest with the same quantity.
+
+        This part is `SMALL` for vectors, and `tensors` for tensors.
+        """
+        largest = np.zeros(self.of.max(initial=-1) + 1)
+        np.maximum.at(largest, self.of, np.where(np.isfinite(sizes), sizes, 0.0))
+        return np.maximum(sizes, np.where(self.tensor, tensors, SMALL) * largest[self.of])
 
 
 def step(values: xr.DataArray) -> float:
@@ -78,24 +106,17 @@ def varying(F: np.ndarray) -> np.ndarray:
     return variation(F) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
 
 
-def at_least(sizes: np.ndarray, quantities: np.ndarray) -> np.ndarray:
-    """Return the sizes of outputs, at least `SMALL` times that of any with the same quantity."""
-    largest = np.zeros(quantities.max(initial=-1) + 1)
-    np.maximum.at(largest, quantities, np.where(np.isfinite(sizes), sizes, 0.0))
-    return np.maximum(sizes, SMALL * largest[quantities])
-
-
 def missed_part(
-    missed: np.ndarray, F: np.ndarray, quantities: np.ndarray | None = None
+    missed: np.ndarray, F: np.ndarray, quantities: Quantities | None = None
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
 
     Parameters
     ----------
-    quantities : of which each output is a component, as numbers.
+    quantities : of which each output is a component.
     """
     varied = np.where(varying(F), variation(F), np.inf)
-    return rms(missed) / (varied if quantities is None else at_least(varied, quantities))
+    return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
 
 
 def trust(

@@ -21,8 +21,6 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
-from flexband.report.numbers import number
-from flexband.report.tables import deviations
 from flexband.uncertainty.answers.margins import labels_of
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
@@ -71,6 +69,7 @@ def derived(
     No runs are made. derived.nc is written, and derived.png of a spectrum.
     """
     from flexband.report.figures import derived_figure  # noqa: PLC0415
+    from flexband.report.page.answers import derived_table  # noqa: PLC0415
     from flexband.report.results import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -84,35 +83,16 @@ def derived(
     save(lambda: write_netcdf(found, place / "derived.nc"))
     figure = place / "derived.png"
     draw(lambda: derived_figure(found), figure, wanted=found["range"].ndim == 2)
-    names = {
-        "mean": "mean",
-        "error_bar": f"error bar μ ± {deviations(found)}",
-        "range": f"range of {100 * probability:g} %",
-    }
-    ends = {k: [float(found[k][0].min()), float(found[k][1].max())] for k in names}
-    errors = {
-        f"{k}_{kind}": float(found[f"{k}_{kind}"].max())
-        for k in names
-        for kind in ("sampling_error", "expected_error")
-        if f"{k}_{kind}" in found
-    }
     if as_json:
+        names = ("mean", "error_bar", "range")
+        ends = {k: [float(found[k][0].min()), float(found[k][1].max())] for k in names}
+        errors = {k: float(found[k].max()) for k in map(str, found) if k.endswith("_error")}
         print_json(ends | errors | {str(k): v for k, v in found.attrs.items()})
         return
-    header = ["", "lowest", "highest", "sampling error", "expected error"]
-    kinds = ("sampling_error", "expected_error")
-    rows = [
-        [
-            words,
-            *(number(v, 5) for v in ends[k]),
-            *(number(errors[one], 2) if (one := f"{k}_{kind}") in errors else "" for kind in kinds),
-        ]
-        for k, words in names.items()
-    ]
     unit = found["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
-    print_table(title, (header, rows))
+    print_table(title, derived_table(found))
     print_text(f"Written: {place / 'derived.nc'}")
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         RunsNeeded,
         SimulationError,
         StoreError,
+        StrainWarning,
         ToleranceWarning,
     )
     from flexband.execution.processes import Processes

@@ -32,6 +32,10 @@ class ResolutionWarning(FlexbandWarning):
     """Steps or elements are too large; the message states where, and by how much."""
 
 
+class StrainWarning(FlexbandWarning):
+    """A flexible member is strained beyond linear elasticity; the message states by how much."""
+
+
 class ToleranceWarning(FlexbandWarning):
     """The error that is expected of a result is above its tolerance; the message states both."""
 
@@ -90,21 +94,37 @@ _silent: ContextVar[tuple[type[FlexbandWarning], ...]] = ContextVar("silent", de
 
 
 @contextmanager
-def without_warnings(
-    kind: type[FlexbandWarning] = FlexbandWarning, *, when: bool = True
-) -> Iterator[None]:
+def without_warnings(*kinds: type[FlexbandWarning], when: bool = True) -> Iterator[None]:
     """Issue no such warning in this thread: what is computed again was warned of before."""
-    before = _silent.set((*_silent.get(), kind) if when else _silent.get())
+    silent = kinds or (FlexbandWarning,)
+    before = _silent.set((*_silent.get(), *silent) if when else _silent.get())
     try:
         yield
     finally:
         _silent.reset(before)
 
 
+_told_once: ContextVar[dict[type[FlexbandWarning], bool] | None] = ContextVar("once", default=None)
+
+
+@contextmanager
+def warning_once(kind: type[FlexbandWarning]) -> Iterator[None]:
+    """Issue one such warning at most in this thread: the first of many runs tells enough."""
+    before = _told_once.get()
+    token = _told_once.set({kind: False} | (before or {}))
+    try:
+        yield
+    finally:
+        _told_once.reset(token)
+
+
 def warn(message: str, kind: type[FlexbandWarning] = FlexbandWarning) -> None:
     """Issue a warning that points to the line of the caller outside this package."""
-    if issubclass(kind, _silent.get()):
+    told = _told_once.get()
+    if issubclass(kind, _silent.get()) or (told and told.get(kind)):
         return
+    if told and kind in told:
+        told[kind] = True
     package = str(Path(__file__).parent)
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):

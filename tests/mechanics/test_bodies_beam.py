@@ -333,13 +333,15 @@ def test_a_bad_shear_factor_is_refused():
         ({"youngs_modulus": 210e3}, "softer than any"),  # MPa
         ({"density": 7.85}, "about 7.8 kg/m³ is stiffer"),  # g/cm³
         ({"height": 10.0, "width": 10.0}, "about 1e.01 m high"),  # mm
+        ({"length": 500.0}, "about 500 m long, 5e.04 times its thickness of 0.01 m"),  # mm
     ],
 )
 def test_numbers_in_other_units_are_remarked(changes, text):
     steel = {"length": 0.5, "height": 0.01, "width": 0.01, "density": 7850.0}
     steel |= {"youngs_modulus": 210e9, "poissons_ratio": 0.3, "elements": 2}
     rubber = {"density": 1100.0, "youngs_modulus": 1e6}
-    for own in ({}, rubber):
+    blade, wire = {"length": 80.0, "height": 0.3}, {"length": 40.0}
+    for own in ({}, rubber, blade, wire):
         with warnings.catch_warnings(action="error"):
             assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | own))}))
     with pytest.warns(fb.FlexbandWarning, match=text):
@@ -349,3 +351,5 @@ def test_numbers_in_other_units_are_remarked(changes, text):
 def test_a_rigid_body_in_millimetres_is_remarked():
     with pytest.warns(fb.FlexbandWarning, match="smallest side of a rigid body is about 1e.01 m"):
         fb.RigidBody.block(length=200.0, height=10.0, width=10.0, density=7850.0)
+    with pytest.warns(fb.FlexbandWarning, match="a rigid body is about 200 m long, 2e.04 times"):
+        fb.RigidBody.bar(length=200.0, height=0.01, width=0.02, density=7850.0)

@@ -9,6 +9,8 @@ from flexband.mechanics.loads.load import Entries
 
 from .models import FINE
 
+pytestmark = pytest.mark.filterwarnings("ignore::flexband.errors.StrainWarning")
+
 SOFT_CABLE = fb.Cable(
     length=1.0, mass_per_length=1.0, axial_stiffness=500.0, bending_stiffness=1.0, elements=4
 )

@@ -17,6 +17,7 @@ from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.redundancy import dependent, warn_of_shared
 from flexband.mechanics.engine.settle import NOT_SETTLED
+from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance, find_rest
@@ -75,6 +76,7 @@ def equilibrium(
     redundant: dict[int, np.ndarray] = {}
     blocks = -(-system.samples // WIDTH)
     firsts = np.empty((system.structure.state.rows, system.samples))
+    states = np.zeros((1, 1 + system.structure.state.coordinates, system.samples))
     at_rest = Spin(0.0, np.zeros(system.structure.state.coordinates))
 
     def settle(block: int) -> int:
@@ -86,6 +88,7 @@ def equilibrium(
         for sample, balance in zip(own, found, strict=True):
             if failures[sample, 0] == 0:
                 stable[sample] = balance.stable()
+                states[0, :, sample] = balance.z[: len(states[0])]
                 if balance.redundant:
                     redundant[sample] = balance.z
         return len(own)
@@ -94,6 +97,8 @@ def equilibrium(
         while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
+    strains = Members(system).largest(states, np.arange(system.samples))
+    warn_of_large_strains(system, strains, failures[:, 0] > 0)
     result = xr.DataArray(
         outputs,
         dims=("sample", "output"),

@@ -24,9 +24,9 @@ from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
-from flexband.mechanics.engine.ringing import remark_on_few_steps
+from flexband.mechanics.engine.ringing import remark_on_few_steps, warn_of_large_steps
+from flexband.mechanics.engine.straining import kept_steps, warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
-from flexband.mechanics.engine.turning import warn_of_large_steps
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 
@@ -134,6 +134,8 @@ def simulated(
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
+        for own, new in zip(batch.strains, finer.strains, strict=True):
+            own[..., again] = new
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -150,6 +152,8 @@ def simulated(
         error.results = result
         raise
     warn_of_large_steps(batch.turned, system, times, integrator)
+    at = times[kept_steps(len(times) - 1)]
+    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, at)
     result.attrs |= report(system, batch.corrections)
     if len(again):  # all are completed
         result.attrs["halved_step"] = again.tolist()

@@ -13,6 +13,9 @@ from flexband.mechanics.kernels.lane_type import zeros
 from flexband.mechanics.kernels.pattern import Pattern
 from flexband.mechanics.kernels.state import State
 
+KEPT = 32
+"""Times of a run at which the coordinates of flexible members are kept."""
+
 
 class Mass(NamedTuple):
     """Entries (i, j), i ≤ j, of the mass matrix."""
@@ -190,7 +193,9 @@ class Work(NamedTuple):
     blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
-    turned: np.ndarray  # Σ φ⁴ of the angle φ of each turning vector in a step, see `turning`
+    turned: np.ndarray  # Σ φ⁴ of the angle φ of each turning vector in a step, see `ringing`
+    reached: np.ndarray  # number of the last step, one row
+    kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
     def of(structure: Structure) -> Work:
@@ -200,5 +205,5 @@ class Work(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, 1, 1, vectors)
+        rows += (blocks, 1, 1, vectors, 1, KEPT * (1 + state.coordinates))
         return Work(*(zeros(count) for count in rows))

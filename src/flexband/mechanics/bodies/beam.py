@@ -33,7 +33,11 @@ from flexband.mechanics.bodies.assumed_strains import (
 )
 from flexband.mechanics.bodies.body import MassEntries, add_pairs
 from flexband.mechanics.bodies.centre_line import CentreLine
-from flexband.mechanics.bodies.plausible import plausible_material, plausible_section
+from flexband.mechanics.bodies.plausible import (
+    plausible_length,
+    plausible_material,
+    plausible_section,
+)
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
     Elasticity,
@@ -160,7 +164,9 @@ class Beam(CentreLine):
         """Return `SectionStiffness` or, of the default element, EA [N], EI [N m²] and kGA [N]."""
         (E, nu, k), moments = self.elasticity(along), self.profile.moments(along)
         plausible_material(along(*self.properties()[0]), E)
-        plausible_section(self.profile.across(along))
+        across = self.profile.across(along)
+        plausible_section(across)
+        plausible_length("a beam", np.asarray(self.length), across)
         if self.integration is not None:
             return self.integration.stiffness(Elasticity(E, nu, k), moments)
         return E * moments[0], E * moments[1], k * E / (2 * (1 + nu)) * moments[0]

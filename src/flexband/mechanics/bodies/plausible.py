@@ -16,6 +16,11 @@ THICKEST = 2.0
 """Size [m] across a part of a machine."""
 
 
+LONGEST, SLENDEREST = 50.0, 2000.0
+"""Length [m] of a part of a machine, and length over thickness of a bar: both together are more
+than those of blades, booms and masts."""
+
+
 def plausible_material(density: np.ndarray, youngs_modulus: np.ndarray) -> None:
     """Warn if no solid has this density [kg/m³] and this modulus [Pa]."""
     modulus, rho = float(np.median(youngs_modulus)), float(np.median(density))
@@ -35,8 +40,19 @@ def plausible_section(height: np.ndarray) -> None:
         warn(f"the section of a beam is about {least:.1g} m high; is this number in metres?")
 
 
+def plausible_length(what: str, length: np.ndarray, thickness: np.ndarray) -> None:
+    """Warn if a bar is so long [m] for its thickness that its length may be in millimetres."""
+    longest, thin = float(np.median(length)), float(np.median(thickness))
+    if longest > LONGEST and longest > SLENDEREST * thin:
+        warn(
+            f"{what} is about {longest:.3g} m long, {longest / thin:.2g} times its thickness of "
+            f"{thin:.2g} m; is its length in metres?"
+        )
+
+
 def plausible_block(*sizes: np.ndarray) -> None:
-    """Warn if the smallest size of a rigid body [m] may be in millimetres."""
-    least = min(float(np.median(size)) for size in sizes)
+    """Warn if the smallest size of a rigid body [m], or only its largest, may be in millimetres."""
+    least, *_, longest = sorted(float(np.median(size)) for size in sizes)
+    plausible_length("a rigid body", np.asarray(longest), np.asarray(least))
     if least > THICKEST:
         warn(f"the smallest side of a rigid body is about {least:.1g} m; is this number in metres?")

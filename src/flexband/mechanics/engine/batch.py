@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.structure import KEPT, Values, Work
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.closing import closed, guessed
 from flexband.mechanics.engine.corrections import Corrections, corrections
@@ -18,6 +18,7 @@ from flexband.mechanics.engine.generalized_alpha import Coefficients, Generalize
 from flexband.mechanics.engine.projection import SMALLEST_PIVOT, ZERO_PIVOT
 from flexband.mechanics.engine.redundancy import rank_deficiency
 from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE
+from flexband.mechanics.engine.straining import Largest, Members
 from flexband.mechanics.engine.threads import (
     Progress,
     in_parallel,
@@ -46,6 +47,7 @@ class Batch(NamedTuple):
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
     turned: np.ndarray  # (samples, bodies), see `Work`
+    strains: Largest
 
 
 def run_samples(
@@ -71,18 +73,23 @@ def run_samples(
     blocks = -(-len(chosen) // WIDTH)
     firsts = np.empty((system.structure.state.rows, len(chosen)))
     turned = np.zeros((len(chosen), len(system.turning)))
+    members, strains = Members(system), [Largest.none()] * blocks
 
     def simulate(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
         values = packed(block)
-        series, failure, first, turns = march_block(system, method, tolerance, values, len(times))
+        series, failure, first, work = march_block(system, method, tolerance, values, len(times))
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
-        turned[here] = turns.T[: len(own)]
+        turned[here] = work.turned.T[: len(own)]
+        if members.own:
+            states = work.kept.reshape(KEPT, -1, WIDTH)
+            lanes = chosen[np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)]
+            strains[block] = members.largest(states, lanes)
         firsts[:, here] = first[:, : len(own)]
         if failure[3, : len(own)].any():
             starts[int(own[0])] = first[:, 0].copy()
@@ -91,20 +98,21 @@ def run_samples(
     if not dynamics.signatures:
         while_compiling(lambda: march_block(system, method, tolerance, packed(0), times=1))
     in_parallel(simulate, blocks, len(chosen), threads, progress)
-    return Batch(outputs, failures, starts, corrections(system, firsts, chosen), turned)
+    largest = Largest.joined(strains, len(chosen))
+    return Batch(outputs, failures, starts, corrections(system, firsts, chosen), turned, largest)
 
 
 def march_block(system: System, method, tolerance: float, values: Values, times: int):
     """Run one block.
 
-    Returns rows (times, rows, WIDTH), failures (4, WIDTH), the first z, and `Work.turned`. The
+    Returns rows (times, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
     """
     series = np.zeros((times, system.sensed, WIDTH))
     work, failure = begin(system, values)
     first = work.z.copy()
     run(MARCH, system, values, work, series, failure, method, tolerance)
-    return series, failure, first, work.turned
+    return series, failure, first, work
 
 
 def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import InputError, numbers, positive, warn
+from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import project, share
 from flexband.mechanics.kernels.angles import angle_rate
 from flexband.mechanics.kernels.equations import (
@@ -59,6 +60,8 @@ TINY_TOLERANCE, LARGE_TOLERANCE = 1e-15, 1e-4
 """Tolerances of Newton's method beyond which rounding, or the tolerance itself, is all there is."""
 
 DIVERGED, CONTRADICTED = 3.0, 4.0
+
+GOLDEN = (5**0.5 - 1) / 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,6 +227,23 @@ def add_turns(structure, method, values, work):
 
 
 @inlined
+def kept_at(k, steps):
+    """Return at which of so many steps the state is kept for the k-th time.
+
+    The steps are scattered, so that no motion keeps in step with them.
+    """
+    return 1 + int((k + (k * GOLDEN) % 1.0) * steps / KEPT)
+
+
+@inlined
+def keep(structure, z, kept, k):
+    """Keep [1, q] for the k-th time."""
+    rows = structure.state.coordinates + 1
+    for i in range(rows):
+        store(kept, k * rows + i, load(z, i))
+
+
+@inlined
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     state, z, a = structure.state, work.z, work.a
@@ -234,7 +254,9 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         store(a, i, load(z, state.acceleration + i))
     sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
     alive = where(code, filled(0.0), filled(1.0))
-    for n in range(1, outputs.shape[0]):
+    elements = len(structure.beams.first) + len(structure.continua.first)
+    steps, k = outputs.shape[0] - 1, 0 if elements + len(structure.cables.first) else KEPT
+    for n in range(1, steps + 1):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
         now = n * structure.functions
@@ -256,3 +278,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         if any_true(shared):
             share(structure, values, now, work, shared)
         sense(structure, values, now, z, outputs[n], work.blocks)
+        while k < KEPT and kept_at(k, steps) == n:
+            keep(structure, z, work.kept, k)
+            k += 1
+        store(work.reached, 0, filled(float(n)))

@@ -1,4 +1,4 @@
-"""Remarks on vibrations that have too few steps per period.
+"""Remarks on steps in which bodies turn too far, and on vibrations with too few steps per period.
 
 A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of its angle, with
 δ = (1 − ρ∞)/(1 + ρ∞), see docs/theory.md. What vibrates is read off the outputs.
@@ -11,10 +11,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.errors import returned
-from flexband.mechanics.assembly.system import assemble
+from flexband.errors import ResolutionWarning, returned, warn
+from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
+
+LARGEST_LOSS = 0.01
+"""Of the speed of a body over a run, or lag of its angle, without a warning."""
 
 LARGEST_ERROR = 0.04
 """Of an output's variation, without a remark."""
@@ -65,6 +68,36 @@ class Vibration(NamedTuple):
     lag: float
     error: float
     wanted: float
+
+
+def warn_of_large_steps(
+    turned: np.ndarray, system: System, times: np.ndarray, integrator: GeneralizedAlpha
+) -> None:
+    """Warn of the part whose speed is wrong by the most, if it is by more than one per cent.
+
+    To the leading order, a free body that turns by φ in a step loses ((1 − ρ)/(1 + ρ))² φ⁴/8 of its
+    speed, and its angle lags behind by φ²/12 of what it turns.
+
+    Parameters
+    ----------
+    turned : Σ φ⁴ over the run, shape (samples, parts).
+    """
+    if not turned.size:
+        return
+    rho = float(integrator.spectral_radius)
+    sample, part = np.unravel_index(np.argmax(turned), turned.shape)
+    most = float(turned[sample, part])
+    loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * most / 8)
+    angle = (most / (len(times) - 1)) ** 0.25
+    lag = angle**2 / 12
+    if max(loss, lag) > LARGEST_LOSS:
+        warn(
+            f"{system.turning[part]} turns by about {angle:.2g} rad per step: numerical "
+            f"damping takes about {loss:.2%} of its speed and its angle lags by about {lag:.2%}, "
+            "unless a drive holds it; take a shorter step"
+            + (" or a spectral_radius nearer to 1" if loss > LARGEST_LOSS else ""),
+            ResolutionWarning,
+        )
 
 
 def remark_on_few_steps(

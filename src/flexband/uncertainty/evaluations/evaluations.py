@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, RunsNeeded, known, shown, whole
+from flexband.errors import (
+    InputError,
+    RunError,
+    RunsNeeded,
+    StrainWarning,
+    known,
+    shown,
+    warning_once,
+    whole,
+)
 from flexband.execution.executors import Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
@@ -250,7 +259,7 @@ def evaluations(
             f"dynamic_response; got {shown(response)}"
         )
     store = as_store(store)
-    with performing(executor) as perform:
+    with performing(executor) as perform, warning_once(StrainWarning):
         if store is None:
             yield Evaluations(perform, None, failed, batch)
             return

@@ -21,7 +21,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import ResolutionWarning, function, instance, whole, without_warnings
+from flexband.errors import (
+    ResolutionWarning,
+    StrainWarning,
+    function,
+    instance,
+    whole,
+    without_warnings,
+)
 from flexband.progress import Advance, counted
 from flexband.uncertainty.evaluations.evaluations import (
     BATCH,
@@ -144,7 +151,7 @@ def _verified(
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
-    with without_warnings(ResolutionWarning):
+    with without_warnings(ResolutionWarning, StrainWarning):
         response, halved = as_expanded(surrogate, response)
         known = setting(case, halved)
         made = evaluate(response, space, known, (xi, eta), labels, advance)

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from flexband.errors import ResolutionWarning, without_warnings
+from flexband.errors import ResolutionWarning, StrainWarning, without_warnings
 from flexband.uncertainty.answers.allocation.search import Allocated
 from flexband.uncertainty.answers.allocation.worst_case import SAME, SIGNS, Points, WorstCase
 from flexband.uncertainty.answers.results import expected_error
@@ -172,7 +172,7 @@ def _runs(
     eta: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the surrogate at points, and by how much runs there are larger, (runs, series)."""
-    with without_warnings(ResolutionWarning):
+    with without_warnings(ResolutionWarning, StrainWarning):
         response, halved = as_expanded(narrow, response)
         made = evaluate(
             response, narrow.space, setting("", halved), (xi, eta), narrow.labels, lambda *_: None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import ResolutionWarning, function, whole, without_warnings
+from flexband.errors import ResolutionWarning, StrainWarning, function, whole, without_warnings
 from flexband.progress import counted
 from flexband.uncertainty.evaluations.evaluations import evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
@@ -74,7 +74,7 @@ def models(
             own, finer = as_expanded(one, response)
 
             def run(points: tuple[np.ndarray, np.ndarray]) -> xr.DataArray:
-                with without_warnings(ResolutionWarning):
+                with without_warnings(ResolutionWarning, StrainWarning):
                     made = evaluate(
                         own, one.space, setting(label, finer), points, one.labels, advance
                     )

@@ -1,0 +1,125 @@
+"""Warnings of members that are strained beyond what linear elasticity can mean.
+
+A four-bar that cannot be closed at some angles of its crank still turns if its coupler is flexible
+and is stretched by a third. The strains are those of states that runs have kept, and are found from
+the slopes g of the axis at the nodes: |g| − 1, and the height of the section times the curvature.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import StrainWarning, warn
+from flexband.mechanics.assembly.structure import KEPT
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.bodies.beam import Beam
+from flexband.mechanics.bodies.centre_line import CentreLine
+from flexband.mechanics.engine.generalized_alpha import kept_at
+from flexband.mechanics.kernels.lane_type import WIDTH
+
+LARGEST = 0.1
+"""Strain without a warning: metals yield far below it, only rubbers reach it."""
+
+
+class Largest(NamedTuple):
+    """The largest strains of some samples, each array of shape (members, 2, samples).
+
+    The axial one is the first of two, that of the surface by bending the second.
+    """
+
+    strain: np.ndarray
+    kept: np.ndarray  # the number of the state
+
+    @staticmethod
+    def none() -> Largest:
+        """Return no strains of a block without flexible members."""
+        return Largest(np.zeros((0, 2, WIDTH)), np.zeros((0, 2, WIDTH), dtype=int))
+
+    @staticmethod
+    def joined(parts: list[Largest], samples: int) -> Largest:
+        """Return those of all blocks of samples."""
+        return Largest(
+            *(np.concatenate(p, axis=-1)[..., :samples] for p in zip(*parts, strict=True))
+        )
+
+
+class Members:
+    """The flexible members of a mechanism."""
+
+    def __init__(self, system: System):
+        first = system.mechanism.first_coordinates
+        bodies = system.mechanism.bodies.items()
+        self.own = {name: body for name, body in bodies if isinstance(body, CentreLine)}
+        self.first = [first[name] for name in self.own]
+
+    @cached_property
+    def bending(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Turns of elements at the start, and the strain per further turn, (elements, n or 1)."""
+        found = []
+        for body in self.own.values():
+            half = np.zeros((1, body.elements))  # a cable has no height
+            if isinstance(body, Beam):
+                half = body.profile.across(body.at_gauss_points).mean(axis=-1) / 2
+            length = np.atleast_1d(body.element_length)[:, None]
+            found.append((np.diff(body.axis()[2]).T, (half / length).T))
+        return found
+
+    def largest(self, states: np.ndarray, samples: np.ndarray) -> Largest:
+        """Return the largest strains of states (states, rows of [1, q], samples)."""
+        strain = np.zeros((len(self.own), 2, len(samples)))
+        kept = np.zeros(strain.shape, dtype=int)
+        for m, (body, first) in enumerate(zip(self.own.values(), self.first, strict=True)):
+            at = first + body.per_node * np.arange(body.elements + 1) + 2
+            gx, gy = states[:, at], states[:, at + 1]
+            turn = np.arctan2(
+                gx[:, :-1] * gy[:, 1:] - gy[:, :-1] * gx[:, 1:],
+                gx[:, :-1] * gx[:, 1:] + gy[:, :-1] * gy[:, 1:],
+            )
+            start, per_turn = (
+                own[:, samples] if own.shape[1] > 1 else own for own in self.bending[m]
+            )
+            for kind, own in enumerate((np.hypot(gx, gy) - 1, (turn - start) * per_turn)):
+                size = np.abs(own).max(axis=1)
+                kept[m, kind] = size.argmax(axis=0)
+                here = own[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
+                place = np.abs(here).argmax(axis=1)
+                strain[m, kind] = here[np.arange(len(samples)), place]
+        return Largest(strain, kept)
+
+
+def kept_steps(steps: int) -> np.ndarray:
+    """Return at which of so many steps a run keeps its states."""
+    return np.array([kept_at.py_func(k, steps) for k in range(KEPT)])
+
+
+def warn_of_large_strains(
+    system: System, largest: Largest, failed: np.ndarray, times: np.ndarray | None = None
+) -> None:
+    """Warn of the largest strain of all samples that did not fail, if it is above 10 %.
+
+    Parameters
+    ----------
+    failed : whether each sample did, (samples,).
+    times : of the kept states [s], if they are states of a motion.
+    """
+    size = np.where(failed, 0.0, np.abs(largest.strain))
+    if not size.max(initial=0.0) > LARGEST:
+        return
+    m, kind, sample = np.unravel_index(size.argmax(), size.shape)
+    strain = float(largest.strain[m, kind, sample])
+    name = list(Members(system).own)[int(m)]
+    way = "stretched" if strain > 0 else "compressed"
+    what = f"{way} by {100 * abs(strain):.2g} %"
+    if kind:
+        what = f"bent so much that its surface is strained by {100 * abs(strain):.2g} %"
+    where = "" if times is None else f" at about t = {times[largest.kept[m, kind, sample]]:.3g} s"
+    where += f" in sample {sample}" if len(failed) > 1 else ""
+    warn(
+        f"{name!r} is {what}{where}: the strains of linear elasticity are small, below 1 % in "
+        "metals. Unless it is as soft as rubber, check the lengths of all parts, and whether they "
+        "let the mechanism move without stretching it",
+        StrainWarning,
+    )

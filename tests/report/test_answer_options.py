@@ -6,6 +6,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -64,6 +65,12 @@ OF_STUDY_LIMITS = {  # the same of a study that has limits
 }
 BOTH = [*CASES.items(), *OF_STUDY_LIMITS.items()]
 
+ANSWERS = (
+    "allocate", "check_limits", "contributions", "derived", "failure_probability", "p_box", "path",
+    "quantiles", "sobol_indices", "tolerance_for", "value_range",
+)  # fmt: skip
+"""Functions that commands ask."""
+
 SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
 """Options that may move a picture by less than a pixel."""
 
@@ -95,13 +102,34 @@ def limited(tmp_path_factory):
 
 
 def told(folder, command, arguments):
-    """Return what is printed, as text and as JSON, and the pictures."""
+    """Return what is printed, as text and as JSON, and the pictures; all is computed once."""
     for picture in folder.glob("*.png"):
         picture.unlink()
-    printed = run(command, folder, *arguments)
+    with pytest.MonkeyPatch.context() as patch:
+        results = []
+        for name in ANSWERS:
+            patch.setattr(fb, name, recorded(getattr(fb, name), results))
+        printed = run(command, folder, *arguments)
     assert printed.exit_code == 0, printed.output
-    plain = json.loads(run(command, folder, *arguments, "--json").stdout)
-    return printed.stdout, plain, {one.name: one.read_bytes() for one in folder.glob("*.png")}
+    pictures = {one.name: one.read_bytes() for one in folder.glob("*.png")}
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ANSWERS:
+            patch.setattr(fb, name, lambda *_, **__: results.pop(0))
+        patch.setattr(Figure, "savefig", lambda *_, **__: None)
+        plain = json.loads(run(command, folder, *arguments, "--json").stdout)
+    assert not results
+    return printed.stdout, plain, pictures
+
+
+def recorded(function, results):
+    """Return a function that also appends what it returns to a list."""
+
+    def call(*arguments, **options):
+        found = function(*arguments, **options)
+        results.append(found.copy())
+        return found
+
+    return call
 
 
 def changed(arguments, option, value):

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from flexband.uncertainty.adaptive.choice import Choice
-from flexband.uncertainty.expansions.expansion import Extremes, extremes_of
+from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of
 from flexband.uncertainty.surrogates.diagnostics import (
     ROUND_OFF,
     Quantities,
@@ -47,7 +47,17 @@ class ExpectedError:
     @cached_property
     def extremes(self) -> list[Extremes]:
         """Bounds of μ, μ − σ and μ + σ at some of the times."""
-        return extremes_of(self.choice.expansions(_scattered(self.values.shape[-1])))
+        return extremes_of(self.expansions)
+
+    @cached_property
+    def expansions(self) -> list[Expansion]:
+        """The expansions of all outputs at some of the times."""
+        return self.choice.expansions(self.times)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Some of the times, by number."""
+        return _scattered(self.values.shape[-1])
 
     @cached_property
     def width(self) -> np.ndarray:

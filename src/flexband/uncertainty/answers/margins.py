@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,12 +27,14 @@ def labels_of(surrogate: Surrogate | SurrogateOfChoices) -> xr.DataArray:
     return next(iter(surrogate.surrogates.values())).labels if several else surrogate.labels
 
 
-def error_of(told: xr.Dataset, labels: xr.DataArray) -> tuple[str, np.ndarray]:
+def error_of(
+    told: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
+) -> tuple[str, np.ndarray]:
     """Return which variable tells the error of bands, and its values, (outputs …, times).
 
-    Without one the name is "" and the values are zero.
+    Without one of these names the name is "" and the values are zero.
     """
-    for name in ERRORS:
+    for name in names:
         if name in told:
             return name, told[name].transpose(*labels.dims[1:]).values
     return "", np.zeros(labels.shape[1:])
@@ -119,6 +121,8 @@ def _bands(
         np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
     )
     at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(list(own.values()), (len(at), 2, -1))
+    if "pointwise_error" in bands:  # bounds after the adjustment rest anywhere
+        bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
         error_bar=(("bound", *dims), bar), error_bar_at=(("input", "bound", *dims), at)
     )

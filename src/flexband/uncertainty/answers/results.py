@@ -16,7 +16,10 @@ from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ERRORS = ("error_bar_expected_error", "truncation")
-"""Diagnostics that tell the error of μ ± σ, the best first."""
+"""Diagnostics that tell the error of the error bar, the best first."""
+
+POINTWISE_ERRORS = ("pointwise_error", *ERRORS)
+"""Diagnostics that tell the error of μ ± σ wherever it is evaluated, the best first."""
 
 CARRIED = ("expected_error", "not_trusted", "runs", "method", "tolerance", "stopped")
 """Attributes of the surrogate that answers have as well."""
@@ -34,10 +37,11 @@ def check_free(name: str, labels: xr.DataArray) -> None:
 def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
     """Return the error expected of μ ± kσ of every output and time, None if there is no estimate.
 
-    The diagnostics have that of μ ± σ, or an indicator of the truncation error.
+    It is that at any values of the inputs, not where bounds rest. The diagnostics have that of
+    μ ± σ, or an indicator of the truncation error.
     """
     told, factor = surrogate.diagnostics, growth(sigmas)
-    for name in ERRORS:
+    for name in POINTWISE_ERRORS:
         if name in told:
             own = told[name].transpose(*surrogate.labels.dims[1:]).values
             finer = "error_bar_discretization_error" in told  # of bands: if σ alone moves

@@ -54,6 +54,7 @@ def narrowed_diagnostics(
     told = told.assign_attrs(_reached(told, part))
     if held is None:
         return told
+    told = told.drop_vars("pointwise_error", errors="ignore")  # now that of the bands as well
     intervals = int(np.count_nonzero(part.radius[: held.eta.shape[1]] > 0))
     error = held.expected_error(intervals)
     rounding = np.finfo(float).eps * np.sqrt(np.mean(values**2, axis=(0, 2)))

@@ -19,6 +19,9 @@ NO_WIDTH = 1e-13
 """An error bar that is narrower than this part of its values has no width to compare with."""
 
 
+OF_SIGMAS = ("error_bar_", "pointwise_")
+"""What the names of errors of μ ± kσ begin with."""
+
 MOST = 1000.0
 
 
@@ -47,7 +50,7 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     if sigmas == 1 and not narrowed:
         return with_relative_errors(diagnostics, bar)
     before = {str(k): diagnostics.variables[k] for k in diagnostics}
-    own = {k: v * growth(sigmas) for k, v in before.items() if k.startswith("error_bar_")}
+    own = {k: v * growth(sigmas) for k, v in before.items() if k.startswith(OF_SIGMAS)}
     finer = "error_bar_discretization_error"
     if finer in own:  # of bands: if σ alone moves, it is k times as large
         own[finer] = before[finer] * max(sigmas, growth(sigmas))

@@ -255,8 +255,8 @@ def _points(
 
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:
-    """Return the expected error of the expansion's error bar, (outputs, times)."""
-    for name in ("error_bar_expansion_error", "error_bar_expected_error"):
+    """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
+    for name in ("pointwise_error", "error_bar_expansion_error", "error_bar_expected_error"):
         if name in surrogate.diagnostics:
             error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
             return error.reshape(-1, surrogate.times)

@@ -99,8 +99,9 @@ def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> dict[str, Any]:
     if "unit" in labels.coords:
         first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})
         units = [str(one) for one in np.ravel(bands["unit"].broadcast_like(first))]
-    if "error_bar_expected_error" in bands:
-        expected = bands["error_bar_expected_error"].values
+    told = ("pointwise_error", "error_bar_expected_error")  # narrowed bounds may rest anywhere
+    if found := next((own for own in told if own in bands), None):
+        expected = bands[found].values
         largest = np.reshape(expected, (len(width), -1)).max(axis=1)
         error = [float(one) if np.isfinite(one) else None for one in largest]
     return {

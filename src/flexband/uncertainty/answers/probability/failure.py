@@ -20,7 +20,7 @@ from flexband.uncertainty.answers.probability.estimates import Estimate, estimat
 from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
-from flexband.uncertainty.answers.results import places
+from flexband.uncertainty.answers.results import POINTWISE_ERRORS, places
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -93,8 +93,8 @@ def failure_probability(
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
     `surrogate_probability` is that of the surrogate, `runs` counts runs, and `disagreements` those
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
-    else is of the surrogate. ``attrs["error"]`` is as in `check_limits`,
-    ``attrs["verdict"]`` a text.
+    else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
+    "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def failure_probability(
             found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
     result = _over_choices(found) if several else found[""]
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
-    source = error_of(next(iter(surrogates.values())).diagnostics, labels)[0]
+    source = error_of(next(iter(surrogates.values())).diagnostics, labels, POINTWISE_ERRORS)[0]
     doubts = [] if source else [". The error of the surrogate is not estimated"]
     for label, one in surrogates.items():
         if "not_trusted" in one.diagnostics.attrs:
@@ -161,7 +161,7 @@ def _probability(
 ) -> xr.Dataset:
     """Return the result for one limit and one combination of options."""
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
-    _, error = error_of(surrogate.diagnostics, labels)
+    _, error = error_of(surrogate.diagnostics, labels, POINTWISE_ERRORS)
     error = np.asarray(error) / share(space.interval_dimension)
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m = space.random_dimension, space.interval_dimension

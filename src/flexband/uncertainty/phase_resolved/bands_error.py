@@ -1,0 +1,163 @@
+"""The error that is expected of bands over a tensor product of runs: it vanishes at the nodes.
+
+What interpolation misses is Σ_v a_v w_v(x_v) to first order. The node polynomial w_v is zero at all
+nodes of a variable v, and has a mean square of one. Held-out runs, which lie between the nodes,
+tell the mean squares of the a_v. Bounds often rest on the ends of intervals, which are nodes, and
+the node polynomial of a random variable is orthogonal to all that is expanded, so that bands are
+often far more accurate than the expansion is at an arbitrary point. See docs/phase.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.expected_error import ExpectedError
+from flexband.uncertainty.adaptive.runs import Runs
+from flexband.uncertainty.expansions.expansion import SIGMAS, joined
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.hybrid import tensor_points
+from flexband.uncertainty.surrogates.diagnostics import rms, running
+from flexband.uncertainty.surrogates.sigmas import growth
+
+RANDOM = (0.1, 0.3)
+"""Least and largest error of μ and σ as a part of what is missed in a random variable, where this
+is small: only polynomials above the first that is missed are not orthogonal at the nodes."""
+
+AT_NODES = 0.03
+"""Least size of w at the place of a bound, since products of variables are missed as well."""
+
+LEAST_SHARE, STEPS = 0.1, 10
+"""Least mean square of a variable's a in parts of the mean of all, since few runs tell them apart,
+and steps towards the likeliest ones."""
+
+MOST_POINTS = 256
+"""Places at which it is looked whether a bound could rest on them."""
+
+BANDS = (((0, 0), (0, 1)), ((1, 0), (2, 1)))
+"""Lower and upper end of interval mean and error bar: which of μ + cσ, and which bound of it."""
+
+NONE = 1e-9
+"""Variance in parts of the mean one that is as good as none."""
+
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class NodePolynomials:
+    """The polynomials that are zero at all nodes of a variable, of unit mean square.
+
+    Attributes
+    ----------
+    nodes : points of each interval variable.
+    families, orders : polynomials and order of each random variable, whose nodes are the roots of
+        the polynomial of the next order.
+    """
+
+    nodes: Sequence[np.ndarray]
+    families: Sequence[Family]
+    orders: Sequence[int]
+
+    def of_intervals(self, eta: np.ndarray) -> np.ndarray:
+        """Return w² at η, shape (…, m)."""
+        own = [_of_nodes(x, at) for x, at in zip(self.nodes, np.moveaxis(eta, -1, 0), strict=True)]
+        return np.stack(own, axis=-1) if own else np.zeros(eta.shape)
+
+    def of_random(self, xi: np.ndarray) -> np.ndarray:
+        """Return w² at ξ, shape (runs, n)."""
+        own = zip(self.families, self.orders, xi.T, strict=True)
+        found = [f.values(k + 1, x)[:, -1] ** 2 / f.norms(k + 1)[-1] for f, k, x in own]
+        return np.stack(found, axis=-1) if found else np.zeros(xi.shape)
+
+    def missed(self, held: Runs, missed: np.ndarray) -> np.ndarray:
+        """Return the mean square of a_v in each variable, intervals first, (outputs, variables).
+
+        The likeliest ones are sought from equal ones on, if what is missed of a run is normally
+        distributed, with the variance Σ_v a_v² w_v²; as few steps as these do not separate what the
+        runs cannot.
+
+        Parameters
+        ----------
+        held : the held-out runs.
+        missed : of these, shape (runs, outputs, times).
+        """
+        w = np.concatenate([self.of_intervals(held.eta), self.of_random(held.xi)], axis=1)
+        square = np.mean(missed**2, axis=2)
+        mean = np.maximum(square.mean(axis=0) / max(w.sum(axis=1).mean(), 0.1 * w.shape[1]), TINY)
+        parts = np.ones((square.shape[1], w.shape[1]))
+        for _ in range(STEPS):
+            variance = np.maximum(w @ parts.T, NONE)
+            parts *= np.sqrt((w.T @ (square / mean / variance**2)) / (w.T @ (1 / variance))).T
+        return np.maximum(parts, LEAST_SHARE) * mean[:, None]
+
+    def places(self) -> np.ndarray:
+        """Return η at nodes, between them and at the ends, (places, m); some, if there are many."""
+        own = [np.unique([-1.0, 1.0, *x, *(x[1:] + x[:-1]) / 2]) for x in map(np.sort, self.nodes)]
+        if np.prod([float(len(x)) for x in own]) <= MOST_POINTS:
+            return tensor_points(own)
+        rng = np.random.default_rng(0)
+        return np.stack([rng.choice(x, MOST_POINTS) for x in own], axis=-1)
+
+
+def error_of_bands(polynomials: NodePolynomials, held: Runs, error: ExpectedError) -> np.ndarray:
+    """Return the error expected of mean and error bar, shape (2, outputs, times).
+
+    Parameters
+    ----------
+    held : the held-out runs.
+    error : what the expansion misses in them.
+    """
+    intervals, random = len(polynomials.nodes), len(polynomials.families)
+    if not intervals + random:
+        return np.stack([error.values, error.values])
+    missed = error.choice.missed
+    square = polynomials.missed(held, missed)
+    in_time = running(np.sqrt(np.mean(missed**2, axis=0)), error.window)
+    in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), TINY)
+    eta = polynomials.places()
+    mean, std = _moments(error, eta)
+    parts = np.zeros((2, len(square)))
+    if intervals:
+        of_intervals, some = square[:, :intervals], in_time[:, error.times]
+        missed = np.sqrt(polynomials.of_intervals(eta) @ of_intervals.T)[..., None] * some
+        for k, ends in enumerate(BANDS):
+            for which, bound in ends:
+                found, side = error.extremes[which], 2 * bound - 1
+                beyond = side * (mean + SIGMAS[which] * std)
+                rise = (beyond + missed).max(axis=0)
+                rise -= np.maximum(side * found.values[bound], beyond.max(axis=0))
+                w = np.maximum(polynomials.of_intervals(found.places[bound]), AT_NODES**2)
+                there = np.sqrt(np.einsum("otv,ov->ot", w, of_intervals)) * some
+                parts[k] += np.maximum(rise, there).mean(axis=-1) / 2
+    if random:
+        parts = np.hypot(parts, _of_random(np.sqrt(square[:, intervals:].sum(axis=1)), std))
+    overshoot = running(error.choice.overshoot, error.window)
+    values = np.hypot(parts[..., None] * in_time, overshoot)
+    values[0] *= growth(0) if random else 1.0  # without σ, the mean is the error bar
+    return np.maximum(values, np.finfo(float).eps * rms(held.values)[:, None])
+
+
+def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return μ and σ at η at some of the times, each of shape (places, outputs, times)."""
+    found = [one.moments(eta) for one in error.expansions]
+    mean, std = (joined(error.expansions, own, 1) for own in zip(*found, strict=True))
+    return mean, std
+
+
+def _of_random(a: np.ndarray, std: np.ndarray) -> np.ndarray:
+    """Return the error of μ and σ that is due to random variables, shape (outputs,).
+
+    What is missed at first is orthogonal to what is expanded, so that it makes √(σ² + a²) of σ. The
+    polynomials after it are the smaller the faster the expansion converges.
+    """
+    sigma = np.maximum(std.mean(axis=(0, 2)), TINY)
+    return np.maximum(np.hypot(sigma, a) - sigma, a * np.clip(np.sqrt(2 * a / sigma), *RANDOM))
+
+
+def _of_nodes(nodes: np.ndarray, eta: np.ndarray) -> np.ndarray:
+    """Return the square of Π (η − node), of unit mean square over [−1, 1]."""
+    monic = np.polynomial.Polynomial.fromroots(nodes)
+    square = (monic * monic).integ()
+    return monic(eta) ** 2 / ((square(1.0) - square(-1.0)) / 2)

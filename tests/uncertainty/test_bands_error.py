@@ -1,0 +1,83 @@
+"""The error of bands over a tensor product of runs, and that at any point between these."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from flexband.uncertainty.answers.results import expected_error
+
+NUMBER = np.ones(1)
+INPUTS = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
+
+
+def rising(e, x):
+    return (e + 0.2 * x + 0.1 * e**2)[:, None] * NUMBER
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    return fb.expand(rising, INPUTS, fb.PhaseResolvedPCCI(1, 1))
+
+
+def test_nothing_is_missed_of_bounds_at_nodes(surrogate):
+    """Orders (1, 1) miss e², which moves no bound: these rest on the ends of the interval."""
+    bands = surrogate.bands()
+    np.testing.assert_allclose(bands["error_bar"][:, 0], [-1.1, 1.3], atol=1e-12)
+    assert bands["error_bar_expected_error"].max() < 0.01
+    assert bands.attrs["expected_error"] < 0.005
+    assert 0.02 < float(bands["pointwise_error"][0]) < 0.1
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.5])
+def test_bounds_between_nodes_have_an_error(slope):
+    """With a slope below 2, −e² + slope · e has its maximum between the nodes −1 and 1."""
+    bands = fb.propagate(
+        lambda e: (slope * e - e**2)[:, None] * NUMBER,
+        {"e": INPUTS["e"]},
+        fb.PhaseResolvedPCCI(1, 1),
+    )
+    true = float(abs(bands["error_bar"][:, 0] - [-1 - slope, slope**2 / 4]).mean())
+    assert true / 5 < float(bands["error_bar_expected_error"][0]) < 5 * true
+
+
+def test_what_random_inputs_miss_is_orthogonal():
+    """σ of x + 0.002 (x² − 1) is √(1 + 2 · 0.002²): the error is small to second order."""
+    bands = fb.propagate(
+        lambda x: (x + 0.002 * (x**2 - 1))[:, None] * NUMBER,
+        {"x": INPUTS["x"]},
+        fb.PhaseResolvedPCCI(1, 0),
+    )
+    assert float(bands["error_bar_expected_error"][0]) < 0.6 * float(bands["pointwise_error"][0])
+
+
+def test_answers_and_verification_have_the_error_at_any_point(surrogate):
+    told = surrogate.diagnostics
+    np.testing.assert_array_equal(expected_error(surrogate, 1.0), told["pointwise_error"])
+    np.testing.assert_allclose(
+        surrogate.bands(3.0)["pointwise_error"], np.sqrt(5) * told["pointwise_error"]
+    )
+    assert fb.verify(surrogate, rising, runs=64).attrs["confirmed"] == "yes"
+    found = fb.failure_probability(surrogate, fb.Limit(below=2.0))
+    assert found.attrs["error"] == "pointwise_error"
+
+
+def test_bands_of_a_part_have_the_error_at_any_point(surrogate):
+    """The ends of [−0.5, 0.5] are no nodes: what is missed there is 0.1 (1 − 0.25)."""
+    part = surrogate.narrowed(e=fb.Interval(-0.5, 0.5))
+    bands = part.bands()
+    true = float(abs(bands["error_bar"][:, 0] - [-0.5 + 0.025 - 0.2, 0.5 + 0.025 + 0.2]).max())
+    assert true == pytest.approx(0.075, rel=1e-3)
+    assert float(bands["error_bar_expected_error"][0]) > true / 3
+    assert "pointwise_error" not in bands
+
+
+def test_many_variables_and_outputs_that_nothing_is_missed_of():
+    """Places between the nodes are chosen where there are many, and no error is zero."""
+    inputs = {f"e{k}": fb.Interval(-1, 1) for k in range(6)}
+    bands = fb.propagate(
+        lambda **e: np.stack([sum(e.values()), sum(e.values()) * 0 + 1], axis=1),
+        inputs,
+        fb.PhaseResolvedPCCI(0, 1),
+    )
+    assert np.all(np.isfinite(bands["error_bar_expected_error"]))
+    assert bands["error_bar_expected_error"].max() < 1e-12

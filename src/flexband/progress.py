@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Protocol
 
 from flexband.errors import function
+
+MANY_STEPS, LONG = 1_000_000, 60.0
+"""Steps of a run that are told at once, and time left [s] that is worth a line."""
 
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""
@@ -75,11 +79,55 @@ def hearing(hearer: Hearer) -> Iterator[None]:
         _hearer.reset(token)
 
 
+_now: ContextVar[str] = ContextVar("now", default="")
+
+
 def doing(now: str, line: str = "") -> None:
     """Tell whoever waits what is done now; `line` is worth to be read later, too."""
+    _now.set(now)
     hearer = _hearer.get()
     if hearer is not None:
         hearer(now, line)
+
+
+def heard() -> bool:
+    """Return whether somebody hears what is done now."""
+    return _hearer.get() is not None
+
+
+class Pace:
+    """Tells how many steps a simulation has, and how long they take, measured on the first ones.
+
+    Called about every second, it tells the time left beside what is done now. A line tells it once
+    where it is more than a minute.
+    """
+
+    def __init__(self, steps: int, part: Callable[[], float]):
+        """Take the number of steps of a run, and what returns the part of all that is done."""
+        self.steps, self.part, self.told = steps, part, False
+        self.first: tuple[float, float] | None = None
+        if steps >= MANY_STEPS:
+            self._tell(f"runs of {steps} steps", f"each run has {steps} steps")
+
+    def __call__(self) -> None:
+        """Tell the time left, once it is known."""
+        now, part = time.monotonic(), self.part()
+        if self.first is None or part <= self.first[1]:
+            self.first = self.first or ((now, part) if part > 0 else None)
+            return
+        left = (now - self.first[0]) * (1 - part) / (part - self.first[1])
+        text = f"{100 * part:.2g} % of runs of {self.steps} steps, about {duration(left)} left"
+        self._tell(text, "" if self.told or left < LONG else text)
+        self.told |= left >= LONG
+
+    def _tell(self, text: str, line: str = "") -> None:
+        if (hearer := _hearer.get()) is not None:
+            hearer(", ".join(filter(None, (_now.get(), text))), line)
+
+    def end(self) -> None:
+        """Tell again what was done before."""
+        if (hearer := _hearer.get()) is not None and self.first is not None:
+            hearer(_now.get())
 
 
 class Advance(Protocol):
@@ -101,3 +149,16 @@ def counted(progress: Progress | None, total: int) -> Advance:
     if progress is not None:
         function("progress", progress)
     return advance
+
+
+def duration(seconds: float) -> str:
+    """Return a duration in words, never negative: 12 s, 3 min, 5.2 h, 2.1 days."""
+    seconds = max(0.0, seconds)
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            return (
+                f"{seconds / size:.2g} {unit}"
+                if seconds < 9.95 * size
+                else (f"{seconds / size:.0f} {unit}")
+            )
+    return f"{seconds:.2g} s" if seconds < 9.95 else f"{seconds:.0f} s"

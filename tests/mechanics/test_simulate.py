@@ -1,5 +1,7 @@
 """Times, invariance, and runs that are repeated with half the step."""
 
+import importlib
+import re
 import warnings
 
 import numpy as np
@@ -8,6 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flexband as fb
+from flexband import errors, progress
+from flexband.mechanics.engine import threads
+from flexband.mechanics.simulate import _times
 
 from .models import beam, between_rods, hardening_spring, pendulum
 
@@ -95,3 +100,50 @@ def test_a_point_between_two_rods_almost_in_line_stands_still_or_is_warned_of(sl
 def test_a_run_that_fails_in_its_first_step_has_started():
     with pytest.raises(fb.SimulationError, match="t = 1 s"):
         fb.simulate(pendulum(-0.3), duration=10.0, step=1.0)
+
+
+def swinging():
+    bar = fb.RigidBody.bar(length=1.0, height=0.02, width=0.02, density=7800.0)
+    return fb.Mechanism(
+        bodies={"bar": bar},
+        joints={"hinge": fb.Revolute("bar.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+        sensors={"end": fb.Position("bar.end")},
+    )
+
+
+@pytest.mark.parametrize(
+    ("duration", "step", "substeps"),
+    [(0.415, 0.005, 1), (0.6, 1e-4, 3), (20.0, 1e-3, 7), (3e-6, 1e-9, 1), (1234.5, 0.5, 4)],
+)
+def test_times_are_the_nearest_numbers_with_their_digits(duration, step, substeps):
+    digits = 14 - int(np.ceil(np.log10(duration)))
+    count = round(duration / step) * substeps + 1
+    exact = [round(k * (step / substeps), digits) for k in range(count)]
+    assert _times(duration, step, substeps).tolist() == exact
+
+
+def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):
+    monkeypatch.setattr(errors, "free_memory", lambda: 3e8)
+    monkeypatch.setattr(importlib.import_module("flexband.mechanics.simulate"), "run_samples", None)
+    with pytest.raises(fb.InputError, match="1 samples of 2 outputs at 1000001 times would take"):
+        fb.simulate(swinging(), duration=1000.0, step=1e-3, threads=1)
+
+
+def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys):
+    monkeypatch.setattr(threads, "BEAT", 0.02)
+    monkeypatch.setattr(progress, "MANY_STEPS", 300_000)
+    told = []
+    with progress.hearing(lambda now, line="": told.append((now, line))):
+        progress.doing("the first runs")
+        fb.simulate(swinging(), duration=300.0, step=1e-3)
+    assert told[1] == ("the first runs, runs of 300000 steps", "each run has 300000 steps")
+    assert any(re.search(r"% of runs of 300000 steps, about .* left$", now) for now, _ in told)
+    assert told[-1] == ("the first runs", "")
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(progress, "LONG", 0.0)
+    fb.simulate(swinging(), duration=300.0, step=1e-3)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "flexband: each run has 300000 steps"
+    assert re.fullmatch(r"flexband: .* % of runs of 300000 steps, about .* left", lines[1])
+    assert len(lines) == 2

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import nullcontext
+
 import numpy as np
 import xarray as xr
 
@@ -14,10 +17,11 @@ from flexband.errors import (
     instance,
     numbers,
     positive,
+    returned,
     warn,
     whole,
 )
-from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
@@ -29,6 +33,7 @@ from flexband.mechanics.engine.straining import kept_steps, warn_of_large_strain
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
+from flexband.progress import heard, hearing
 
 MOST_SUBSTEPS = 1_000_000
 
@@ -76,15 +81,16 @@ def simulate(
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
     """
-    motion = simulated(
-        mechanism,
-        duration=duration,
-        step=step,
-        substeps=substeps,
-        integrator=integrator,
-        threads=threads,
-        progress=progress,
-    )
+    with nullcontext() if heard() else hearing(_printed):
+        motion = simulated(
+            mechanism,
+            duration=duration,
+            step=step,
+            substeps=substeps,
+            integrator=integrator,
+            threads=threads,
+            progress=progress,
+        )
     few = remark_on_few_steps(motion, mechanism, step / substeps, integrator or GeneralizedAlpha())
     if few:
         motion.attrs["few_steps"] = few
@@ -114,15 +120,13 @@ def simulated(
         whole("threads", threads, 1)
     if progress is not None:
         function("progress", progress)
-    times = _times(duration, step, whole("substeps", substeps, 1, MOST_SUBSTEPS))
+    count = _steps(duration, step, whole("substeps", substeps, 1, MOST_SUBSTEPS)) + 1
     system = assemble(mechanism)
-    runs, lanes = system.samples, WIDTH * (threads or available_cores())
-    per_time = runs * len(system.outputs) / substeps + lanes * system.sensed
-    per_time += len(system.functions) * runs
     affordable(
-        f"{runs} samples of {len(system.outputs)} outputs at {len(times)} times",
-        per_time * len(times),
+        f"{system.samples} samples of {len(system.outputs)} outputs at {count} times",
+        _numbers_per_time(system, threads or available_cores(), substeps) * count,
     )
+    times = _times(duration, step, substeps)
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
@@ -164,8 +168,23 @@ def simulated(
     return result if system.samples > 1 else result.isel(sample=0)
 
 
-def _times(duration: float, step: float, substeps: int) -> np.ndarray:
-    """Return the times of all substeps [s], including zero."""
+def _printed(_: str, line: str = "") -> None:
+    """Print what is worth to be read of a call that nobody shows the progress of."""
+    if line:
+        print(f"flexband: {line}", file=sys.stderr, flush=True)
+
+
+def _numbers_per_time(system: System, threads: int, substeps: int) -> float:
+    """Return how many numbers a simulation keeps for each of its times."""
+    runs, outputs, tables = system.samples, len(system.outputs), 3 * (1 + len(system.functions))
+    lanes = WIDTH * min(threads, -(-runs // WIDTH))
+    several = any(np.size(returned(f, 0.0)) > 1 for f in system.functions)
+    tabulated = tables * ((runs + lanes) if several else 1 + WIDTH)
+    return runs * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
+
+
+def _steps(duration: float, step: float, substeps: int) -> int:
+    """Return the number of all substeps; raise `InputError` unless steps fill the duration."""
     given = (("duration [s]", duration), ("step [s]", step))
     length, one = (float(positive(name, numbers(name, value))) for name, value in given)
     ratio = length / one
@@ -176,6 +195,11 @@ def _times(duration: float, step: float, substeps: int) -> np.ndarray:
         raise InputError(
             f"duration [s] must be a whole number of steps; got {duration:g} with step {step:g}"
         )
-    digits = 14 - int(np.ceil(np.log10(length)))  # so that 0.415 is the same for any step
-    each = float(step) / substeps
-    return np.array([round(k * each, digits) for k in range(steps * substeps + 1)])
+    return steps * substeps
+
+
+def _times(duration: float, step: float, substeps: int) -> np.ndarray:
+    """Return the times of all substeps [s], including zero."""
+    digits = 14 - int(np.ceil(np.log10(float(duration))))  # so that 0.415 is the same for any step
+    count = _steps(duration, step, substeps) + 1
+    return np.round(np.arange(count) * (float(step) / substeps), digits)

@@ -11,7 +11,7 @@ import rich.progress as rp
 from rich.console import Console
 
 from flexband.errors import InputError, shown
-from flexband.progress import Budget, Progress, hearing
+from flexband.progress import Budget, Progress, duration, hearing
 
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
@@ -154,16 +154,3 @@ class _Lines:
             return ""
         seconds = (now - begin) / (done - before) * (total - done)
         return f", {'at most' if isinstance(total, Budget) else 'about'} {duration(seconds)} left"
-
-
-def duration(seconds: float) -> str:
-    """Return a duration in words, never negative: 12 s, 3 min, 5.2 h, 2.1 days."""
-    seconds = max(0.0, seconds)
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 1.5 * size:
-            return (
-                f"{seconds / size:.2g} {unit}"
-                if seconds < 9.95 * size
-                else (f"{seconds / size:.0f} {unit}")
-            )
-    return f"{seconds:.2g} s" if seconds < 9.95 else f"{seconds:.0f} s"

@@ -26,6 +26,7 @@ from flexband.mechanics.engine.threads import (
     while_compiling,
 )
 from flexband.mechanics.kernels.lane_type import WIDTH, addresses
+from flexband.progress import Pace
 
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
@@ -74,12 +75,15 @@ def run_samples(
     firsts = np.empty((system.structure.state.rows, len(chosen)))
     turned = np.zeros((len(chosen), len(system.turning)))
     members, strains = Members(system), [Largest.none()] * blocks
+    under_way: list[np.ndarray] = []  # numbers of steps of all blocks so far, which grow
 
     def simulate(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
         values = packed(block)
-        series, failure, first, work = march_block(system, method, tolerance, values, len(times))
+        own_run = system, method, tolerance, values, len(times)
+        series, failure, first, work = march_block(*own_run, under_way)
+        work.reached[:] = len(times) - 1
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
@@ -97,13 +101,23 @@ def run_samples(
 
     if not dynamics.signatures:
         while_compiling(lambda: march_block(system, method, tolerance, packed(0), times=1))
-    in_parallel(simulate, blocks, len(chosen), threads, progress)
+    steps = blocks * (len(times) - 1)
+    pace = Pace(len(times) - 1, lambda: sum(float(own[0, 0]) for own in under_way[:]) / steps)
+    in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
+    pace.end()
     largest = Largest.joined(strains, len(chosen))
     return Batch(outputs, failures, starts, corrections(system, firsts, chosen), turned, largest)
 
 
-def march_block(system: System, method, tolerance: float, values: Values, times: int):
-    """Run one block.
+def march_block(
+    system: System,
+    method: Coefficients,
+    tolerance: float,
+    values: Values,
+    times: int,
+    under_way: list[np.ndarray] | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Work]:
+    """Run one block; the number of its last step is added to those `under_way`.
 
     Returns rows (times, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
@@ -111,6 +125,8 @@ def march_block(system: System, method, tolerance: float, values: Values, times:
     series = np.zeros((times, system.sensed, WIDTH))
     work, failure = begin(system, values)
     first = work.z.copy()
+    if under_way is not None:
+        under_way.append(work.reached)
     run(MARCH, system, values, work, series, failure, method, tolerance)
     return series, failure, first, work
 

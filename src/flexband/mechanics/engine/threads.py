@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 import numpy as np
@@ -28,6 +28,9 @@ Result = TypeVar("Result")
 GRACE = 0.2
 """Time [s] in which threads may end after Ctrl-C."""
 
+BEAT = 1.0
+"""Time [s] between two looks at how far threads are."""
+
 _own = threading.local()
 
 
@@ -42,9 +45,11 @@ def in_parallel(
     samples: int,
     threads: int | None,
     progress: Progress | None = None,
+    beat: Callable[[], object] | None = None,
 ) -> None:
     """Run all blocks; `run` returns how many samples it has finished.
 
+    `beat` is called every second while there is nothing else to tell.
     An error, or Ctrl-C, stops all blocks at their next step.
     """
     count = available_cores() if threads is None else whole("threads", threads, 1)
@@ -67,7 +72,7 @@ def in_parallel(
         for worker in workers:
             worker.start()
         for _ in range(blocks):
-            ran, error = finished.get()
+            ran, error = _next(finished, beat)
             if error is not None:
                 raise error
             done += ran
@@ -78,6 +83,16 @@ def in_parallel(
         end = time.monotonic() + GRACE
         for worker in workers:
             worker.join(max(0.0, end - time.monotonic()))
+
+
+def _next(finished: SimpleQueue, beat: Callable[[], object] | None) -> tuple:
+    """Return the next result, and call `beat` every second until there is one."""
+    while beat is not None:
+        try:
+            return finished.get(timeout=BEAT)
+        except Empty:
+            beat()
+    return finished.get()
 
 
 def interruptible(work: Callable[[], Result]) -> Result:

@@ -116,6 +116,9 @@ def to_lanes(values: np.ndarray, block: int) -> np.ndarray:
     The last block is filled up with copies of the last sample.
     """
     lanes = zeros(len(values))
+    if values.shape[1] == 1:  # much faster than by index, in tables of many times
+        lanes[:] = values
+        return lanes
     sample = np.arange(block * WIDTH, (block + 1) * WIDTH)
     lanes[:] = values[:, np.minimum(sample, values.shape[1] - 1)]
     return lanes

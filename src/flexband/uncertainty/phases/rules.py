@@ -18,7 +18,7 @@ from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, 
 Rule = tuple[np.ndarray, np.ndarray]
 """Points ξ, (points, n), and weights of an expectation."""
 
-MAX_RULE_POINTS = 600
+MAX_RULE_POINTS = 700
 """Most points of a rule for ξ that resolves the phase."""
 
 MANY_AXES = 20
@@ -32,15 +32,21 @@ SMALL_REACH = 0.2
 SCANNED_REACH = 0.3
 """Phase change [rad] above which a scan has to resolve the waves."""
 
-TRAPEZOIDAL_END = 4.5
-"""Standard deviations up to which the trapezoidal rule extends."""
+TRAPEZOIDAL_END = 5.0
+"""Standard deviations up to which the trapezoidal rule extends: 6e-7 of all values are beyond.
+Rules of the what-if panel, whose steps are others, agree with those of Python to better than
+this."""
+
+RESOLVED = 5.5
+"""Frequency [1/σ] beyond that of the phase that the trapezoidal rule resolves. What it takes for
+another one is e^{−15} of the whole."""
 
 ZERO = 1e-12
 """Points of rules that are nearer to 0 are there."""
 
 FAR_END, STEEPEST = 6.0, 2.0
 """The same of a normal variable of which ξ is another function without bounds, and the slope of
-this function at 4.5 over its value there divided by 4.5: about two for an exponential tail."""
+this function at 5 over its value there divided by 5: about two for an exponential tail."""
 
 
 def resolving_rule(
@@ -68,7 +74,11 @@ def resolving_rule(
 
 
 def axis_rule(
-    families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
+    families: Sequence[Family],
+    orders: np.ndarray,
+    reach: np.ndarray,
+    slope: np.ndarray,
+    in_pairs: int = 3,
 ) -> Rule:
     """Return points ξ and weights for phases that change along one axis more than along others.
 
@@ -76,7 +86,7 @@ def axis_rule(
 
         G₁ (1 + Σ_v (G_v − 1) + Σ_{v<w} (G_v − 1)(G_w − 1)),   v, w > 1,
 
-    the second sum with three points per axis. Parameters are those of `resolving_rule`.
+    the second sum with `in_pairs` points per axis. Other parameters are those of `resolving_rule`.
     """
     axes, orders, reach = _principal_axes(families, orders, reach, slope)
     sizes = list(map(_rule_size, families, orders, reach))
@@ -90,7 +100,7 @@ def axis_rule(
     found = [(np.zeros((1, n)), np.ones(1))]
     found += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in others]
     for v, u in combinations(others, 2):
-        (x, a), (y, b) = (beyond(k, *families[k].gauss(3)) for k in (v, u))
+        (x, a), (y, b) = (beyond(k, *families[k].gauss(in_pairs)) for k in (v, u))
         found.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
     points, which = np.unique(np.concatenate([x for x, _ in found]), axis=0, return_inverse=True)
     weights = np.bincount(which.ravel(), np.concatenate([w for _, w in found]))
@@ -121,7 +131,7 @@ def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray
     """Return points and weights of E over one ξ, for P_j, j ≤ 2k, times e^{2iφ}, |φ| ≤ a.
 
     A Gauss rule, except for a ξ without bounds that changes the phase: then the trapezoidal rule
-    for a normal variable, exact to e^{−12} if its step is at most 2π/(2a + 5).
+    for a normal variable, exact to e^{−15} if its step is at most 2π/(2a + 5.5).
     """
     size = _rule_size(family, order, a)
     if not family.bounded and order > 0 and a >= SMALL_REACH:
@@ -142,8 +152,8 @@ def _rule_size(family: Family, order: float, a: float) -> int:
         return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product
     if family != HERMITE:
         a *= STEEPEST / TRAPEZOIDAL_END
-        return math.ceil(2 * FAR_END * (2 * a + 5 + order) / (2 * np.pi)) + 1
-    return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + 5) / (2 * np.pi)) + 1
+        return math.ceil(2 * FAR_END * (2 * a + RESOLVED + order) / (2 * np.pi)) + 1
+    return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + RESOLVED) / (2 * np.pi)) + 1
 
 
 def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:

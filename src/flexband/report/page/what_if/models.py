@@ -33,9 +33,12 @@ many; and points of a scan in more variables than a grid can have."""
 MAX_EVALUATIONS = 3e7
 """Most points times η times times at which a page may compute an output for a new scatter: 3 s."""
 
-TOLERANCE, CHECKED = 1e-5, 10
+TOLERANCE, CHECKED = 3e-7, 10
 """Largest error of moments by a rule along axes, in parts of the width of the bands, and at how
 many times and η it is checked."""
+
+IN_PAIRS = (3, 5)
+"""Points per axis for pairs of axes in such a rule: first tried, and where these are too few."""
 
 
 def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
@@ -94,14 +97,17 @@ def _rule(terms: Terms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     families = terms.over_random()
     if (rule := resolving_rule(*families)) is not None:
         return rule
-    points, weights = axis_rule(*families)
-    if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > MAX_EVALUATIONS:
-        return None
     every = [slice(0, None, max(1, -(-len(own) // CHECKED))) for own in (terms.coefficients, eta)]
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
-    both = (few.table(eta[every[1]], rule) for rule in (None, (points, weights)))
-    found, own = (np.array(mean_and_std(table, terms.moments)) for table in both)
-    return (points, weights) if np.all(np.abs(own - found) < TOLERANCE * scale) else None
+    known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
+    for in_pairs in IN_PAIRS:
+        points, weights = axis_rule(*families, in_pairs)
+        if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > MAX_EVALUATIONS:
+            return None
+        table = few.table(eta[every[1]], (points, weights))
+        if np.all(np.abs(mean_and_std(table, terms.moments) - known) < TOLERANCE * scale):
+            return points, weights
+    return None
 
 
 def _turned_back(phase: np.ndarray) -> np.ndarray:

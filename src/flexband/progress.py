@@ -116,7 +116,7 @@ class Pace:
             self.first = self.first or ((now, part) if part > 0 else None)
             return
         left = (now - self.first[0]) * (1 - part) / (part - self.first[1])
-        text = f"{100 * part:.2g} % of runs of {self.steps} steps, about {duration(left)} left"
+        text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(left)} left"
         self._tell(text, "" if self.told or left < LONG else text)
         self.told |= left >= LONG
 

@@ -131,6 +131,8 @@ def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):
 
 
 def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys):
+    fb.simulate(swinging(), duration=0.1, step=1e-3)  # which may compile the engine
+    capsys.readouterr()
     monkeypatch.setattr(threads, "BEAT", 0.02)
     monkeypatch.setattr(progress, "MANY_STEPS", 300_000)
     told = []

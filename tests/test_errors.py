@@ -75,3 +75,19 @@ def test_what_a_function_returns_is_named():
 def test_an_angle_in_degrees_is_remarked_on():
     with pytest.warns(fb.FlexbandWarning, match=r"RigidBody angle is 90 rad.* is it degrees\?"):
         fb.RigidBody(mass=1.0, inertia=1.0, angle=90)
+
+
+def test_a_text_in_place_of_a_number_is_called_one():
+    with pytest.raises(fb.InputError, match=r"got the text '1e-3'; write .* without quotes. YAML"):
+        errors.positive("mass [kg]", "1e-3")
+    with pytest.raises(fb.InputError, match=r"got the text '12'; write the number without quotes$"):
+        errors.whole("samples", "12", 1)
+    with pytest.raises(fb.InputError, match=r"must be finite numbers; got the text 'heavy'$"):
+        errors.numbers("mass [kg]", "heavy")
+
+
+def test_zero_may_be_allowed_besides_a_range():
+    assert [errors.whole("runs", k, 2, or_zero=True) for k in (0, 2, 5)] == [0, 2, 5]
+    for bad in (1, -1):
+        with pytest.raises(fb.InputError, match=f"runs must be 0, or 2 or more; got {bad}"):
+            errors.whole("runs", bad, 2, or_zero=True)

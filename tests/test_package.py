@@ -15,7 +15,9 @@ from flexband.cli.commands import MODULES
 
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
+    "words",
     "errors",
+    "arguments",
     "smoothness",
     "files",
     "progress",

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.words import number_of, with_article
+
 SMALL_SPREAD = 1e-9
 """Relative spread of an input below which runs show rounding only."""
 
@@ -77,7 +79,8 @@ class RunsNeeded(RuntimeError):  # noqa: N818  (nothing is wrong)
         self.points, self.names, self.setting = points, list(names), setting
         where = f" with {setting}" if setting else ""
         super().__init__(
-            f"{len(points)} runs of {', '.join(self.names)}{where} are needed from elsewhere: "
+            f"{number_of(len(points), 'run')} of {', '.join(self.names)}{where} must come from "
+            "elsewhere: "
             "`flexband points` writes them, `flexband ingest` records their results"
         )
 
@@ -159,7 +162,7 @@ def numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
     """Return `count` finite numbers, shape (count,) or () if one; else raise `InputError`."""
     array = finite(name, value, rank=None)
     if array.shape != (() if count == 1 else (count,)):
-        raise InputError(f"{name} must be {count} number{'s' * (count > 1)}; got {shown(value)}")
+        raise InputError(f"{name} must be {number_of(count, 'number')}; got {as_given(value)}")
     return array
 
 
@@ -195,12 +198,18 @@ def plausible_spread(name: str, spread: float, size: float) -> None:
         warn(f"{name} is {spread:g}, which is {spread / abs(size):.1g} of the value {size:g}")
 
 
-def whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Return `value` as an int; raise `InputError` if it is not a whole number in this range."""
+def whole(
+    name: str, value: object, least: int, most: int | None = None, *, or_zero: bool = False
+) -> int:
+    """Return `value` as an int; raise `InputError` if it is not a whole number in this range.
+
+    `or_zero` is whether 0 is allowed besides, for none.
+    """
+    allowed = f"{'0, or ' * or_zero}{least} or more"
     if isinstance(value, bool | np.timedelta64) or not isinstance(value, int | np.integer):
-        raise InputError(f"{name} must be a whole number, {least} or more; got {shown(value)}")
-    if value < least:
-        raise InputError(f"{name} must be {least} or more; got {shown(value)}")
+        raise InputError(f"{name} must be a whole number, {allowed}; got {as_given(value)}")
+    if value < least and not (or_zero and value == 0):
+        raise InputError(f"{name} must be {allowed}; got {shown(value)}")
     if most is not None and value > most:
         raise InputError(f"{name} must be {most} or less; got {shown(value)}")
     return int(value)
@@ -232,7 +241,7 @@ def known(name: str, value: object, allowed: Iterable[str]) -> None:
 def instance(name: str, value: object, kind: Any, example: str = "") -> None:
     """Raise `InputError` if `value` is not of a class."""
     if not isinstance(value, kind):
-        allowed = example or f"a {kind.__name__}"
+        allowed = example or with_article(kind.__name__)
         raise InputError(f"{name} must be {allowed}; got {shown(value)}")
 
 
@@ -298,6 +307,20 @@ def shown(value: object) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
+def as_given(value: object) -> str:
+    """Return what was given where numbers are meant; a text is called one."""
+    if not isinstance(value, str | bytes):
+        return shown(value)
+    try:
+        float(value)
+    except ValueError:
+        return f"the text {shown(value)}"
+    hint = ""
+    if isinstance(value, str) and "e" in value.lower():
+        hint = ". YAML reads numbers such as 1.0e-3, with point and sign; 1e-3 is a text to it"
+    return f"the text {shown(value)}; write the number without quotes{hint}"
+
+
 def _real(name: str, value: ArrayLike, allowed: str, *, lists: bool) -> np.ndarray:
     """Return `value` as an array of floats, which may be infinite or NaN."""
     if isinstance(value, float):
@@ -318,7 +341,7 @@ def _real(name: str, value: ArrayLike, allowed: str, *, lists: bool) -> np.ndarr
             raise TypeError
         return array.astype(float)
     except Exception:  # whatever an object raises that is asked for its numbers
-        raise InputError(f"{name} must be {allowed}; got {shown(value)}") from None
+        raise InputError(f"{name} must be {allowed}; got {as_given(value)}") from None
 
 
 def _within(

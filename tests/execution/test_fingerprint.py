@@ -138,7 +138,9 @@ def test_a_store_is_refused_to_another_response(written, tmp_path):
     texts[1] = BESIDE.replace("GAIN = 3.0", "GAIN = 3.5")
     with pytest.raises(fb.StoreError, match="the code or the data of the response changed"):
         study(written(texts), store=folder)
-    with pytest.raises(fb.StoreError, match="insist=True"):  # the runs disagree
+    with pytest.raises(
+        fb.StoreError, match="insist=True of the Store uses them; on the command line, --insist"
+    ):  # the runs disagree
         study(lambda a, b: a + 2 * b, store=folder)
     with pytest.raises(fb.StoreError, match="version: '' before, 'v2' now"):
         study(written(TEXTS), store=fb.Store(folder, version="v2"))

@@ -173,7 +173,7 @@ def pendulum_driven(angle, **parts):
     return fb.Mechanism(
         bodies={"a": block()},
         joints={"pin": fb.Revolute("a", (0, 0)), "motor": fb.PrescribedRotation("a", angle)},
-        **parts,
+        **({"sensors": {"angle": fb.Angle("a")}} | parts),
     )
 
 

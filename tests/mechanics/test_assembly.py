@@ -19,7 +19,7 @@ def test_numbers_of_samples_must_fit():
     with pytest.raises(fb.InputError, match=r"different numbers of samples: \[2, 5\]"):
         fb.simulate(two, duration=0.01, step=1e-3)
     growing = pendulum_driven(lambda t: np.zeros(5) if t else 0.0)
-    with pytest.raises(fb.InputError, match="returned 5 values; the mechanism has 1 samples"):
+    with pytest.raises(fb.InputError, match="returned 5 values; the mechanism has 1 sample"):
         fb.simulate(growing, duration=0.01, step=1e-3)
 
 

@@ -58,6 +58,7 @@ def test_moves_alone_are_reported_but_not_warned_of():
     model = fb.Mechanism(
         bodies={"a": bar(0.5, 0.3, start=(0.02, 0.0))},
         joints={"A": fb.Revolute("a.start", (0.0, 0.0))},
+        sensors={"angle": fb.Angle("a")},
     )
     motion = fb.simulate(model, duration=1e-3, step=1e-3)
     assert motion.attrs["largest_move"] == pytest.approx(0.02, abs=1e-12)

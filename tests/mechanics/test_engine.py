@@ -200,7 +200,9 @@ def test_a_drive_that_would_start_the_wrong_way_round_is_refused(angle):
 
 def test_a_slide_that_would_be_held_upside_down_is_refused():
     model = fb.Mechanism(
-        bodies={"a": block(angle=3.0)}, joints={"guide": fb.Prismatic("a", (0.0, 0.0))}
+        bodies={"a": block(angle=3.0)},
+        joints={"guide": fb.Prismatic("a", (0.0, 0.0))},
+        sensors={"x": fb.Position("a")},
     )
     with pytest.raises(fb.AssemblyError, match="'guide' holds its body the wrong way round"):
         fb.simulate(model, duration=0.01, step=1e-3)
@@ -219,6 +221,7 @@ def test_a_mechanism_that_cannot_be_assembled():
             "B": fb.Revolute("crank.end", "link.start"),
             "C": fb.Revolute("link.end", (0.3, 0.5)),
         },
+        sensors={"angle": fb.Angle("link")},
     )
     with pytest.raises(fb.AssemblyError, match="the constraints cannot be met") as found:
         fb.simulate(impossible, duration=0.01, step=1e-3)
@@ -241,6 +244,7 @@ def test_samples_that_fail_alike_are_told_once():
             "B": fb.Revolute("b.start", "a.end"),
             "C": fb.Revolute("b.end", (0.0, far)),
         },
+        sensors={"angle": fb.Angle("b")},
     )
     with pytest.raises(fb.AssemblyError) as found:
         fb.simulate(model, duration=0.01, step=1e-3)
@@ -260,6 +264,7 @@ def test_constraints_that_contradict_each_other():
             "A": fb.Revolute("a.start", (0.0, 0.0)),
             "B": fb.Revolute("a.end", (0.25, 0.0)),
         },
+        sensors={"angle": fb.Angle("a")},
     )
     with pytest.raises(fb.AssemblyError, match=r"contradict each other.* joint 'B'"):
         fb.simulate(twice, duration=0.01, step=1e-3)
@@ -269,7 +274,7 @@ def test_constraints_that_contradict_each_other():
     ("build", "text"),
     [
         (lambda: fb.GeneralizedAlpha(spectral_radius=[0.1, 0.2]), "must be 1 number"),  # type: ignore
-        (lambda: fb.GeneralizedAlpha(spectral_radius=1.2), "between 0 and 1; got 1.2"),
+        (lambda: fb.GeneralizedAlpha(spectral_radius=1.2), "from 0 to 1; got 1.2"),
         (lambda: fb.GeneralizedAlpha(tolerance=0.0), "tolerance"),
     ],
 )

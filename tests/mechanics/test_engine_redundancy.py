@@ -70,6 +70,7 @@ def test_contradicting_drives_are_refused_when_they_part():
             "one": fb.PrescribedRotation("bar", lambda t: t),
             "two": fb.PrescribedRotation("bar", lambda t: t + max(0.0, t - 0.0505)),
         },
+        sensors={"angle": fb.Angle("bar")},
     )
     with pytest.raises(fb.SimulationError, match=r"t = 0.051 s: .*(contradict|diverged)"):
         fb.simulate(model, duration=0.1, step=1e-3)
@@ -121,6 +122,7 @@ def test_a_drive_out_of_reach_is_named_with_its_time():
             "guide": fb.Slot("b.end", (0.0, 0.0)),
             "drive": fb.PrescribedTravel("b.end", (0.0, 0.0), lambda t: 0.9 + 0.3 * t),
         },
+        sensors={"end": fb.Position("b.end")},
     )
     with pytest.raises(fb.SimulationError, match=r"t = 0.33[34] s: joint 'drive' .* cannot reach"):
         fb.simulate(model, duration=1.0, step=1e-3)

@@ -32,7 +32,9 @@ def test_a_free_disc_keeps_its_speed(radius, lost):
 def test_a_step_that_slows_a_mass_on_a_rod_down_is_warned_of():
     mass = fb.PointMass(mass=1.0, position=(1.0, 0.0), velocity=(0.0, 0.5))
     model = fb.Mechanism(
-        bodies={"mass": mass}, joints={"rod": fb.Distance("mass", (0.0, 0.0), 1.0)}
+        bodies={"mass": mass},
+        joints={"rod": fb.Distance("mass", (0.0, 0.0), 1.0)},
+        sensors={"x": fb.Position("mass")},
     )
     with pytest.warns(fb.FlexbandWarning, match="'rod' turns by about .* rad per step"):
         fb.simulate(model, duration=2000.0, step=1.0)

@@ -40,9 +40,16 @@ from .models import block, two_blocks
         ),
         (
             lambda: two_blocks({"pin": fb.Revolute((0, 0), (0, 0))}),
-            "'pin': it must join two bodies",
+            r"'pin': its points \(0, 0\) and \(0, 0\) are both of the ground",
         ),
-        (lambda: two_blocks({"pin": fb.Revolute("a", "a")}), "and only bodies that rotate"),
+        (
+            lambda: two_blocks({"pin": fb.Revolute("a", "a")}),
+            "its points 'a' and 'a' are both of body 'a'; a Revolute is between two bodies, or a ",
+        ),
+        (
+            lambda: two_blocks({"rod": fb.Distance("b.center", "b", 1.0)}),
+            "'rod': its points 'b.center' and 'b' are both of body 'b'",
+        ),
         (lambda: two_blocks({"pin": "a"}), r"joints\['pin'\] must be a joint; got 'a'"),  # type: ignore
         (lambda: fb.Mechanism(bodies={"a": "b"}), r"bodies\['a'\] must be a body; got 'b'"),  # type: ignore
         (lambda: two_blocks(loads={"g": 9.81}), r"loads\['g'\] must be a load; got 9.81"),  # type: ignore

@@ -26,7 +26,8 @@ def test_assembly_errors_give_the_inputs():
             "B": fb.Revolute("crank.end", "link.start"),
             "C": fb.Revolute("link.end", (0.3, 0.3)),
         }
-        return fb.Mechanism(bodies={"crank": crank, "link": link}, joints=joints)
+        sensors = {"angle": fb.Angle("link")}
+        return fb.Mechanism(bodies={"crank": crank, "link": link}, joints=joints, sensors=sensors)
 
     response = fb.dynamic_response(locked, duration=0.01, step=1e-3)
     with pytest.raises(fb.AssemblyError, match=r"sample 1: link_length = 0.1") as caught:
@@ -110,6 +111,12 @@ def test_outputs_may_be_farther_apart_than_steps():
         fb.InputError, match=r"output_step .s. must be a multiple of step; got 0\.0001 with"
     ):
         fb.dynamic_response(leaf, duration=4e-3, step=3e-5, output_step=1e-4)
+    with pytest.raises(fb.InputError, match=r"whole multiple of output_step; got 0\.004 with out"):
+        fb.dynamic_response(leaf, duration=4e-3, output_step=3e-4)
+    with pytest.raises(
+        fb.InputError, match=r"whole multiple of step; got 0\.004 with step 0\.0003"
+    ):
+        fb.dynamic_response(leaf, duration=4e-3, step=3e-4)
     with pytest.raises(fb.InputError, match=r"output_step .s. must be positive; got 0"):
         fb.dynamic_response(leaf, duration=4e-3, output_step=0.0)
 

@@ -14,7 +14,7 @@ from flexband import errors, progress
 from flexband.mechanics.engine import threads
 from flexband.mechanics.simulate import _times
 
-from .models import beam, between_rods, hardening_spring, pendulum
+from .models import beam, between_rods, block, hardening_spring, pendulum, pendulum_driven
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from .models import beam, between_rods, hardening_spring, pendulum
     [
         (0.0, 1e-3, "duration .* must be positive; got 0"),
         (1.0, -1e-3, "step .* must be positive; got -0.001"),
-        (1.0, 0.3, "whole number of steps; got 1 with step 0.3"),
+        (1.0, 0.3, "whole multiple of step; got 1 with step 0.3"),
         (np.nan, 0.1, "duration"),
     ],
 )
@@ -70,6 +70,18 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
     assert divided.attrs["halved_step"] == [1, 3]
     with pytest.raises(fb.SimulationError, match=r"steps of 0\.02 s and of 0\.01 s\nTake shorter"):
         fb.simulate(hardening_spring(22.0), duration=1.0, step=0.02)
+
+
+def test_a_mechanism_without_sensors_is_refused():
+    told = r"no sensors, so it has no outputs; add .* such as Mechanism\(..., sensors="
+    with pytest.raises(fb.InputError, match=told):
+        fb.simulate(pendulum_driven(lambda t: t, sensors={}), duration=0.01, step=1e-3)
+    inputs, builder = {"k": fb.Interval(1.0, 2.0)}, lambda k: fb.Mechanism(bodies={"a": block()})
+    for response in (
+        fb.dynamic_response(builder, duration=0.01, step=1e-3), fb.static_response(builder)
+    ):  # fmt: skip
+        with pytest.raises(fb.InputError, match=told):
+            fb.propagate(response, inputs, fb.PCCI(1, 1))
 
 
 def test_a_run_that_does_not_fit_into_memory_is_refused_before_it_starts():

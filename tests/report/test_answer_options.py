@@ -184,7 +184,11 @@ def test_all_options_are_judged():
         (("limits", *LIMIT, "--only", "w"), "--only selects limits of the study; leave out"),
         (("tolerance", "q"), "name must be an input with a tolerance"),
         (("contributions", "--sigmas", -1), "sigmas"),
-        (("quantiles", "-p", 2), "between 0 and 1"),
+        (("quantiles", "-p", 1), "above 0 and below 1; got"),
+        (("limits", *LIMIT, "--sigmas", -1), "sigmas must be positive; got -1"),
+        (("limits", "--below", "w=1", "--above", "w=2"), "above=2 and below=1"),
+        (("allocate", *CHEAP, "--sigmas", -1), "sigmas must be positive; got -1"),
+        (("allocate", *CHEAP, "--probability", 5), "from 1e-08 to 0.3; got 5"),
         (("range", "-p", 2), "probability"),
         (("p-box", "q"), "must be one of"),
         (("derived", "peak", "X", "Y", "w"), "one output, or two"),
@@ -194,7 +198,7 @@ def test_all_options_are_judged():
         (("limits",), "requires --below or --above"),
         (("limits", "--below", "q=1"), "must be one of"),
         (("limits", "--below", "w=1", "--during", "7,8"), "during"),
-        (("limits", "--below", "w=1", "--runs", 8), "--runs must be 16 or more"),
+        (("limits", "--below", "w=1", "--runs", 8), "--runs must be 0, or 16 or more; got 8"),
         (("limits", "--below", "w=1", "--accuracy", 2), "accuracy"),
         (("limits", "--below", "w=1", "--during", "x,8"), "parse string as a number"),
         (("allocate", *LIMIT, "--cost", "e"), "--cost must be NAME=NUMBER"),
@@ -209,6 +213,17 @@ def test_a_wrong_command_line_ends_with_status_2(folder, arguments, message):
     refused = run(command, folder, *rest)
     assert refused.exit_code == 2, refused.output
     assert message in " ".join(refused.output.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("command", CASES)
+@pytest.mark.parametrize("bad", ["-1", "nan"])
+def test_no_numeric_option_takes_a_number_that_makes_no_sense(command, bad, folder):
+    load([command])
+    for one in get_command(app).commands[command].params:
+        kind = str(one.type_descriptor.annotation)
+        if one.opts[0].startswith("--") and ("float" in kind or "int" in kind):
+            refused = run(command, folder, *CASES[command][0], one.opts[0], bad, bad)
+            assert refused.exit_code == 2, (one.opts[0], refused.output)
 
 
 def test_only_takes_outputs_with_limits(limited):

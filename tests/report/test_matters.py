@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 import flexband as fb
+from flexband.report import tables
 from flexband.report.page.definitions import definitions
 from flexband.report.page.matters import what_matters
 from flexband.report.page.study import verdict
@@ -58,9 +59,16 @@ def test_definitions_are_those_of_what_the_study_has():
     assert not {"margin", "probability", "μ and σ", "interval", "random field"} & set(plain)
 
 
-def test_a_tolerance_that_is_not_met_and_confirmed_errors_go_together():
+def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
     checked = fb.verify(SURROGATE, response)
     assert checked.attrs["confirmed"] == "yes"
-    for doubts, told in ((["the tolerance is not met"], True), ([], False)):
+    doubtful = "The result is doubtful, but its expected error is confirmed: 16 new runs"
+    for doubts, first in (([], "Confirmed: 16 new runs"), (["the tolerance is not met"], doubtful)):
         lines = verdict({"doubts": doubts}, SURROGATE.bands(), checked, SHARES, None)
-        assert any(line.startswith("Both hold") for line in lines) == told
+        assert any(line.startswith(first) for line in lines)
+        assert tables.remarks(SURROGATE.bands(), checked, doubts)[0].startswith(first)
+    not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
+    not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
+    assert tables.remarks(not_trusted, checked)[0].startswith(doubtful)
+    _, rows = tables.summary_table(not_trusted, checked)
+    assert [row[-1] for row in rows] == ["yes, not trusted", "yes"]

@@ -116,7 +116,7 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert "Confirmed: 16 new runs, 12 of them at the ends of the bands" in text
-        assert "no more than expected; the largest error that they imply is 0" in text
+        assert "no more than expected; the largest error that follows is 0" in text
     assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
     with xr.open_dataset(out / "verification.nc", engine="scipy") as checked:
         assert checked["confirmed"].values.all()
@@ -129,7 +129,7 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     for samples in (1, -1):
         few = call("run", study_file, "--output", out / "few", "--verify", samples)
         assert few.exit_code == 2
-        assert f"--verify must be 2 or more; got {samples}" in few.output
+        assert f"--verify must be 0, or 2 or more; got {samples}" in few.output
     assert not (out / "few").exists()  # refused before the runs
 
 

@@ -236,7 +236,7 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     file.with_name("broken").unlink()
     made = runs_made(file)
     told = call("rerun", out, "--failed")
-    assert "1 failed runs are made again" in told
+    assert "1 failed run is made again" in told
     assert state_of(out)["failed"] == 0
     assert "requires --failed" in call("rerun", out, status=2)
     assert runs_made(file) < made + 9 + 1 + 16

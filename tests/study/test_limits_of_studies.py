@@ -54,7 +54,6 @@ def test_results_are_there_although_limits_cannot_be_checked(tmp_path):
         ('"F", below=1.0', "Limit output must be None, since the response has one output; got 'F'"),
         ("below=[1.0, 2.0]", "Limit below must be one number, or numbers of shape (5,)"),
         ("below=1.0, during=(0.0, 1.0)", "Limit during requires times"),
-        ("below=1.0, above=1.0", "Limit above must be less than below"),
     ],
 )
 def test_limits_that_do_not_fit_end_a_study_after_its_first_runs(tmp_path, method, limit, message):

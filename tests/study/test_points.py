@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from flexband.words import are
 
 TIMES = [0.0, 1 / 3, 2 / 3]
 STUDY = f"""
@@ -74,7 +75,7 @@ def test_round_by_round_until_the_method_has_converged(file, tmp_path):
         rounds += 1
         results = tmp_path / ("results.nc" if rounds % 2 else "results.csv")
         answer(out, results)
-        assert f"{len(asked(out))} runs are recorded, 0 of" in call("ingest", out, results)
+        assert f"{are(len(asked(out)), 'run')} recorded, 0 of" in call("ingest", out, results)
     assert result.exit_code == 0, result.output
     assert rounds >= 3
     inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.1, 0.3),
@@ -131,7 +132,7 @@ def test_points_need_a_response_elsewhere(file, tmp_path):
     for names, options in wrong:
         with pytest.raises(fb.InputError):
             fb.elsewhere(*names, **options)
-    with pytest.raises(fb.RunsNeeded, match="2 runs of a are needed from elsewhere") as needed:
+    with pytest.raises(fb.RunsNeeded, match="2 runs of a must come from elsewhere") as needed:
         fb.propagate(fb.elsewhere("a"), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
     assert needed.value.points.shape == (2, 1)
 

@@ -145,7 +145,7 @@ def test_too_many_terms_and_too_few_runs():
     with pytest.raises(fb.InputError, match="more than 5000 terms in 40 variables; choose a lower"):
         fb.propagate(total, many, fb.RegressionPCCI(4))
     one = {"x": fb.Interval(0, 1)}  # a third of the points are at its two ends
-    with pytest.raises(fb.InputError, match="do not determine 13 terms; choose a larger"):
+    with pytest.raises(fb.InputError, match="cannot determine 13 terms; choose a larger"):
         fb.propagate(lambda x: x, one, fb.RegressionPCCI(12, oversampling=1.01))
 
 

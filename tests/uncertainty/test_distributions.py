@@ -298,26 +298,26 @@ def test_weibull_and_beta_by_their_moments():
     [
         (lambda: fb.Weibull(1.0), "Weibull must have either scale and shape, or mean and one of"),
         (lambda: fb.Weibull(1.0, 2.0, mean=3.0), "got scale=1.0, shape=2.0, mean=3.0"),
-        (lambda: fb.Weibull(mean=1.0), "Weibull must have either std or cv; got std=None"),
+        (lambda: fb.Weibull(mean=1.0), "Weibull must have either std or cv; got neither"),
         (lambda: fb.Weibull(mean=1.0, std=1.0, cv=1.0), "Weibull must have either std or cv"),
         (lambda: fb.Weibull(mean=1.0, cv=0.1, location=2.0), "mean must be above the location 2"),
-        (lambda: fb.Weibull(mean=1.0, cv=20.0), r"between 0.000128 and 15.8 for"),
-        (lambda: fb.Weibull(mean=fb.Interval(0.5, 9.0), std=9.0), "between .* = 0.5; got 9"),
-        (lambda: fb.Beta(mean=2.0, std=0.1), "Beta mean must be between lower 0 and upper 1"),
-        (lambda: fb.Beta(mean=0.5, std=0.5), "Beta std must be between 1e-05 and 0.4903 for"),
+        (lambda: fb.Weibull(mean=1.0, cv=20.0), r"above 0.000128 and below 15.8 for"),
+        (lambda: fb.Weibull(mean=fb.Interval(0.5, 9.0), std=9.0), "above .* = 0.5; got 9"),
+        (lambda: fb.Beta(mean=2.0, std=0.1), "Beta mean must be above lower 0 and below upper 1"),
+        (lambda: fb.Beta(mean=0.5, std=0.5), "Beta std must be above 1e-05 and below 0.4903 for"),
         (lambda: fb.Beta(mean=0.5, cv=-1), "Beta cv must be positive; got -1"),
-        (lambda: fb.Beta(mean=0.5, std=1e-6), "Beta std must be between 1e-05 and 0.49"),
-        (lambda: fb.Normal(1.0), "Normal must have either std or cv; got std=None, cv=None"),
-        (lambda: fb.Normal(1.0, 2.0, cv=0.1), "Normal must have either std or cv; got std=2.0"),
+        (lambda: fb.Beta(mean=0.5, std=1e-6), "Beta std must be above 1e-05 and below 0.49"),
+        (lambda: fb.Normal(1.0), "Normal must have either std or cv; got neither"),
+        (lambda: fb.Normal(1, 2, cv=0.1), "must have either std or cv; got both: std=2 and cv=0.1"),
         (lambda: fb.Normal(0.0, cv=0.1), "Normal cv must be given as std where the mean is 0"),
-        (lambda: fb.Normal(1.0, "a"), "Normal std must be finite numbers; got 'a'"),
+        (lambda: fb.Normal(1.0, "a"), "Normal std must be finite numbers; got the text 'a'"),
         (lambda: fb.LogNormal(-1.0, 1.0), "LogNormal mean must be positive; got -1"),
         (lambda: fb.LogNormal(1.0, cv=-0.1), "LogNormal cv must be positive; got -0.1"),
         (lambda: fb.LogNormal(1.0, 1e9), "LogNormal std must be 100 times the mean 1 or less"),
         (lambda: fb.LogNormal.of_logarithm(0.0, 1e3), "must be smaller for the LogNormal to be"),
         (lambda: fb.LogNormal(fb.Interval(-1.0, 1.0), 1.0), "LogNormal mean must be positive; got"),
         (lambda: fb.Weibull(0.0, 2.0), "Weibull scale must be positive; got 0"),
-        (lambda: fb.Weibull(1.0, 0.1), "Weibull shape must be between 0.2 and 10000; got 0.1"),
+        (lambda: fb.Weibull(1.0, 0.1), "Weibull shape must be from 0.2 to 10000; got 0.1"),
         (lambda: fb.Gumbel(1.0, 0.0), "is written as a number, or as an Interval"),
         (lambda: fb.Gumbel(1.0, 0.0), "Gumbel std must be positive; got 0"),
         (lambda: fb.Beta(-2.0, 1.0), "Beta alpha must be positive; got -2"),
@@ -326,7 +326,7 @@ def test_weibull_and_beta_by_their_moments():
         (lambda: fb.Uniform(1.0, 1.0), "is written as a number, or as an Interval"),
         (lambda: fb.Samples([3.0] * 9), "is written as a number, or as an Interval"),
         (lambda: fb.Beta(2.0, 1.0, 3.0, 3.0), "Beta lower 3 must be below upper 3"),
-        (lambda: fb.Triangular(0.0, 2.0, 1.0), "Triangular mode must be between lower 0 and u"),
+        (lambda: fb.Triangular(0.0, 2.0, 1.0), "Triangular mode must be from lower 0 to upper"),
         (lambda: fb.TruncatedNormal(0.0, 1.0, 3.0, 2.0), "TruncatedNormal lower 3 must be below"),
         (lambda: fb.TruncatedNormal(0.0, 1.0, upper=-50.0), "limits are 50 standard deviations"),
         (lambda: fb.TruncatedNormal(0.0, 1.0, np.inf), "TruncatedNormal lower must be finite"),
@@ -380,3 +380,13 @@ def test_the_quantiles_of_a_scipy_distribution_are_computed_once():
     assert as_input(ss.gamma(2.5)) is not as_input(ss.gamma(2.6))
     with pytest.raises(fb.InputError, match="gamma a must be 1 number"):
         as_input(ss.gamma([1.0, 2.0]))
+
+
+@pytest.mark.parametrize("kind", [fb.Normal, fb.LogNormal])
+def test_a_coefficient_of_variation_in_per_cent_is_remarked_on(kind, recwarn):
+    with pytest.warns(fb.FlexbandWarning, match=r"cv is 5, .* in per cent\? A cv of 0.05 is 5 %"):
+        kind(2.0, cv=5)
+    kind(2.0, cv=1.0)
+    kind(2.0, 6.0)
+    fb.LogNormal.of_logarithm(0.0, 1.2)  # whose cv is 1.8
+    assert not recwarn

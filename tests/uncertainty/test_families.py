@@ -110,9 +110,7 @@ def test_bounds_of_a_uniform_input_are_values(tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
         np.testing.assert_allclose(own.evaluate(u=[0.1, 0.4], a=1.0), [0.01, 0.16], rtol=1e-12)
-        with pytest.raises(
-            fb.InputError, match=r"u: values must be between 0\.1 and 0\.4; got 0\.41"
-        ):
+        with pytest.raises(fb.InputError, match=r"u: values must be from 0\.1 to 0\.4; got 0\.41"):
             own.evaluate(u=0.41, a=1.0)
 
 

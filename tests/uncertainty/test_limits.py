@@ -54,6 +54,17 @@ def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
     np.testing.assert_allclose(found[0][0, 0], 1.2 - 0.15, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "ends",
+    [(2.0, 1.0), (1.0, 1.0), (np.array([0.0, 3.0]), np.array([1.0, 2.0])), (1.5, np.r_[2, 1])],
+)
+def test_ends_that_leave_nothing_are_refused_where_they_enter(ends):
+    above, below = ends
+    with pytest.raises(fb.InputError, match="must be less than below; got above="):
+        fb.Limit("a", above=above, below=below)
+    fb.Limit("a", above=np.zeros(2), below=np.ones(3))  # one does not fit, which the response tells
+
+
 def test_the_expected_error_decides():
     """tanh is missed: near the bound the limit is neither kept nor not kept."""
 

@@ -145,7 +145,7 @@ def test_runs_near_the_part_tell_its_error():
         ({"a": fb.Normal(1.0, 0.11)}, "a: .* is beyond the runs"),
         ({"a": 5.0}, "a: 5.0 is beyond the runs"),
         ({"a": fb.Interval(0.9, 1.1)}, "a: must be a number or a distribution"),
-        ({"e": fb.Interval(0.9, 1.5)}, "e: values must be between 1 and 2"),
+        ({"e": fb.Interval(0.9, 1.5)}, "e: values must be from 1 to 2"),
         ({"e": fb.Normal(1.5, 0.1)}, "e: must be a number or an Interval"),
         ({"e": "1.5"}, "e must be a number or an input"),
     ],

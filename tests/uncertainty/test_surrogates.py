@@ -113,7 +113,7 @@ def test_fields_are_given_by_their_standard_variables(tmp_path):
     ("call", "text"),
     [
         (lambda s: s.evaluate(x=0.0), "values must be given for e, x; got x"),
-        (lambda s: s.evaluate(x=0.0, e=2.0), "e: values must be between -1 and 1; got 2"),
+        (lambda s: s.evaluate(x=0.0, e=2.0), "e: values must be from -1 to 1; got 2"),
         (lambda s: s.evaluate(x=[0.0, 1.0], e=[0.0, 0.1, 0.2]), "values must be equally many"),
         (lambda s: s.moments(x=0.0), "values must be given for e; got x"),
         (lambda s: s.evaluate(x=np.nan, e=0.0), "x: values must be finite; got nan"),
@@ -210,7 +210,7 @@ def test_a_surrogate_says_when_it_extrapolates(tmp_path):
             own.evaluate(x=[9.0, -10.0], f=[[0.0, 7.0]], e=0.5)
         with pytest.warns(fb.FlexbandWarning, match=r"f\[1\] \(ξ = 7\) is beyond .*ξ = -"):
             own.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
-    with pytest.raises(fb.InputError, match=r"e: values must be between 0 and 1; got 1\.1"):
+    with pytest.raises(fb.InputError, match=r"e: values must be from 0 to 1; got 1\.1"):
         surrogate.evaluate(x=10.0, f=[[0.0, 0.0]], e=1.1)
 
 

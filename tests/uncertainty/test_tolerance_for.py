@@ -53,8 +53,8 @@ def test_a_number_has_one_as_well():
     [
         ("b", 0.5, "name must be an input with a tolerance, .* which are a, e, f; got 'b'"),
         (3, 0.5, "got 3"),
-        ("a", 0.0, "share must be between 0 and 1; got 0"),
-        ("a", 1.0, "share must be between 0 and 1; got 1"),
+        ("a", 0.0, "share must be above 0 and below 1; got 0"),
+        ("a", 1.0, "share must be above 0 and below 1; got 1"),
         ("a", "half", "share"),
     ],
 )

@@ -44,6 +44,7 @@ from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import evaluations
 from flexband.uncertainty.evaluations.reuse import located
 from flexband.uncertainty.surrogates.verdicts import implied_error
+from flexband.words import are, number_of
 
 LARGE = 0.25
 """An error that new runs find, in parts of the error bar's width, above which a result is
@@ -128,7 +129,7 @@ def wait(course: Course, needed: RunsNeeded, study: Study) -> NoReturn:
         raise fb.InputError("a response elsewhere takes numbers and texts; got a RandomField")
     file = Points.of(folder).ask(needed, study.inputs)
     course.write("waiting", points={"count": count, "file": str(file)})
-    print_text(f"{count} points are to be run: {file}")
+    print_text(f"{are(count, 'point')} to be run: {file}")
     print_text(f"`flexband ingest {folder} RESULTS.csv` records their results")
     raise typer.Exit(WAITING)
 
@@ -153,7 +154,7 @@ def forget_failed(study: Study, store: Store) -> None:
     with evaluations(study.response, inputs, store=store) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()
-    print_text(f"{count} failed runs are made again if they are needed.", error=True)
+    print_text(f"{are(count, 'failed run')} made again if needed.", error=True)
 
 
 def results(
@@ -170,8 +171,8 @@ def results(
     doing("compiling what is not compiled yet")
     compile_ahead(study)
     if store is not None and (before := recorded_runs(course.folder)):
-        text = f"{output} has {before} recorded runs; those that serve are not made again."
-        print_text(text, error=True)
+        there = f"{output} has {number_of(before, 'recorded run')}"
+        print_text(f"{there}; those that serve are not made again.", error=True)
     surrogate, files, bands = made(study, model, course, options)
     changed = model not in files or course.folder.signed([model]) != earlier
     if changed:  # before anything may end this process
@@ -186,7 +187,7 @@ def results(
         checked = verified(surrogate, study, course, runs=new, **own)
     if checked is not None:
         files += [checks] * save(lambda: write_netcdf(checked, checks))
-    title = f"{plan.title}: {label}, {bands.attrs['runs']} runs"
+    title = f"{plan.title}: {label}, {number_of(bands.attrs['runs'], 'run')}"
     table = tables.summary_table(bands, checked)
     if not as_json:
         print_table(title, table)
@@ -195,14 +196,15 @@ def results(
     else:
         inputs = surrogate.space.given if isinstance(surrogate, fb.Surrogate) else surrogate.given
     fields = {k: i for k, i in inputs.items() if isinstance(i, fb.Field) and i.domain is not None}
+    why = doubts(bands, checked, asked=bool(new))
     about = {
         "title": plan.title,
         "label": label,
         "file": plan.file,
         "computed": computed(course.about),
         "seconds": (time.monotonic() - course.begin) / (int(bands.attrs["runs"]) + new),
-        "doubts": doubts(bands, checked, asked=bool(new)),
-        "remarks": [*tables.remarks(bands, checked), *tables.field_remarks(fields)],
+        "doubts": why,
+        "remarks": [*tables.remarks(bands, checked, why), *tables.field_remarks(fields)],
     }
     doing("the report")
     page, answer = reported(study, output, bands, surrogate, checked, inputs, about)

@@ -13,6 +13,7 @@ from flexband.errors import free_memory
 from flexband.execution.growing import GrowingArrays
 from flexband.progress import Budget, Progress
 from flexband.study.folder import StudyFolder
+from flexband.words import number_of
 
 PERIOD = 0.5
 """Time [s] between two writings of study.json."""
@@ -88,7 +89,7 @@ class Course:
             return
         self.sized = True
         size = 8e-6 * total * math.prod(outputs.shape[1:])
-        print_text(f"Outputs of {total} runs take {size:.3g} MB.", error=True)
+        print_text(f"Outputs of {number_of(total, 'run')} take {size:.3g} MB.", error=True)
         if size > 1e-6 * free_memory():
             print_remark(f"only {1e-6 * free_memory():.3g} MB of memory are free")
 

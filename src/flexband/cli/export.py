@@ -17,6 +17,7 @@ from flexband.errors import InputError
 from flexband.execution.store import open_runs
 from flexband.files import replaced
 from flexband.study.columns import column_names, different, write_csv
+from flexband.words import number_of
 
 BLOCK = 1024
 """Runs that are read together."""
@@ -47,7 +48,7 @@ def export(
         )
     else:
         write_parquet(runs, to)
-    print_text(f"{runs.sizes.get('run', 0)} runs: {to}")
+    print_text(f"{number_of(runs.sizes.get('run', 0), 'run')}: {to}")
 
 
 def header(runs: xr.Dataset) -> list[str]:

@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 
+from flexband.arguments import ArgumentError
 from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, StoreError
 
 ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 130
@@ -93,6 +94,8 @@ def in_words(error: BaseException) -> str:
     cause = error.__cause__
     if isinstance(error, RunError) and cause is not None and not isinstance(cause, OWN):
         return f"{error}{_place(cause)}"
+    if isinstance(error, ArgumentError):
+        return f"{error}{_place(error)}"
     if isinstance(error, (*OWN, OSError)):
         return str(error)
     if isinstance(error, SystemExit):

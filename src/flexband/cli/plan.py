@@ -16,7 +16,7 @@ from flexband.study.options import with_options
 from flexband.study.study import Study, load_study
 from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
-from flexband.uncertainty.surrogates.verification import RUNS
+from flexband.uncertainty.surrogates.verification import MOST_RUNS, RUNS
 
 POLICIES = {"stop": "stop", "half-step": "half step", "leave-out": "leave out"}
 """Values of --failed, and what `propagate` calls them."""
@@ -79,7 +79,7 @@ class Plan:
             if self.sigmas is not None:
                 study = replace(study, sigmas=checked_sigmas(self.sigmas))
             if self.verify:
-                whole("--verify", self.verify, 2)
+                whole("--verify", self.verify, 2, MOST_RUNS, or_zero=True)
                 if not study.expands:
                     label = study.method.label
                     raise InputError(f"--verify requires a method with a surrogate; got {label}")

@@ -22,6 +22,7 @@ from flexband.study.folder import StudyFolder
 from flexband.study.points import Points
 from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import evaluations
+from flexband.words import are
 
 
 @app.command()
@@ -80,7 +81,7 @@ def ingest(
                 record.add(Finished(one.setting, row, values, one.reason, 0.0, time.time()))
                 new += 1
     failed = sum(one.values is None for one in found)
-    told = f"{new} runs are recorded, {failed} of {len(found)} failed"
+    told = f"{are(new, 'run')} recorded, {failed} of {len(found)} failed"
     known = f"; {len(found) - new} were recorded before" if new < len(found) else ""
     print_text(f"{told}{known}. `flexband resume {folder}` goes on")
 

@@ -22,6 +22,7 @@ from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import AGAIN, DONE, FAILED
 from flexband.report.progress import duration
 from flexband.study.folder import StudyFolder
+from flexband.words import are, number_of
 
 PERIOD = 1.0
 """Time [s] between two looks."""
@@ -184,9 +185,10 @@ def going_on(found: dict[str, Any]) -> str:
 def counted(found: dict[str, Any]) -> str:
     """Return how many runs are done, and of how many as far as that is known."""
     if found["total"] is not None:
-        return f"{found['done']} of {'at most ' * found['most']}{found['total']} runs done"
+        most, total = "at most " * found["most"], number_of(found["total"], "run")
+        return f"{found['done']} of {most}{total} done"
     most = f" (at most {found['each']} with the same step and elements)" * bool(found["each"])
-    return f"{found['done']} runs done{most}"
+    return f"{number_of(found['done'], 'run')} done{most}"
 
 
 def now_and_left(found: dict[str, Any]) -> list[str]:
@@ -194,7 +196,11 @@ def now_and_left(found: dict[str, Any]) -> list[str]:
     told = [f"now: {found['now']}"] * bool(found["now"])
     rate, left = found["rate"], found["left"]
     if rate:
-        speed = f"{rate:.3g} runs per second" if rate >= 1 else f"{duration(1 / rate)} per run"
+        speed = (
+            f"{number_of(f'{rate:.3g}', 'run')} per second"
+            if rate >= 1
+            else f"{duration(1 / rate)} per run"
+        )
         kind = "at most" if found["most"] else "about"
         rest = f", {kind} {duration(left)} left for the runs" if left else ""
         told.append(f"{speed} on average{rest}")
@@ -214,7 +220,10 @@ def lines(found: dict[str, Any]) -> list[str]:
     if state in ("running", "finished"):
         told = [about, f"{counted(found)}, {found['failed']} failed"]
     else:
-        told = [about, f"{found['recorded']} runs done and recorded, {found['failed']} failed"]
+        told = [
+            about,
+            f"{number_of(found['recorded'], 'run')} done and recorded, {found['failed']} failed",
+        ]
     if state == "running":
         told += now_and_left(found)
     if found["replaced"]:
@@ -227,11 +236,15 @@ def lines(found: dict[str, Any]) -> list[str]:
         where = f" ({one['setting']})" if one["setting"] else ""
         told.append(f"failed: run {one['run']}{where}: {own}: {one['reason']}")
     if len(failures) > SHOWN:
-        told.append(f"… and {len(failures) - SHOWN} more failed runs (--json lists all)")
+        told.append(
+            f"… and {number_of(len(failures) - SHOWN, 'more failed run')} (--json lists all)"
+        )
     if found["doubts"]:
         told.append(f"Doubts: {'; '.join(found['doubts'])}")
     if state == "waiting" and found["points"]:
-        told.append(f"{found['points']['count']} points are to be run: {found['points']['file']}")
+        told.append(
+            f"{are(found['points']['count'], 'point')} to be run: {found['points']['file']}"
+        )
     if state in ("stopped", "failed"):
         told.append(going_on(found))
     return told

@@ -24,6 +24,7 @@ from flexband.execution.layout import (
 from flexband.execution.lock import Lock, this_process
 from flexband.execution.names import AGAIN, DONE, FAILED, LOST
 from flexband.execution.store import Owner, Store, versions
+from flexband.words import are, number_of
 
 PERIOD = 0.5
 """Time [s] between two writings of the arrays."""
@@ -113,7 +114,8 @@ class Record:
             self.arrays.replace("status", lost, LOST)
             for name, chunk in chunks:
                 self.arrays.clear(name, chunk) if name != "status" else None
-            warn(f"{len(lost)} runs in {self.store.runs} were damaged; those needed are run again")
+            told = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
+            warn(f"{told}; those needed are made again")
 
     @property
     def _shape(self) -> tuple[int, ...] | None:
@@ -284,7 +286,10 @@ class Record:
             self._lock.release()
         if self._error:
             lost = sum(len(one.inputs) for one in self._waiting)
-            warn(f"{lost} runs could not be recorded in {self.store.folder}: {self._error}")
+            warn(
+                f"{number_of(lost, 'run')} could not be recorded in {self.store.folder}: "
+                f"{self._error}"
+            )
 
 
 def _key(setting: str, row: np.ndarray) -> bytes:

@@ -15,6 +15,10 @@ from flexband.errors import InputError, StoreError, shown
 from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
 from flexband.execution.names import RUNS
 
+OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
+INSIST = "insist=True of the Store uses them; on the command line, --insist"
+"""What can be done about a store that is refused."""
+
 PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
 """Those whose versions are told in results."""
 
@@ -103,11 +107,11 @@ class Owner(NamedTuple):
                 for name in ("version", "inputs")
                 if name in differ
             )
-            insist = ", or insist=True (--insist) if its runs are valid still"
+            insist = f". If its runs are valid still, {INSIST}"
             changed = " and ".join(WORDS[name] for name in differ) + f" ({told})" * bool(told)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
-                "Take another folder, or delete its runs (--replace)"
+                f"{OTHER_FOLDER}"
                 f"{insist * ('inputs' not in differ)}"
             )
 

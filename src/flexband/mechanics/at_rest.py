@@ -13,7 +13,9 @@ import xarray as xr
 from flexband.errors import InputError, RunError, function, numbers, whole
 from flexband.mechanics.equilibrium import LONGEST_TIME, MOST_STEPS, equilibrium
 from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.parts import check_sensors
 from flexband.mechanics.response import quantities_of, shown_inputs, tensors_of
+from flexband.words import number_of
 
 
 @dataclass(frozen=True)
@@ -114,11 +116,13 @@ class StaticResponse(AtRest):
 
     def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
         """Return the outputs of the sensors."""
+        check_sensors(mechanism.sensors)
         found = equilibrium(mechanism, steps=self.steps, time=self.time, threads=self.threads)
         unstable = int(np.sum(~np.atleast_1d(found["stable"].values)))
         if unstable:
             raise InputError(
-                f"the equilibrium of {unstable} of {found['stable'].size} runs is not stable, so "
+                f"the equilibrium of {unstable} of {number_of(found['stable'].size, 'run')} is "
+                "not stable, so "
                 "that bands would mix different ones; start nearer to the stable one"
             )
         return found.drop_vars("stable").drop_attrs()
@@ -144,7 +148,8 @@ def static_response(
     Raises
     ------
     InputError
-        If the builder is no function or a number is out of its range.
+        If the builder is no function or a number is out of its range; when it is called, if the
+        mechanism has no sensors.
     """
     function("builder", builder, " that returns a Mechanism")
     steps = whole("steps", steps, 1, MOST_STEPS)

@@ -87,11 +87,10 @@ def discretization_error(
     width = max(1, round(WINDOW / 2 * (coarse.sizes["time"] - 1)))
     result = xr.Dataset({name: _smoothed(part, width) for name, part in parts.items()})
     result["relative_error"] = relative["error"]
-    if coarse.sizes["output"]:
-        worst = np.unravel_index(np.argmax(relative["error"].values), relative["error"].shape)
-        result.attrs["worst_output"] = str(coarse["output"].values[worst[-1]])
-        for name, part in relative.items():
-            result.attrs[f"relative_{name}"] = float(part.values[worst])
+    worst = np.unravel_index(np.argmax(relative["error"].values), relative["error"].shape)
+    result.attrs["worst_output"] = str(coarse["output"].values[worst[-1]])
+    for name, part in relative.items():
+        result.attrs[f"relative_{name}"] = float(part.values[worst])
     if "few_steps" in coarse.attrs:
         result.attrs["few_steps"] = coarse.attrs["few_steps"]
     result.attrs["window"] = 2 * width * float(coarse.time[1])

@@ -50,6 +50,7 @@ from flexband.mechanics.parts import (
     owned_parts,
 )
 from flexband.mechanics.sensors.motion import Sensor
+from flexband.words import with_article
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,13 +95,32 @@ class Mechanism:
     def _check_joint(self, joint: Joint) -> None:
         rows = joint.constraints(self.frame)
         check_forms("constraints", rows, 1 + sum(body.size for body in self.bodies.values()))
+        self._check_points(joint)
+        kind = with_article(type(joint).__name__)
         for row in rows:
             moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
             if not moved and not row.polar:
                 raise InputError(
-                    "it must join two bodies, or a body and the ground, and only bodies that "
-                    "rotate have an angle to hold"
+                    f"{kind} must hold something that moves: only bodies that rotate have an "
+                    "angle, and a point mass does not"
                 )
+
+    def _check_points(self, joint: Joint) -> None:
+        """Raise `InputError` if a joint is between points that cannot move against each other."""
+        points = list(joint.points)
+        owners = {one.partition(".")[0] if isinstance(one, str) else "" for one in points}
+        if len(points) < 2 or len(owners) > 1:
+            return
+        (owner,) = owners
+        body = self.bodies.get(owner)
+        told, kind = " and ".join(map(shown, points)), with_article(type(joint).__name__)
+        if not owner:
+            raise InputError(f"its points {told} are both of the ground; one must be of a body")
+        if body is not None and (len(body.nodes) == 1 or len(set(points)) == 1):
+            raise InputError(
+                f"its points {told} are both of body {owner!r}; {kind} is between two bodies, or a "
+                "body and the ground, whose points are pairs (X, Y)"
+            )
 
     def refined(self, parts: int = 2) -> Mechanism:
         """Return the mechanism with this many elements in place of each of every flexible member.

@@ -21,6 +21,7 @@ from flexband.mechanics.at_rest import AtRest
 from flexband.mechanics.equilibrium import MOST_STEPS
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.modes import found_modes
+from flexband.words import number_of
 
 CLEAR = 0.6
 """Agreement of shapes above which no other mode can agree as much."""
@@ -91,7 +92,8 @@ class ModalResponse(AtRest):
         followed, lost = self._followed(near, reference, far, found, HALVINGS)
         if lost:
             warn(
-                f"modes of {lost} of {len(found.frequency)} runs agree with none by shape; the "
+                f"modes of {lost} of {number_of(len(found.frequency), 'run')} agree with none by "
+                "shape; the "
                 "frequencies of the nearest ones are taken"
             )
         names = [f"frequency {k + 1}" for k in range(self.modes)]

@@ -21,6 +21,7 @@ from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries, Load
 from flexband.mechanics.sensors.motion import Sensor
+from flexband.words import number_of
 
 KINDS: dict[str, tuple[str, Any]] = {
     "bodies": ("body", Body),
@@ -104,7 +105,9 @@ def check_body(body: Body) -> None:
     for what in ("coordinates", "velocities"):
         values = getattr(body, what)()
         if len(values) != body.size:
-            raise InputError(f"{what} must return {body.size} values; got {len(values)}")
+            raise InputError(
+                f"{what} must return {number_of(body.size, 'value')}; got {len(values)}"
+            )
         for value in values:
             finite(what, value)
     for (i, j), mass in body.mass_entries().items():
@@ -151,6 +154,15 @@ def check_entries(entries: Entries, state: State) -> None:
     for law in entries.laws:
         for frame in law.points:
             check_forms("the points of a law", frame.position, 1 + state.coordinates)
+
+
+def check_sensors(sensors: Mapping[str, Sensor]) -> None:
+    """Raise `InputError` if there are no sensors, without which nothing is returned."""
+    if not sensors:
+        raise InputError(
+            "the mechanism has no sensors, so it has no outputs; add what is to be known, such as "
+            "Mechanism(..., sensors={'tip': fb.Position('arm.end')})"
+        )
 
 
 def check_outputs(sensors: Mapping[str, Sensor]) -> None:

@@ -25,8 +25,9 @@ from flexband.errors import (
 )
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.simulate import simulated
+from flexband.mechanics.simulate import simulated, whole_steps
 from flexband.progress import listener
+from flexband.words import number_of
 
 OUTPUTS = 500
 """Times without a given step."""
@@ -165,8 +166,10 @@ class DynamicResponse:
                 raise type(error)(text, error.failures, error.results) from None
         if "halved_step" in motion.attrs:
             warn(
-                f"{len(motion.attrs['halved_step'])} of {samples} runs diverged with steps of "
-                f"{self.step:g} s and were completed with half of it; estimates of the step's "
+                f"{len(motion.attrs['halved_step'])} of {number_of(samples, 'run')} diverged with "
+                "steps "
+                f"of {self.step:g} s and had to be completed with half of it; estimates of the "
+                "step's "
                 "error do not see their error: take a shorter step"
             )
         if "sample" not in motion.dims:  # no parameter differs between the samples
@@ -237,6 +240,7 @@ def dynamic_response(
     if threads is not None:
         whole("threads", threads, 1)
     between = output_step or step or duration / OUTPUTS
+    whole_steps(duration, between, name="output_step" if output_step else "step")
     parts = between / (step or between)
     if abs(parts - round(parts)) > 1e-6 * parts:
         raise InputError(

@@ -33,7 +33,9 @@ from flexband.mechanics.engine.straining import kept_steps, warn_of_large_strain
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.parts import check_sensors
 from flexband.progress import heard, hearing
+from flexband.words import number_of
 
 MOST_SUBSTEPS = 1_000_000
 
@@ -52,7 +54,7 @@ def simulate(
 
     Parameters
     ----------
-    duration, step : simulated time and step [s]; the duration is a whole number of steps.
+    duration, step : simulated time and step [s]; the duration is a whole multiple of the step.
     substeps : number of equal parts in which each step is integrated. The result has the times of
         whole steps, so that motions with different substeps can be compared.
     integrator : parameters of the integrator, or None for ``GeneralizedAlpha()``.
@@ -74,7 +76,7 @@ def simulate(
     Raises
     ------
     InputError
-        If a number is out of its range or numbers of samples do not fit.
+        If a number is out of its range, numbers of samples do not fit, or there are no sensors.
     AssemblyError
         If the constraints cannot be met at the start or do not determine their multipliers.
     SimulationError
@@ -120,10 +122,13 @@ def simulated(
         whole("threads", threads, 1)
     if progress is not None:
         function("progress", progress)
-    count = _steps(duration, step, whole("substeps", substeps, 1, MOST_SUBSTEPS)) + 1
+    check_sensors(mechanism.sensors)
+    substeps = whole("substeps", substeps, 1, MOST_SUBSTEPS)
+    count = whole_steps(duration, step, substeps) * substeps + 1
     system = assemble(mechanism)
     affordable(
-        f"{system.samples} samples of {len(system.outputs)} outputs at {count} times",
+        f"{number_of(system.samples, 'sample')} of {number_of(len(system.outputs), 'output')} at "
+        f"{number_of(count, 'time')}",
         _numbers_per_time(system, threads or available_cores(), substeps) * count,
     )
     times = _times(duration, step, substeps)
@@ -183,23 +188,23 @@ def _numbers_per_time(system: System, threads: int, substeps: int) -> float:
     return runs * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
 
 
-def _steps(duration: float, step: float, substeps: int) -> int:
-    """Return the number of all substeps; raise `InputError` unless steps fill the duration."""
-    given = (("duration [s]", duration), ("step [s]", step))
-    length, one = (float(positive(name, numbers(name, value))) for name, value in given)
+def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:
+    """Return the number of steps; raise `InputError` if it is not whole, or cannot be afforded."""
+    given = (("duration [s]", duration), (f"{name} [s]", step))
+    length, one = (float(positive(own, numbers(own, value))) for own, value in given)
     ratio = length / one
     count = ratio * substeps
-    affordable(f"duration [s] {length:g} with step {one:g}, {count:.3g} steps,", 5.0 * count)
+    affordable(f"duration [s] {length:g} with {name} {one:g}, {count:.3g} steps,", 5.0 * count)
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(
-            f"duration [s] must be a whole number of steps; got {duration:g} with step {step:g}"
+            f"duration [s] must be a whole multiple of {name}; got {length:g} with {name} {one:g}"
         )
-    return steps * substeps
+    return steps
 
 
 def _times(duration: float, step: float, substeps: int) -> np.ndarray:
     """Return the times of all substeps [s], including zero."""
     digits = 14 - int(np.ceil(np.log10(float(duration))))  # so that 0.415 is the same for any step
-    count = _steps(duration, step, substeps) + 1
+    count = whole_steps(duration, step, substeps) * substeps + 1
     return np.round(np.arange(count) * (float(step) / substeps), digits)

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, shown
+from flexband.words import number_of
 
 
 class ModelError(RuntimeError):
@@ -89,7 +90,7 @@ class _Rows:
 
     def _grow(self, name: str, count: int) -> None:
         if count != self.count and 1 not in (count, self.count):
-            raise InputError(f"{name} has {count} samples; others have {self.count}")
+            raise InputError(f"{name} has {number_of(count, 'sample')}; others have {self.count}")
         self.count = max(count, self.count)
 
     def row(self, k: int) -> dict[str, Any]:
@@ -123,7 +124,9 @@ def result_of_one(result: Any) -> np.ndarray | xr.DataArray:
         raise InputError(f"{allowed}; got {shown(result)}")
     if isinstance(result, xr.DataArray) and "sample" in result.dims:
         if result.sizes["sample"] != 1:
-            raise InputError(f"{allowed} of this sample; got {result.sizes['sample']} samples")
+            raise InputError(
+                f"{allowed} of this sample; got {number_of(result.sizes['sample'], 'sample')}"
+            )
         result = result.isel(sample=0, drop=True)
     try:
         array = result if isinstance(result, xr.DataArray) else np.asarray(result)

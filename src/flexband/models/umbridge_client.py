@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite, instance, known, numbers, positive, shown
 from flexband.models.one_by_one import ModelError, OneByOne
+from flexband.words import number_of
 
 PROTOCOL = 1.0
 
@@ -105,12 +106,14 @@ class UMBridgeModel(OneByOne):
     def _check_sizes(self) -> None:
         if len(self.inputs) != sum(self.input_sizes):
             raise InputError(
-                f"inputs must be {sum(self.input_sizes)} names, for input vectors of lengths "
+                f"inputs must be {number_of(sum(self.input_sizes), 'name')}, for input vectors of "
+                "lengths "
                 f"{list(self.input_sizes)}; got {len(self.inputs)}"
             )
         if self.outputs is not None and len(self.outputs) != len(self.output_sizes):
             raise InputError(
-                f"outputs must be {len(self.output_sizes)} names, for output vectors of lengths "
+                f"outputs must be {number_of(len(self.output_sizes), 'name')}, for output vectors "
+                "of lengths "
                 f"{list(self.output_sizes)}; got {len(self.outputs)}"
             )
         if self.times is not None and {len(self._times)} != set(self.output_sizes):

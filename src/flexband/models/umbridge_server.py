@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, finite, shown
 from flexband.models.umbridge_client import PROTOCOL
+from flexband.words import number_of
 
 UNSUPPORTED = ("Gradient", "ApplyJacobian", "ApplyHessian")
 
@@ -94,7 +95,8 @@ class _Offered:
         if not isinstance(vectors, list) or [_length(v) for v in vectors] != [self.input_size]:
             raise _RefusedError(
                 "InvalidInput",
-                f"input must be one vector of {self.input_size} numbers, {', '.join(self.inputs)}; "
+                f"input must be one vector of {number_of(self.input_size, 'number')}, "
+                f"{', '.join(self.inputs)}; "
                 f"got {shown(vectors)}",
             )
         for number in vectors[0]:

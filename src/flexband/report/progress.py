@@ -12,6 +12,7 @@ from rich.console import Console
 
 from flexband.errors import InputError, shown
 from flexband.progress import Budget, Progress, duration, hearing
+from flexband.words import number_of
 
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
@@ -90,8 +91,8 @@ def _told(done: int, total: int, *, most: bool = False) -> str:
     """
     if isinstance(total, Budget) and total.each:
         told = f", at most {total.each} with the same step and elements"
-        return f"{done} runs so far{told * most}"
-    return f"{done} of {'at most ' * isinstance(total, Budget)}{total} runs"
+        return f"{number_of(done, 'run')} so far{told * most}"
+    return f"{done} of {'at most ' * isinstance(total, Budget)}{number_of(total, 'run')}"
 
 
 class _Bar:

@@ -14,6 +14,8 @@ from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, relative_errors, with_relative_errors
+from flexband.uncertainty.surrogates.verdicts import of_doubtful
+from flexband.words import number_of
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
@@ -87,7 +89,8 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         rows.append([f"{name or 'response'}{unit}", *spans, number(widest, scale=scale), at, error])
         if checked is not None and "confirmed" in checked:
             own = select(checked["confirmed"], name).values.all()
-            rows[-1].append("yes" if own else "NO")
+            trusted = "trusted" not in one or one["trusted"].values.all()
+            rows[-1].append("NO" if not own else "yes" if trusted else "yes, not trusted")
     if checked is not None and "confirmed" in checked:
         header.append("confirmed")
     return header, rows
@@ -146,14 +149,25 @@ def averaged(bands: xr.Dataset) -> str:
     return "" if time is None else f", mean over {time}"
 
 
-def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
-    """Return what diagnostics and the result of `verify` mean, as sentences."""
-    lines = [checked.attrs["verdict"]] if checked is not None else []
+def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, doubts: Sequence[str] = ()) -> str:
+    """Return the verdict of `verify`, with which no doubt about the result is in contradiction."""
+    verdict = str(checked.attrs["verdict"])
+    return of_doubtful(verdict) if doubts or "not_trusted" in bands.attrs else verdict
+
+
+def remarks(
+    bands: xr.Dataset, checked: xr.Dataset | None = None, doubts: Sequence[str] = ()
+) -> list[str]:
+    """Return what diagnostics and the result of `verify` mean, as sentences.
+
+    `doubts` are why the result is not what was asked for.
+    """
+    lines = [told_by_new_runs(bands, checked, doubts)] if checked is not None else []
     if failed := bands.attrs.get("runs_failed", 0):
         runs = bands.attrs["runs"]
         lines.append(
-            f"{failed} of {runs} runs failed and were left out, {percent(failed / runs)}; "
-            "`flexband status` lists them"
+            f"{failed} of {number_of(runs, 'run')} failed and {'was' if failed == 1 else 'were'} "
+            f"left out, {percent(failed / runs)}; `flexband status` lists what failed"
         )
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
@@ -162,13 +176,13 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         own = bands.attrs
         lines.append(
             f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
-            f"bar's width ({own['runs_checked']} held-out runs)"
+            f"bar's width ({number_of(own['runs_checked'], 'held-out run')})"
         )
         if own.get("refined"):
             told = ", ".join(f"{k} {percent(own[f'{k}_error'])}" for k in own["refined"])
             lines.append(
                 f"Of this, the expansion {percent(own['expansion_error'])}, {told} "
-                f"({own['runs_refined']} runs on finer discretizations)"
+                f"({number_of(own['runs_refined'], 'run')} on finer discretizations)"
             )
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
@@ -232,7 +246,8 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
             lines.append(
                 f"Between the output times, {name or 'the response'} goes {way} to "
                 f"{number(sign * reach.max())}{unit}, after {at}{unit_of_last}, {side} every band "
-                f"at these times ({bands.attrs['runs_between']} runs at more times): a smaller "
+                f"at these times ({number_of(bands.attrs['runs_between'], 'run')} at more times): "
+                "a smaller "
                 "output_step shows it"
             )
     return lines

@@ -22,6 +22,7 @@ from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
+from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
 from flexband.study.study import Study
 from flexband.uncertainty.expansions.bounds.search import descents
@@ -39,7 +40,8 @@ PATIENCE = 0.05
 def _engine() -> None:
     bar = RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1000.0)
     joints = {"pin": Revolute("bar.start", (0.0, 0.0))}
-    simulate(Mechanism(bodies={"bar": bar}, joints=joints), duration=2e-3, step=1e-3)
+    mechanism = Mechanism(bodies={"bar": bar}, joints=joints, sensors={"end": Position("bar.end")})
+    simulate(mechanism, duration=2e-3, step=1e-3)
 
 
 def _bounds() -> None:

@@ -23,6 +23,7 @@ from flexband.uncertainty.methods import MAX_ORDER, Evaluate, earlier_runs
 from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import are, number_of
 
 MAX_TERMS = 5000
 
@@ -116,7 +117,9 @@ class RegressionPCCI:
         if not good.all():
             values, points = values[good], (points[0][good], points[1][good])
         if len(values) <= len(index):
-            raise RunError(f"{len(values)} runs are left, too few for {len(index)} terms", {})
+            raise RunError(
+                f"{are(len(values), 'run')} left, too few for {number_of(len(index), 'term')}", {}
+            )
         terms = normalized_values(index, *points, space.families)
         factor = _correction(terms)
         signal = series(values)
@@ -156,6 +159,7 @@ def _correction(terms: np.ndarray) -> float:
     pivots = np.abs(np.diag(R))
     if pivots.min() < MIN_PIVOT * pivots.max():
         raise InputError(
-            f"{N} runs do not determine {P} terms; choose a larger oversampling or a lower order"
+            f"{number_of(N, 'run')} cannot determine {number_of(P, 'term')}; choose a larger "
+            "oversampling or a lower order"
         )
     return math.sqrt(N / (N - P) * (1 + np.sum(np.linalg.inv(R) ** 2)))

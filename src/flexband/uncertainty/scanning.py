@@ -15,6 +15,7 @@ from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_nor
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.bands import bands, described
+from flexband.words import number_of
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,8 @@ class Scanning:
         samples = min(self.samples, most_runs // points**m) if sampled else 1
         if points**m > most_runs or (sampled and samples < 2):
             return (
-                f"No scan fits, since the ends of {m} intervals alone are 2^{m} points; "
-                "AdaptivePCCI and RegressionPCCI do without a scan"
+                f"No scan fits, since the ends of {number_of(m, 'interval')} alone are "
+                f"2^{m} points; AdaptivePCCI and RegressionPCCI do without a scan"
             )
         chosen = replace(self, samples=max(2, samples), points=points)
         given = {"samples": samples} if sampled else {}
@@ -84,8 +85,10 @@ class Scanning:
         if len(few):
             at = of_intervals(space, eta[few[0]])
             raise RunError(
-                f"fewer than {min(2, len(xi))} of {len(xi)} runs succeeded at {len(few)} of "
-                f"{len(eta)} points of the scan, one of them {at}. Mend the response there, or "
+                f"fewer than {min(2, len(xi))} of {number_of(len(xi), 'run')} succeeded at "
+                f"{len(few)} of "
+                f"{number_of(len(eta), 'point')} of the scan, one of them {at}. Mend the response "
+                "there, or "
                 "choose intervals without such points",
                 {},
             )

@@ -19,8 +19,10 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
+from flexband.uncertainty.answers.allocation.allocate import checked_probability
 from flexband.uncertainty.answers.allocation.costs import checked_costs
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
 @app.command("allocate")
@@ -67,7 +69,10 @@ def allocate(
     limits = limits_of(below or [], above or [], during, place, surrogate, only or [])
     if isinstance(surrogate, fb.Surrogate):
         with usage():
-            Tolerances.of(surrogate.space, checked_costs(costs))
+            checked_sigmas(k)
+            tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
+            if probability is not None:
+                checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
     options = runs_in(place, purpose) if confirm else {}
     found = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)

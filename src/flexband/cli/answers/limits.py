@@ -29,6 +29,7 @@ from flexband.uncertainty.answers.limits import corridors
 from flexband.uncertainty.answers.probability.failure import COARSEST, FINEST
 from flexband.uncertainty.answers.probability.model import LEAST_RUNS, MOST_RUNS
 from flexband.uncertainty.answers.selection import surrogates_of
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 Side = Annotated[
     list[str] | None,
@@ -76,6 +77,8 @@ def limits(
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 
     surrogate, place = saved(folder)
+    with usage():
+        checked_sigmas(sigmas)
     wanted = limits_of(below or [], above or [], during, place, surrogate, only or [])
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
@@ -84,7 +87,7 @@ def limits(
         )
     if runs:
         with usage():
-            whole("--runs", runs, LEAST_RUNS, MOST_RUNS)
+            whole("--runs", runs, LEAST_RUNS, MOST_RUNS, or_zero=True)
         purpose = "corrects probabilities; --runs 0 does without"
         options |= {**runs_in(place, purpose), "runs": runs}
     check_folder(place)

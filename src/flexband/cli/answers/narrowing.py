@@ -27,7 +27,10 @@ from flexband.errors import InputError
 from flexband.report.numbers import number, percent_to_tenth
 from flexband.report.tables import averaged, deviations, error_in_words, outputs_of, select
 from flexband.uncertainty.answers.margins import labels_of
+from flexband.uncertainty.inputs.correlated import Score
+from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.words import with_article
 
 SPREADS = {"std", "cv"}
 """Parameters of which a distribution has one."""
@@ -231,17 +234,35 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
         given.add(name)
         owner, _, parameter = name.rpartition(".")
         one: Any = inputs.get(owner)
-        names = {own.name for own in fields(one) if own.init} if is_dataclass(one) else set()
+        names = [own.name for own in fields(one) if own.init] if is_dataclass(one) else []
         if name not in inputs and one is not None and names and parameter not in names:
-            raise InputError(f"{owner} has {', '.join(sorted(names))}; got {text!r}")
+            raise InputError(f"{narrowed_by(owner, one, names)}; got {text!r}")
         if name not in inputs and parameter in names:
             changed: dict[str, Any] = {parameter: numbers[0]}
             if parameter in SPREADS:  # one of them alone is given
-                changed = dict.fromkeys(SPREADS & names) | changed
+                changed = dict.fromkeys(SPREADS & {*names}) | changed
             found[owner] = replace(found.get(owner, one), **changed)
         else:
             found[name] = fb.Interval(*numbers) if dots else numbers[0]
     return found
+
+
+def narrowed_by(name: str, one: Any, names: Sequence[str]) -> str:
+    """Return in words how an input is narrowed; `names` are its parameters."""
+    if isinstance(one, Score):
+        return f"{name} cannot be narrowed, since it is correlated with others"
+    own = one.distribution if isinstance(one, PBox) else one
+    kind = f"{name} is {with_article(type(own).__name__)}"
+    fixed = f"{name}=NUMBER fixes it"
+    if one.intervals:
+        ends = " and ".join(f"{name}.{parameter}=LOWER..UPPER" for parameter in one.intervals)
+        return f"{kind} with parameters that are intervals, which are narrowed by {ends}"
+    if isinstance(one, fb.Distribution):
+        each = " or ".join(f"{name}.{field}=NUMBER" for field in names)
+        return f"{kind}, which is narrowed by {each}; {fixed}"
+    if isinstance(one, fb.RandomField):
+        return f"{kind}, which is narrowed by its standard deviation alone, {name}.std=NUMBER"
+    return f"{kind}, which is narrowed by its two ends, {name}=LOWER..UPPER; {fixed}"
 
 
 def _widths(bands: xr.Dataset) -> dict[str, float]:

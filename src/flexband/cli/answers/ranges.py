@@ -15,6 +15,7 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.report.numbers import number
+from flexband.words import number_of
 
 ROWS = 20
 """Of a table of a distribution function, about."""
@@ -40,7 +41,9 @@ def quantiles(
     surrogate, place = saved(folder)
     with usage():
         found = fb.quantiles(surrogate, p, samples=samples, seed=seed)
-    title = f"Quantiles: lowest and highest over the interval inputs, {samples} samples"
+    title = (
+        f"Quantiles: lowest and highest over the interval inputs, {number_of(samples, 'sample')}"
+    )
     tell(found, "quantiles", title, place, as_json=as_json)
 
 

@@ -16,6 +16,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.forms import Composed, TimeFunction
 from flexband.mechanics.kernels.lane_type import to_lanes, zeros
 from flexband.smoothness import prescribing
+from flexband.words import number_of
 
 AT_START = np.array([0.0, 1e-4])
 """Times [s] of a run that only starts: drives are differentiated over such a step."""
@@ -106,7 +107,8 @@ def _values(function: TimeFunction, samples: int, times: np.ndarray, name: str =
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:
         raise InputError(
-            f"{named(function)} returned {max(counts)} values; the mechanism has {samples} samples"
+            f"{named(function)} returned {number_of(max(counts), 'value')}; the mechanism has "
+            f"{number_of(samples, 'sample')}"
         )
     if counts:
         values = [np.broadcast_to(v, samples) for v in values]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, returned
+from flexband.words import number_of
 
 Property = ArrayLike | Callable[[np.ndarray], ArrayLike]
 """A number, an array of shape (n,), or a function of the position along the axis [m]. The function
@@ -40,7 +41,8 @@ def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.
     except ValueError:
         if not callable(value):
             raise InputError(
-                f"{name} must have {len(x)} samples, as the length; got {np.size(value)}"
+                f"{name} must have {number_of(len(x), 'sample')}, as the length; got "
+                f"{np.size(value)}"
             ) from None
         raise InputError(
             f"{name} as a function of positions of shape {x.shape} must return values of that "

@@ -11,6 +11,7 @@ from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.loads.compiled_laws import take_failures
+from flexband.words import number_of
 
 SHORTER = (
     "Take shorter steps: a smaller `step`, or more `substeps`. If these diverge as well, a force "
@@ -80,7 +81,7 @@ def raise_failures(
             OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)
-    lines = [f"{len(found)} of {len(failures)} runs failed", *_causes(found)]
+    lines = [f"{len(found)} of {number_of(len(failures), 'run')} failed", *_causes(found)]
     if DIVERGED in code[failed]:
         lines.append(SHORTER)
     apart = np.flatnonzero(np.isin(code, (NOT_ASSEMBLED, SINGULAR_START)))
@@ -101,7 +102,7 @@ def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
     for cause, own in list(samples.items())[:MOST_SHOWN]:
         more = f" and {len(own) - MOST_SHOWN} more" if len(own) > MOST_SHOWN else ""
         numbers = ", ".join(map(str, own[:MOST_SHOWN]))
-        lines.append(f"sample{'s' if len(own) > 1 else ''} {numbers}{more}, {cause}")
+        lines.append(f"{'sample' if len(own) == 1 else 'samples'} {numbers}{more}, {cause}")
     if len(samples) > MOST_SHOWN:
         lines.append(f"... and {len(samples) - MOST_SHOWN} more")
     return lines

@@ -86,7 +86,7 @@ class GeneralizedAlpha:
     def __post_init__(self) -> None:
         rho = numbers("spectral_radius", self.spectral_radius)
         if not 0 <= rho <= 1:
-            raise InputError(f"spectral_radius must be between 0 and 1; got {rho:g}")
+            raise InputError(f"spectral_radius must be from 0 to 1; got {rho:g}")
         positive("tolerance", numbers("tolerance", self.tolerance))
         if not TINY_TOLERANCE < self.tolerance < LARGE_TOLERANCE:
             warn(

@@ -23,6 +23,7 @@ from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form
 from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants
 from flexband.mechanics.sensors.motion import Model, Sensor
+from flexband.words import with_article
 
 
 class _Local(Sensor):
@@ -196,7 +197,8 @@ class Stress(Strain):
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
         if not isinstance(member, Beam):
-            raise InputError(f"stresses need a Beam; {self.body!r} is a {type(member).__name__}")
+            kind = with_article(type(member).__name__)
+            raise InputError(f"stresses need a Beam; {self.body!r} is {kind}")
         return super()._numbers(member, along)
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:

@@ -25,6 +25,7 @@ from flexband.uncertainty.answers.probability.texts import chance
 from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
 
 FILE = "report.html"
 
@@ -40,11 +41,8 @@ SCRIPTS = (
 ROWS = 25
 """Of a table of numbers."""
 
-UNMET = "the tolerance is not met"
-
 WRONG = "the result is not trusted", "new runs do not confirm", "new runs find an error"
 """Beginnings of doubts about all that is told of a result."""
-"""Why a result is doubtful."""
 
 
 def write_report(
@@ -71,7 +69,7 @@ def write_report(
         charts["limits"] = None  # margins are those after it is adjusted
     others, fixed = what_if.what_if(surrogate, bands, given.get("units", {}))
     attrs = {str(k): v for k, v in bands.attrs.items()}
-    heading = [given["label"], f"{attrs['runs']} runs", given["computed"].get("date", "")]
+    heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
     page = folder / FILE
     write_page(
         page,
@@ -149,9 +147,7 @@ def verdict(
     lines = [f"Doubtful: {one}." for one in given["doubts"]]
     lines.append(tables.error_in_words(bands))
     if checked is not None:
-        lines.append(f"{checked.attrs['verdict']}.")
-        if UNMET in given["doubts"] and checked.attrs["confirmed"] == "yes":
-            lines.append("Both hold: errors are as expected, and the tolerance is less.")
+        lines.append(f"{tables.told_by_new_runs(bands, checked, given['doubts'])}.")
     unsure = "; this is NOT reliable." if unreliable(given["doubts"]) else "."
     if limits is not None:
         ones = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]

@@ -20,6 +20,7 @@ from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
+from flexband.words import number_of
 
 RICHARDSON = 4 / 3
 
@@ -74,7 +75,10 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
     found: dict[str, np.ndarray] = {}
     try:
         for name, response in refinements(evaluate).items():
-            doing(f"{len(xi)} runs that tell the error of the {name} ({in_words(response)})")
+            doing(
+                f"{number_of(len(xi), 'run')} that tell the error of the {name} "
+                f"({in_words(response)})"
+            )
             finer = Runs(xi, eta, series(response(xi, eta)))
             found[name] = succeeded(finer, len(xi)).values
     except RunError as error:

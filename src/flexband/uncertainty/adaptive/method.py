@@ -23,6 +23,7 @@ from flexband.uncertainty.adaptive.runs import FEWEST_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
 
 LARGE_TOLERANCE = 0.5
 """Error of the bands, in parts of the error bar's width, that is hardly meant."""
@@ -100,7 +101,8 @@ class AdaptivePCCI:
         least = fewest_fitted(variables) + FEWEST_HELD
         if self.max_runs < least:
             raise InputError(
-                f"max_runs must be {least} or more for {variables} variables; got {self.max_runs}"
+                f"max_runs must be {least} or more for {number_of(variables, 'variable')}; got "
+                f"{self.max_runs}"
             )
         if space.advice_on_fields and self.max_runs <= variables:
             raise InputError(

@@ -14,6 +14,7 @@ from flexband.uncertainty.surrogates.diagnostics import diagnostics, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
 
 
 def surrogate_of(course: Adaptation) -> Surrogate:
@@ -75,7 +76,8 @@ def _warn_of_unexplained(course: Adaptation) -> None:
     if lost:
         warn(
             f"{', '.join(lost[:3])}{', …' * (len(lost) > 3)}: the bands have no width although the "
-            f"runs differ, since {len(course.fitted.values)} runs show no terms of an expansion. "
+            f"runs differ, since {number_of(len(course.fitted.values), 'run')} show no terms of "
+            "an expansion. "
             "Allow more runs (max_runs); LHSScanning, SobolScanning and MonteCarlo need no terms"
         )
 

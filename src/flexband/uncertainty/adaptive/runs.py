@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import RunError
+from flexband.words import number_of
 
 FEWEST_HELD = 2
 """Fewest runs that are held out."""
@@ -66,7 +67,7 @@ def succeeded(runs: Runs, needed: int) -> Runs:
     failed, held = np.flatnonzero(~good[:needed]), good[needed:]
     few = needed and held.sum() < min(FEWEST_HELD, len(held))
     if len(failed) or few:
-        fitted = f"{len(failed)} of {needed} runs that are fitted"
+        fitted = f"{len(failed)} of {number_of(needed, 'run')} that are fitted"
         which = fitted if len(failed) else "most of the held-out runs"
         raise RunError(
             f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "

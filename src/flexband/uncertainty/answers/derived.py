@@ -101,7 +101,7 @@ def derived(
     samples = whole("samples", samples, REPLICATES, MOST_SAMPLES)
     part = float(numbers("probability", probability))
     if not 0 < part < 1:
-        raise InputError(f"probability must be between 0 and 1; got {part:g}")
+        raise InputError(f"probability must be above 0 and below 1; got {part:g}")
     least = math.ceil(2 * LEAST_BEYOND / (1 - part))
     if samples < least and any(one.space.random_dimension for one in own.values()):
         raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")

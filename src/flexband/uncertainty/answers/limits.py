@@ -46,11 +46,30 @@ class Limit:
             raise InputError("Limit must have below, above or both; got none")
         for name in ("below", "above"):
             object.__setattr__(self, name, _checked(f"Limit {name}", getattr(self, name)))
+        if not any(isinstance(one, xr.DataArray) or callable(one) for one in self._ends):
+            self._check_ends(*(np.asarray(np.nan if e is None else e) for e in self._ends))
         if self.during is not None:
             first, last = map(float, numbers("Limit during", self.during, 2))
             if first > last:
                 raise InputError(f"Limit during must be first and last time; got {self.during}")
             object.__setattr__(self, "during", (first, last))
+
+    @property
+    def _ends(self) -> tuple[Any, Any]:
+        return self.above, self.below
+
+    def _check_ends(self, low: np.ndarray, high: np.ndarray) -> None:
+        """Raise `InputError` if nothing is left between two ends, where both have a value."""
+        if low.shape and high.shape and low.shape != high.shape:
+            return  # which one of them fits is known with the response
+        wrong = np.atleast_1d(low >= high)
+        if wrong.any():
+            place = np.unravel_index(wrong.argmax(), wrong.shape)
+            above, below = (np.broadcast_to(one, wrong.shape)[place] for one in (low, high))
+            raise InputError(
+                "Limit above, which the output must stay above, must be less than below; got "
+                f"above={above:g} and below={below:g}"
+            )
 
     def __str__(self) -> str:
         """Return the limit in words: F between -5 and 5 from 0.1 to 0.2."""
@@ -81,8 +100,7 @@ class Limit:
         at_times = _during(self.during, own)
         low = _curve("Limit above", self.above, own, -np.inf)
         high = _curve("Limit below", self.below, own, np.inf)
-        if np.any(at_times & (low >= high)):
-            raise InputError(f"Limit above must be less than below; got {self}")
+        self._check_ends(np.where(at_times, low, -np.inf), np.where(at_times, high, np.inf))
         place = (slice(None),) * (labels.dims.index("output") - 1) if chosen is not None else ()
         lower, upper = np.full(labels.shape[1:], -np.inf), np.full(labels.shape[1:], np.inf)
         where = (*place, chosen) if chosen is not None else (...,)

@@ -126,7 +126,7 @@ def checked_probabilities(probabilities: Any) -> np.ndarray:
     if p.ndim > 1 or len(np.unique(p)) < len(p):
         raise InputError(f"probabilities must be different numbers; got {shown(probabilities)}")
     if p.min() <= 0 or p.max() >= 1:
-        raise InputError(f"probabilities must be between 0 and 1; got {shown(probabilities)}")
+        raise InputError(f"probabilities must be above 0 and below 1; got {shown(probabilities)}")
     return np.sort(p)
 
 

@@ -98,7 +98,7 @@ def _positions(labels: xr.DataArray, dim: str, wanted: Any) -> np.ndarray:
             raise InputError(f"{several} must be finite numbers; got {shown(wanted)}")
         slack = SIZE_OF_ROUNDING * (np.ptp(own) or abs(own[0]))
         if asked.min() < own.min() - slack or asked.max() > own.max() + slack:
-            ends = f"between {own.min():g} and {own.max():g}"
+            ends = f"from {own.min():g} to {own.max():g}"
             raise InputError(f"{several} must be {ends}; got {shown(wanted)}")
         return np.abs(asked[:, None].astype(float) - own).argmin(axis=1)
     found = {str(name): k for k, name in enumerate(own.tolist())}

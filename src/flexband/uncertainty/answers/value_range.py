@@ -60,7 +60,7 @@ def checked_probability(probability: Any) -> float:
     """Return the probability of a box; raise `InputError` if it is not above 0 and 1 at most."""
     part = float(numbers("probability", probability))
     if not 0 < part <= 1:
-        raise InputError(f"probability must be above 0, and 1 at most; got {part:g}")
+        raise InputError(f"probability must be above 0 and at most 1; got {part:g}")
     return part
 
 

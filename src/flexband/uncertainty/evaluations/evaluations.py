@@ -32,6 +32,7 @@ from flexband.uncertainty.evaluations.reuse import texts
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space
+from flexband.words import all_of, number_of
 
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
@@ -110,7 +111,7 @@ class Evaluations:
         self._make(found, found.missing, 1 if one_by_one else self.batch, record, advance)
         if found.values is None:
             reason = next(iter(found.failed.values()))
-            raise RunError(f"all {len(points[0])} runs failed; the first: {reason}", {})
+            raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
         self.failures += len(found.failed)
         self.probed = found.probed
         return found
@@ -187,7 +188,8 @@ class Evaluations:
                 raise error
             if found.values is None and len(found.failed) >= HOPELESS:
                 raise RunError(
-                    f"all of the first {len(found.failed)} runs failed, so that no further one is "
+                    f"all of the first {number_of(len(found.failed), 'run')} failed, so that no "
+                    "further one is "
                     f"made; one of them: {error}",
                     {},
                 ) from error

@@ -9,6 +9,7 @@ from collections.abc import Container, Iterator
 import numpy as np
 
 from flexband.errors import InputError
+from flexband.words import number_of
 
 Orders = tuple[int, ...]
 """The order of a term in each variable, interval variables first."""
@@ -58,8 +59,8 @@ def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.nd
         terms += math.comb(dimension, len(orders))
         if terms > most:
             raise InputError(
-                f"order {order} with q_norm {q_norm:g} has more than {most} terms in {dimension} "
-                "variables; choose a lower order or a smaller q_norm"
+                f"order {order} with q_norm {q_norm:g} has more than {most} terms in "
+                f"{number_of(dimension, 'variable')}; choose a lower order or a smaller q_norm"
             )
     index = []
     for orders in sorted(found, key=lambda orders: (sum(orders), len(orders), orders)):

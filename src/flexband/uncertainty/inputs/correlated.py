@@ -139,8 +139,8 @@ class Correlated:
         low, high = polynomial.polyval([-NEARLY_ONE, NEARLY_ONE], series)
         if low > 0 or high < 0:
             raise InputError(
-                f"the correlation of {first[0]} and {second[0]} must be between {low + sought:.3g} "
-                f"and {high + sought:.3g} for these distributions; got {sought:g}"
+                f"the correlation of {first[0]} and {second[0]} must be from {low + sought:.3g} "
+                f"to {high + sought:.3g} for these distributions; got {sought:g}"
             )
         return float(brentq(lambda r: polynomial.polyval(r, series), -NEARLY_ONE, NEARLY_ONE))  # pyright: ignore[reportArgumentType]
 

@@ -31,6 +31,9 @@ MISSED = 1e-3
 RULE = 60
 """Gauss points for that."""
 
+LARGE_CV = 1.0
+"""Coefficient of variation of nearly normal numbers that is likely in per cent above it."""
+
 NO_SCATTER = (
     "An input that does not scatter is written as a number, or as an Interval, in place of the "
     "distribution"
@@ -191,7 +194,7 @@ class Distribution(Input):
         outside = (value < low - slack) | (value > high + slack)
         if np.any(outside):
             worst = np.ravel(value)[np.ravel(outside)][0]
-            raise InputError(f"values must be between {low:g} and {high:g}; got {worst:g}")
+            raise InputError(f"values must be from {low:g} to {high:g}; got {worst:g}")
         value, family = np.clip(value, low, high), self.family
         if isinstance(family, DensityPolynomials):
             return family.standardized(value)
@@ -242,9 +245,16 @@ def checked_std(one: Spread | Moments, mean: float) -> float:
     """Return the standard deviation that `std` or `cv` tells; `InputError` if it is impossible."""
     name = type(one).__name__
     if (one.std is None) == (one.cv is None):
-        raise InputError(f"{name} must have either std or cv; got std={one.std!r}, cv={one.cv!r}")
+        got = "neither" if one.std is None else f"both: std={one.std!r} and cv={one.cv!r}"
+        raise InputError(f"{name} must have either std or cv; got {got}")
     if one.cv is not None:
-        _scattering(name, "cv", numbers(f"{name} cv", one.cv))
+        cv = numbers(f"{name} cv", one.cv)
+        _scattering(name, "cv", cv)
+        if isinstance(one, Spread) and cv > LARGE_CV:
+            warn(
+                f"{name} cv is {cv:g}, a standard deviation of {cv:g} times the mean; is it in per "
+                "cent? A cv of 0.05 is 5 %"
+            )
         if mean == 0:
             raise InputError(f"{name} cv must be given as std where the mean is 0")
     own = one.std if one.cv is None else one.cv * abs(mean)

@@ -11,6 +11,7 @@ import xarray as xr
 
 from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.space import Space, raised
+from flexband.words import number_of
 
 RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
@@ -44,7 +45,7 @@ def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
     if count == 1:
         return "inputs of the run: " + ", ".join(f"{n} = {v[0]:.9g}" for n, v in inputs)
     ends = [f"{n} from {v.min():.6g} to {v.max():.6g}" for n, v in inputs]
-    return f"inputs of the {count} runs of the call: {', '.join(ends)}"
+    return f"inputs of the {number_of(count, 'run')} of the call: {', '.join(ends)}"
 
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
@@ -189,7 +190,7 @@ def not_finite(
     inputs = space.numbers_at(xi, eta).items()
     shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
     hint = _of_other_sign(space, xi[bad], eta[bad])
-    text = f"{reason} in {bad.sum()} of {len(values)} runs, e.g. {shown}"
+    text = f"{reason} in {bad.sum()} of {number_of(len(values), 'run')}, e.g. {shown}"
     if finite:
         hint = f"It reaches {size[bad].max():.3g}, and its square overflows: choose another unit"
     return reason, text + (f". {hint}" if hint else ""), bad

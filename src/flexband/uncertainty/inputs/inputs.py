@@ -174,5 +174,5 @@ def place_between(lower: float, upper: float, value: np.ndarray) -> np.ndarray:
     x = (value - middle) / (radius or 1.0)
     if np.any(np.abs(x) > 1 + 1e-9):
         worst = np.ravel(value)[np.abs(x).argmax()]
-        raise InputError(f"values must be between {lower:g} and {upper:g}; got {worst:g}")
+        raise InputError(f"values must be from {lower:g} to {upper:g}; got {worst:g}")
     return np.clip(x, -1.0, 1.0)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flexband.errors import InputError, StoreError, warn
-from flexband.execution.store import Store
+from flexband.execution.store import INSIST, OTHER_FOLDER, Store
 
 ROUNDING = 1e-6
 """Differences up to this part of the variation over all runs are rounding."""
@@ -106,10 +106,7 @@ def check_stored(values: np.ndarray, old: np.ndarray, new: np.ndarray, store: St
         "a way that its code does not show, or is noisy"
     )
     if off > LARGE and not store.insist:
-        raise StoreError(
-            f"{text}. Take another folder, or delete its runs (--replace), or insist=True "
-            "(--insist) to use them nevertheless"
-        )
+        raise StoreError(f"{text}. {OTHER_FOLDER}. To use them nevertheless, {INSIST}")
     warn(text)
 
 

@@ -16,6 +16,7 @@ from flexband.errors import InputError, RunError, warn, without_warnings
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.runs.runs import Runs
+from flexband.words import number_of
 
 COUNT = 8
 """Runs, as many as are simulated at once: the nominal one, and others at the ends of all intervals,
@@ -93,7 +94,7 @@ def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.
     if values.dims != labels.dims or parts * (count - 1) + 1 != more:
         raise InputError(
             "at_more_times must divide each step between the response's times into as many; got "
-            f"{more} times for {count}"
+            f"{number_of(more, 'time')} for {count}"
         )
     at, inner = values.values[..., ::parts], values.values[..., :-1]
     inner = inner.reshape(*inner.shape[:-1], count - 1, parts)

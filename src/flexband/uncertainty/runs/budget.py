@@ -7,6 +7,7 @@ import math
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Method
+from flexband.words import number_of
 
 MOST_RUNS = 1_000_000
 
@@ -36,5 +37,6 @@ def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: 
         told = sampled or space.advice_on_fields
         raise InputError(
             f"{method!r} would take {_count(runs)} runs, with {space.random_dimension} random and "
-            f"{space.interval_dimension} interval variables; most_runs is {most_runs}{told}"
+            f"{number_of(space.interval_dimension, 'interval variable')}; most_runs is "
+            f"{most_runs}{told}"
         )

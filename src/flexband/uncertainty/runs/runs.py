@@ -34,6 +34,7 @@ from flexband.uncertainty.methods import Method
 from flexband.uncertainty.runs.budget import check_runs
 from flexband.uncertainty.runs.size import check_size
 from flexband.uncertainty.surrogates.extrapolation import reached
+from flexband.words import number_of
 
 Result = TypeVar("Result")
 
@@ -159,8 +160,8 @@ class Runs:
         if found.failed and not getattr(self.method, "leaves_out_failed", False):
             run, reason = next(iter(found.failed.items()))
             raise RunError(
-                f"{self.method!r} needs every run of its design; {len(found.failed)} of {len(xi)} "
-                f"runs failed, one of them: {reason}; "
+                f"{self.method!r} needs every run of its design; {len(found.failed)} of "
+                f"{number_of(len(xi), 'run')} failed, one of them: {reason}; "
                 f"{inputs_in_words(self.space, xi[[run]], eta[[run]])}\n"
                 "RegressionPCCI goes on without them, and so do the scanning methods if other runs "
                 "succeed at every point of the scan",
@@ -268,7 +269,9 @@ class Runs:
         if failed:
             counts["runs_failed"] = failed
         if failed > MOST_FAILED * self.done:
-            why = f"{failed} of {self.done} runs failed, and what fails is rarely random"
+            why = (
+                f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
+            )
             told["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
         return {**counts, **told, **reached(xi)}
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from flexband.errors import InputError
 from flexband.uncertainty.surrogates.axes import names_of_outputs, series
+from flexband.words import number_of
 
 SMALLEST = 1e-120
 """Squares of parts of smaller values vanish."""
@@ -18,6 +19,7 @@ def check_size(values: xr.DataArray) -> None:
     for name, one in zip(names_of_outputs(values), size.tolist(), strict=True):
         if 0 < one < SMALLEST:
             raise InputError(
-                f"{name} is at most {one:.3g} in size in {len(values)} runs, and its square "
+                f"{name} is at most {one:.3g} in size in {number_of(len(values), 'run')}, and its "
+                "square "
                 f"vanishes; it must be zero, or reach {SMALLEST:g}: choose another unit"
             )

@@ -16,6 +16,7 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import VARIABLES
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
 
 MAX_ORDER = 101
 """That of the methods and the next one."""
@@ -38,7 +39,8 @@ def check(surrogate: Surrogate) -> None:
     numbers = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
     if not np.array_equal(np.sort(numbers), np.arange(outputs)):
         raise InputError(
-            f"the expansions must be those of {outputs} outputs, each once; earlier versions took "
+            f"the expansions must be those of {number_of(outputs, 'output')}, each once; earlier "
+            "versions took "
             "outputs without a time for one: make the surrogate again"
         )
     if surrogate.held_out is not None:
@@ -87,7 +89,9 @@ def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> 
 def _check_index(index: np.ndarray, dimension: int) -> None:
     """Check the orders of polynomials, shape (terms, dimension), the constant first."""
     if index.ndim != 2 or index.shape[1] != dimension or index.dtype.kind not in "iu":
-        raise InputError(f"orders of an expansion must be whole numbers of {dimension} variables")
+        raise InputError(
+            f"orders of an expansion must be whole numbers of {number_of(dimension, 'variable')}"
+        )
     if not len(index) or index.min(initial=0) < 0 or index.max(initial=0) > MAX_ORDER:
         raise InputError(f"orders of an expansion must be from 0 to {MAX_ORDER}")
     if index[0].any() or len(np.unique(index, axis=0)) < len(index):

@@ -8,6 +8,10 @@ import xarray as xr
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import growth
+from flexband.words import number_of
+
+CONFIRMED = "Confirmed"
+"""Beginning of a verdict that the expected error is right."""
 
 HUGE = 10.0
 """Larger parts of the error bar's width are not told, since it has none."""
@@ -18,7 +22,8 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     failed = checked.sizes["sample"] - len(good)
     bounds = sum(own != "anywhere" for own in checked["run_place"].values[good].tolist())
     left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
-    new = f"{len(good)} new runs{left_out}, {bounds} of them at the ends of the bands,"
+    new = f"{number_of(len(good), 'new run')}{left_out}, {bounds} of them at the ends of the bands,"
+    are, imply = ("is", "implies") if len(good) == 1 else ("are", "imply")
     width, implied, least = (
         np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
     )
@@ -27,7 +32,7 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     if "allowed" not in checked:
         unknown = "the method does not estimate the error of its expansion"
         text = (
-            f"{new} imply an error of {_percent(share[most])} of the error bar's width; {unknown}"
+            f"{new} {imply} an error of {_percent(share[most])} of the error bar's width; {unknown}"
         )
         return {"confirmed": "no error was expected", "verdict": text}
     ratio = np.ravel(checked["missed"] / checked["allowed"])
@@ -37,8 +42,8 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
         k = int(ratio.argmax()) if doubtful else most
         told = f"{_percent(share[k])} of the error bar's width{_named(labels, k)}"
         text = (
-            f"Confirmed: {new} are missed by no more than expected; the largest error that they "
-            f"imply is {told}"
+            f"{CONFIRMED}: {new} {are} missed by no more than expected; the largest error that "
+            f"follows is {told}"
         )
         if doubtful:
             allowed = np.ravel(checked["allowed"])[k] / width[k]
@@ -46,14 +51,14 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
             text = (
-                f"Confirmed as far as so few runs can tell: {new} imply an error of {told} "
+                f"{CONFIRMED} as far as so few runs can tell: {new} {imply} an error of {told} "
                 f"({_percent(least[k] / width[k])} or more with {sure}), where "
                 f"{_percent(expected)} is expected{over}"
             )
         return {"confirmed": "yes", "verdict": text}
     worst = int(wrong[ratio[wrong].argmax()])
     text = (
-        f"NOT confirmed: {new} are missed by {ratio[worst]:.2g} times as much as the expected "
+        f"NOT confirmed: {new} {are} missed by {ratio[worst]:.2g} times as much as the expected "
         f"error allows, {_where(checked, labels, worst)}; bands may be off by "
         f"{_percent(share[worst])} of the error bar's width. If the expected error were right, "
         f"less than {_percent(1 - checked.attrs['confidence'])} of verifications would find so much"
@@ -61,6 +66,16 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     if wrong.size > 1:
         text += f". Outputs that are not confirmed: {wrong.size} of {len(ratio)}"
     return {"confirmed": "no", "verdict": text}
+
+
+def of_doubtful(verdict: str) -> str:
+    """Return the verdict on a result that is doubtful for other reasons: both have to be read.
+
+    New runs judge the expected error alone, which may be right and yet far too large.
+    """
+    if not verdict.startswith(CONFIRMED):
+        return verdict
+    return f"The result is doubtful, but its expected error is confirmed{verdict[len(CONFIRMED) :]}"
 
 
 def implied_error(checked: xr.Dataset) -> float:

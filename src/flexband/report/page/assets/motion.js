@@ -184,7 +184,7 @@ flexband.MotionPlayer = class {
     this.output.textContent = time;
     const { data, samples, apart } = this.scene;
     const names = (items) => items.map((own) => own.name).join(", ") || "none";
-    const spread = samples ? ` The ${samples} samples deviate from it by at most ${flexband.shownLength(apart[this.frame])}.` : "";
+    const spread = samples ? ` The samples, ${samples} in number, deviate from it by at most ${flexband.shownLength(apart[this.frame])}.` : "";
     this.canvas.setAttribute("aria-label",
       `Drawing of the mechanism at ${time}. Bodies: ${names(data.bodies)}. Joints: ${names(data.joints)}.` +
       ` Loads: ${names(data.loads)}.${spread}`);
@@ -210,7 +210,7 @@ flexband.MotionPlayer = class {
     const parts = [entry("nominal", "nominal motion")];
     if (options.samples) {
       const often = options.factor === 1 ? "true to scale" : `deviations drawn ${options.factor} times as large`;
-      parts.push(entry("sample", `${samples} samples of the inputs, ${often}`));
+      parts.push(entry("sample", `${samples} ${samples === 1 ? "sample" : "samples"} of the inputs, ${often}`));
     }
     if (options.forces && largestForce) {
       const { name, time } = largestAt, size = Number(largestForce.toPrecision(3));

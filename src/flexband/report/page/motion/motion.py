@@ -23,6 +23,7 @@ from flexband.report.page.motion.loads import load_item
 from flexband.report.page.motion.tracks import Tracks
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
+from flexband.words import are
 
 FRAMES = 250
 """Most instants that are kept of a motion."""
@@ -94,7 +95,7 @@ def _of_mechanism(
     found = {"times": packed(times), **nominal, **items}
     found["samples"] = _samples(items["bodies"], parts["position"])
     failed = int((~good).sum())
-    few = f"{failed} of {samples} samples fail and are not drawn."
+    few = f"{are(failed, 'sample')} not drawn, of {samples}, since their motion fails."
     return found, [few] if failed else []
 
 

@@ -21,6 +21,7 @@ from flexband.uncertainty.answers.probability.correction import Correction
 from flexband.uncertainty.answers.results import answer, expected_error, places
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
 
 NO_RUNS = ". No runs were made to confirm it"
 """End of a verdict by the surrogate alone."""
@@ -205,7 +206,7 @@ def _verdict(
 
 def _new(runs: int) -> str:
     """Return a number of new runs in words."""
-    return f"{runs} new run{'s' * (runs != 1)}"
+    return number_of(runs, "new run")
 
 
 WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.words import number_of
+
 SAME = 0.02
 """Part of a probability by which it may be larger between the times without being told twice."""
 
@@ -14,7 +16,7 @@ def in_words(one: xr.Dataset) -> str:
     tighter = float(one["limit_tighter"][1])
     text = f"{one['limit'].values}: left with probability {chance(one, places=True)}"
     if "runs" in one:
-        text += f", corrected with {int(one['runs'][1])} runs of the model"
+        text += f", corrected with {number_of(int(one['runs'][1]), 'run')} of the model"
         text += " each" * _differs(one)
     elif tighter > 0:
         text += f"; up to {tighter:.2g} with the expected error of the surrogate"

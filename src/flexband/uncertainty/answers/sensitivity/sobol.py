@@ -22,6 +22,7 @@ from flexband.uncertainty.answers.selection import selected, surrogates_of
 from flexband.uncertainty.answers.sensitivity.contributions import groups
 from flexband.uncertainty.answers.sensitivity.variances import Variances, variances_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
 
 VANISHING = 1e-12
 """Standard deviations below this part of an output's largest value are due to rounding."""
@@ -137,7 +138,8 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
         share = np.divide(2 * error, deviation, out=np.ones(inner), where=deviation > 2 * error)
         data["expected_error"] = dims, share
     lost = int(np.sum(~defined))
-    told = {"undefined": f"the variance vanishes at {lost} of {defined.size} values of the outputs"}
+    values = number_of(defined.size, "value")
+    told = {"undefined": f"the variance vanishes at {lost} of {values} of the outputs"}
     if errors.any():
         told["sampling"] = _sampling(each, std)
     result = answer(surrogate, data, {"name": list(own)}, told, LONG_NAMES)

@@ -69,7 +69,7 @@ def tolerance_for(
     (own,) = several.values()
     share = float(numbers("share", share))
     if not 0 < share < 1:
-        raise InputError(f"share must be between 0 and 1; got {share:g}")
+        raise InputError(f"share must be above 0 and below 1; got {share:g}")
     tolerance, one = _tolerance(own, name)
     labels = own.labels
     check_free("bound", labels)

@@ -89,7 +89,7 @@ class Triangular(Distribution):
         _check_bounds(self, self.lower, self.upper)
         if not self.lower <= self.mode <= self.upper:
             raise InputError(
-                f"Triangular mode must be between lower {self.lower:g} and upper {self.upper:g}; "
+                f"Triangular mode must be from lower {self.lower:g} to upper {self.upper:g}; "
                 f"got {self.mode:g}"
             )
 
@@ -141,7 +141,7 @@ class Beta(Moments):
         _check_bounds(self, self.lower, self.upper)
         if not self.lower < mean < self.upper:
             raise InputError(
-                f"Beta mean must be between lower {self.lower:g} and upper {self.upper:g}; "
+                f"Beta mean must be above lower {self.lower:g} and below upper {self.upper:g}; "
                 f"got {mean:g}"
             )
         below, above, width = mean - self.lower, self.upper - mean, self.upper - self.lower
@@ -149,7 +149,7 @@ class Beta(Moments):
         most = np.sqrt(below * above / (1 + LEAST_SHAPE * width / min(below, above)))
         if not least < std < most:
             raise InputError(
-                f"Beta std must be between {least:.3g} and {most:.4g} for the mean {mean:g} "
+                f"Beta std must be above {least:.3g} and below {most:.4g} for the mean {mean:g} "
                 f"between {self.lower:g} and {self.upper:g}; got {std:g}"
             )
 

@@ -73,7 +73,7 @@ class Weibull(Moments):
         )
         if not least < std < most:
             raise InputError(
-                f"Weibull std must be between {least:.3g} and {most:.3g} for mean - location = "
+                f"Weibull std must be above {least:.3g} and below {most:.3g} for mean - location = "
                 f"{mean - self.location:g}; got {std:g}"
             )
 
@@ -83,8 +83,7 @@ class Weibull(Moments):
         scale, shape = self.parameters
         if not LEAST_SHAPE <= shape <= LARGEST_SHAPE:
             raise InputError(
-                f"Weibull shape must be between {LEAST_SHAPE:g} and {LARGEST_SHAPE:g}; "
-                f"got {shape:g}"
+                f"Weibull shape must be from {LEAST_SHAPE:g} to {LARGEST_SHAPE:g}; got {shape:g}"
             )
         plausible_spread("Weibull scale", scale, self.location)
 

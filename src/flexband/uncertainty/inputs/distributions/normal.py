@@ -86,7 +86,8 @@ class LogNormal(Spread):
                 f"the mean and std of the logarithm must be smaller for the LogNormal to be "
                 f"finite; got {mean:g} and {std:g}"
             )
-        return cls(float(np.exp(mean + std**2 / 2)), cv=float(np.sqrt(np.expm1(std**2))))
+        of_number = np.exp(mean + std**2 / 2)
+        return cls(float(of_number), float(of_number * np.sqrt(np.expm1(std**2))))
 
     @property
     def logarithm(self) -> tuple[Any, Any]:

@@ -13,6 +13,7 @@ from scipy.special import ndtr, ndtri
 
 from flexband.errors import InputError, finite, numbers, positive, warn
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
+from flexband.words import number_of
 
 FEWEST, FEW = 5, 30
 """Values that are refused, and remarked on, if there are fewer."""
@@ -57,7 +58,7 @@ class Samples(Distribution):
     def __repr__(self) -> str:
         """Return the number of the values and their range."""
         low, high = self.values[0], self.values[-1]
-        return f"Samples({len(self.values)} values from {low:g} to {high:g})"
+        return f"Samples({number_of(len(self.values), 'value')} from {low:g} to {high:g})"
 
     def check(self) -> None:
         """Raise `InputError` if the values tell no distribution; remark on few values."""

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import gammaln, kve
 
 from flexband.errors import InputError, finite, function, numbers, positive, returned, whole
+from flexband.words import number_of
 
 Correlation = Callable[[np.ndarray], np.ndarray]
 
@@ -58,7 +59,7 @@ class Matern:
         nu = float(numbers("Matern nu", self.nu))
         if not 0 < nu <= LARGEST_NU:
             raise InputError(
-                f"Matern nu must be above 0, and {LARGEST_NU:g} or less; got {nu:g} "
+                f"Matern nu must be above 0 and at most {LARGEST_NU:g}; got {nu:g} "
                 "(squared_exponential is the limit)"
             )
         object.__setattr__(self, "nu", nu)
@@ -124,7 +125,7 @@ def check_eigenvalues(values: np.ndarray) -> None:
     if values.min() < -ROUNDING * values.max():
         raise InputError(
             "RandomField correlation must be positive semidefinite; the matrix of correlations of "
-            f"{len(values)} positions has the eigenvalue {values.min():.3g}"
+            f"{number_of(len(values), 'position')} has the eigenvalue {values.min():.3g}"
         )
 
 

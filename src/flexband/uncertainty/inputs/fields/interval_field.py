@@ -9,6 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError, flag, positive
 from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profile, profile
+from flexband.words import number_of
 
 MAX_POINTS = 1000
 """Control points of a field."""
@@ -139,7 +140,8 @@ class IntervalField(Field):
         places = self.places
         if value.ndim != 2 or value.shape[1] != self.dimension:
             raise InputError(
-                f"an IntervalField is given by its values at {self.dimension} positions, shape "
+                "an IntervalField is given by its values at "
+                f"{number_of(self.dimension, 'position')}, shape "
                 f"(n, {self.dimension}); got shape {value.shape}"
             )
         low, high = self.limits(places)

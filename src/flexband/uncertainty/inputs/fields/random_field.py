@@ -35,6 +35,7 @@ from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profi
 from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
 from flexband.uncertainty.inputs.fields.series import Discretization, Series
 from flexband.uncertainty.inputs.inputs import Interval
+from flexband.words import number_of
 
 FEW_TERMS = 0.7
 """Share of the tolerance that is met with all nodes, so that a part of the terms meets it."""
@@ -192,7 +193,8 @@ class RandomField(Field):
         if not len(enough):
             raise InputError(
                 f"RandomField tolerance {self.tolerance:g} on the variance error is not met "
-                f"by {len(errors)} terms on {count:.0f} nodes; the best is {errors.min():.3g}"
+                f"by {number_of(len(errors), 'term')} on {count:.0f} nodes; the best is "
+                f"{errors.min():.3g}"
             )
         return series.first(int(enough[0]) + 1)
 
@@ -223,7 +225,7 @@ class RandomField(Field):
     def summary(self) -> str:
         """Number of terms and largest variance error."""
         return (
-            f"random field, {self.dimension} term{'s' * (self.dimension != 1)}, "
+            f"random field, {number_of(self.dimension, 'term')}, "
             f"largest variance error {self.largest_variance_error():.4f}"
         )
 
@@ -238,7 +240,8 @@ class RandomField(Field):
         lacking = self.expansion.acceleration_error()
         if lacking > LARGEST_ACCELERATION_ERROR:
             warn(
-                f"{part} is prescribed by a RandomField of {self.dimension} terms, which lack "
+                f"{part} is prescribed by a RandomField of {number_of(self.dimension, 'term')}, "
+                "which lack "
                 f"{100 * lacking:.2g} % of the variance of its accelerations: they "
                 "need more terms than the field itself, so take a smaller tolerance"
             )

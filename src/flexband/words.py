@@ -1,0 +1,37 @@
+"""Words of messages, tables and reports: counts with their nouns, and articles."""
+
+from __future__ import annotations
+
+
+def number_of(count: object, noun: str) -> str:
+    """Return a count with its noun: "1 new run", "2 bodies", "0 processes".
+
+    Parameters
+    ----------
+    count : a number, or a number as text.
+    noun : in the singular, with what is before it.
+    """
+    return f"{count} {noun if str(count) == '1' else plural(noun)}"
+
+
+def are(count: object, noun: str) -> str:
+    """Return the same with its verb: "1 run is", "2 runs are"."""
+    return f"{number_of(count, noun)} {'is' if str(count) == '1' else 'are'}"
+
+
+def all_of(count: int, noun: str) -> str:
+    """Return all of a count: "the only run", "both runs", "all 3 runs"."""
+    few = {1: f"the only {noun}", 2: f"both {plural(noun)}"}
+    return few.get(count, f"all {number_of(count, noun)}")
+
+
+def plural(noun: str) -> str:
+    """Return the plural of a noun, regular ones only."""
+    if noun.endswith("y") and noun[-2] not in "aeou":
+        return f"{noun[:-1]}ies"
+    return f"{noun}es" if noun.endswith(("s", "x", "ch")) else f"{noun}s"
+
+
+def with_article(noun: str) -> str:
+    """Return a noun with its indefinite article: "a Normal", "an Interval"."""
+    return f"{'an' if noun[0].lower() in 'aeiou' else 'a'} {noun}"

@@ -1,0 +1,69 @@
+"""Counts in messages: one helper writes them, so that none reads "1 runs"."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import flexband as fb
+from flexband.words import all_of, are, number_of, with_article
+
+COUNTED = re.compile(
+    r"^ (?:(?:new|other|more|recorded|failed|held-out|random|interval|different) )*"
+    r"(?:runs|samples|points|inputs|outputs|bodies|terms|variables|values|numbers|names|times|"
+    r"intervals|positions|processes|workers|sensors|elements|entries|options|combinations|orders)\b"
+)
+NO_COUNTS = {"kind", "sign", "name", "_count(runs)", "qmc.Sobol.MAXDIM", "m", "least", "most"}
+"""What is a word before a plural, or a limit that is never one."""
+
+
+def test_a_count_and_its_noun_agree():
+    assert number_of(1, "new run") == "1 new run"
+    assert number_of(2, "body") == "2 bodies"
+    assert number_of(0, "process") == "0 processes"
+    assert number_of("1", "run") == "1 run"
+    assert (are(1, "point"), are(3, "point")) == ("1 point is", "3 points are")
+    assert [all_of(k, "run") for k in (1, 2, 3)] == ["the only run", "both runs", "all 3 runs"]
+    assert (with_article("Interval"), with_article("Normal")) == ("an Interval", "a Normal")
+
+
+def counts_without_helper(file):
+    """Yield the counts in f-strings whose noun is a plural, whatever the count is."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.JoinedStr):
+            for one, after in zip(node.values, node.values[1:], strict=False):
+                if isinstance(one, ast.FormattedValue) and isinstance(after, ast.Constant):
+                    told, times = ast.unparse(one.value), str(after.value).startswith(" times ")
+                    counts = not times and not told.isupper() and told not in NO_COUNTS
+                    if counts and COUNTED.match(str(after.value)):
+                        yield f"{file.name}:{one.lineno}: {{{told}}}{after.value}"
+
+
+def test_every_count_agrees_with_its_noun():
+    source = Path(fb.__file__).parent
+    found = [told for file in source.rglob("*.py") for told in counts_without_helper(file)]
+    assert not found
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: fb.Beam(youngs_moduls=1.0), "Beam has no argument 'youngs_moduls'; did you mean "),
+        (lambda: fb.Force("a.end", following_=True), "did you mean 'following'"),
+        (lambda: fb.Revolute("a", secnd="b"), "did you mean 'second'"),
+        (lambda: fb.RigidBody.bar(lenght=1.0), "RigidBody.bar has no .* did you mean 'length'"),
+        (lambda: fb.AdaptivePCCI(tolerence=0.1), "did you mean 'tolerance'"),
+        (lambda: fb.Normal(1.0, sigma=0.1), "no argument 'sigma'; there are mean, std, cv"),
+    ],
+)
+def test_a_misspelled_argument_is_told_with_the_nearest_one(make, message):
+    for kind in (TypeError, fb.InputError):
+        with pytest.raises(kind, match=message):
+            make()
+
+
+def test_other_wrong_arguments_are_those_of_python():
+    with pytest.raises(TypeError, match="missing"):
+        fb.Revolute("a")
+    assert fb.RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1.0, angle=0.2).angle == 0.2

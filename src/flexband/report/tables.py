@@ -12,8 +12,12 @@ from flexband.report.numbers import digits_for, number, percent
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.sigmas import NO_WIDTH, relative_errors, with_relative_errors
+from flexband.uncertainty.surrogates.axes import ROUNDING, axes_of
+from flexband.uncertainty.surrogates.sigmas import (
+    not_constant,
+    relative_errors,
+    with_relative_errors,
+)
 from flexband.uncertainty.surrogates.verdicts import of_doubtful
 from flexband.words import number_of
 
@@ -25,6 +29,9 @@ FAR = 0.01
 
 TOLD = 0.01
 """Part of the largest width of an error bar that the digits of its ends tell."""
+
+CONSTANT = "constant"
+"""In place of the width of an output that is constant, or nothing but rounding errors."""
 
 APART = 1.25
 """Factor between an error in parts of an output's own width and of that it is judged by, beyond
@@ -58,7 +65,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
 
     The next column is its expected error in parts of the width, both as means over time, or, for
     PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
-    last one is whether new runs confirm it.
+    last one is whether new runs confirm it. Of an output that is constant there is none of these.
 
     Parameters
     ----------
@@ -68,32 +75,63 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     shares, rows = expected_errors(bands), []
     kind = "expected error" if shares else "truncation indicator"
     header = ["output", "interval mean", bar, "largest width", "at", kind]
+    header += ["confirmed"] * (checked is not None and "confirmed" in checked)
+    still, largest = constants(bands), _largest_of_units(bands)
     for name in outputs_of(bands):
         one = select(bands, name)
-        unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
-        bar = one["error_bar"]
+        unit, bar = _unit(one), one["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
-        widest, scale, at, error = float(width.max()), float(abs(bar).max()), "", ""
-        if width.dims == ("time",):
-            at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
-        if widest > NO_WIDTH * scale and shares:
-            error = percent(shares[name])
-        elif widest > NO_WIDTH * scale and "truncation" in one:
-            error = percent(float(one["truncation"].max()) / widest)
-        finest = TOLD * widest if widest > NO_WIDTH * scale else 0.0
+        widest, scale = float(width.max()), float(abs(bar).max())
+        scale = largest[unit] if unit and name in still else scale
+        finest = 0.0 if name in still else TOLD * widest
         ends = [
             number(v, digits_for(v, finest), scale)
             for v in (float(own) for b in (one["mean"], bar) for own in (b.min(), b.max()))
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
-        rows.append([f"{name or 'response'}{unit}", *spans, number(widest, scale=scale), at, error])
+        rows.append([f"{name or 'response'}{unit}", *spans])
+        if name in still:
+            rows[-1] += [CONSTANT, *[""] * (len(header) - len(rows[-1]) - 1)]
+            continue
+        at, error = "", ""
+        if width.dims == ("time",):
+            at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
+        if shares:
+            error = percent(shares[name])
+        elif "truncation" in one:
+            error = percent(float(one["truncation"].max()) / widest)
+        rows[-1] += [number(widest, scale=scale), at, error]
         if checked is not None and "confirmed" in checked:
             own = select(checked["confirmed"], name).values.all()
             trusted = "trusted" not in one or one["trusted"].values.all()
             rows[-1].append("NO" if not own else "yes" if trusted else "yes, not trusted")
-    if checked is not None and "confirmed" in checked:
-        header.append("confirmed")
     return header, rows
+
+
+def _unit(one: xr.Dataset) -> str:
+    """Return the unit of an output in brackets, after a blank; or nothing."""
+    return f" [{one['unit'].values}]" if "unit" in one.coords else ""
+
+
+def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
+    """Return the largest size of the error bars of all outputs of a unit, by `_unit`."""
+    found: dict[str, float] = {}
+    for name in outputs_of(bands):
+        one = select(bands, name)
+        found[_unit(one)] = max(found.get(_unit(one), 0.0), float(abs(one["error_bar"]).max()))
+    return found
+
+
+def constants(bands: xr.Dataset) -> list[str]:
+    """Return the outputs that are constant, or nothing but rounding errors."""
+    bar = bands["error_bar"].transpose("bound", ...)
+    moving = bands["mean"].isel(bound=0, drop=True)
+    time = axes_of(bar).time
+    moving = moving if time is None else moving.isel({time: 0}, drop=True)
+    moving = moving.transpose(*axes_of(bar).dims).copy(
+        data=not_constant(bar.values[0], bar.values[1], bar)
+    )
+    return [name for name in outputs_of(moving) if not select(moving, name).values.any()]
 
 
 def expected_errors(bands: xr.Dataset) -> dict[str, float]:
@@ -235,7 +273,7 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
         unit = f" {one['unit'].values}" if "unit" in one.coords else ""
         unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
         low, high = one["error_bar"].transpose("bound", ...).values
-        largest = max(high.max() - low.min(), NO_WIDTH * max(abs(high).max(), abs(low).max()))
+        largest = max(high.max() - low.min(), ROUNDING * max(abs(high).max(), abs(low).max()))
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
             least = one[f"{side}_between_least"].values[..., :-1]
             reach = np.maximum(end[..., :-1], end[..., 1:]) + least

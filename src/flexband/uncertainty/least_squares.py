@@ -20,7 +20,7 @@ from flexband.uncertainty.expansions.regression import (
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import MAX_ORDER, Evaluate, earlier_runs
-from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import are, number_of
@@ -132,7 +132,9 @@ class RegressionPCCI:
         error = share(m) * np.sqrt(np.mean(missed**2, axis=0))
         error = np.maximum(error, np.finfo(float).eps * rms(signal)[:, None])
         error = error.reshape(values.shape[1:])
-        trusted = trust(values, missed_part(missed, signal), "its variation in left-out runs")
+        trusted = trust(
+            values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"
+        )
         dims = values.dims[1:]
         told = xr.Dataset(
             {

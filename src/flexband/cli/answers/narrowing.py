@@ -25,7 +25,15 @@ from flexband.cli.messages import (
 )
 from flexband.errors import InputError
 from flexband.report.numbers import number, percent_to_tenth
-from flexband.report.tables import averaged, deviations, error_in_words, outputs_of, select
+from flexband.report.tables import (
+    CONSTANT,
+    averaged,
+    constants,
+    deviations,
+    error_in_words,
+    outputs_of,
+    select,
+)
 from flexband.uncertainty.answers.margins import labels_of
 from flexband.uncertainty.inputs.correlated import Score
 from flexband.uncertainty.inputs.pbox import PBox
@@ -91,8 +99,11 @@ def narrow(
         )  # fmt: skip
         return
     pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
+    still = constants(before)
     rows = [
-        [name, number(old), number(new), percent_to_tenth(new / old if old else 1.0)]
+        [name or "response", CONSTANT, "", ""]
+        if name in still
+        else [name or "response", number(old), number(new), percent_to_tenth(new / old)]
         for name, (old, new) in pairs.items()
     ]
     width = f"width of the error bar{averaged(before)}"
@@ -177,13 +188,17 @@ def tolerance(
         found = {one: dict(zip(names, values, strict=True)) for one, values in own.items()}
         print_json({one: values | told for one, values in found.items()})
         return
-    reached = [output for output, values in own.items() if np.isfinite(values[3])]
+    still = [one for one in own if not bool(select(found["varies"], one))]
+    reached = [one for one in own if np.isfinite(own[one][3]) and one not in still]
     header = ["output", "largest width", "without its uncertainty", "part of the width"]
     if reached:
         header += [f"tolerance for {percent_to_tenth(share)}", "part of the present one"]
     rows = []
     for output, (width, least, factor, size) in own.items():
-        left = percent_to_tenth(least / width if width else 1.0)
+        if output in still:
+            rows.append([output or "response", CONSTANT, *[""] * (len(header) - 2)])
+            continue
+        left = percent_to_tenth(least / width)
         row = [output or "response", *(number(v, scale=width) for v in (width, least)), left]
         if reached:
             row += [number(size), percent_to_tenth(factor)] if output in reached else ["none", ""]
@@ -194,13 +209,14 @@ def tolerance(
         f"{deviations(found)}{largest}"
     )
     print_table(title, (header, rows))
-    if len(reached) < len(own):
-        print_text(out_of_reach(name, share, own))
+    moving = {output: values for output, values in own.items() if output not in still}
+    if len(reached) < len(moving):
+        print_text(out_of_reach(name, share, moving))
 
 
 def out_of_reach(name: str, share: float, own: dict[str, list[float]]) -> str:
     """Return how narrow the error bars become that no tolerance of an input makes narrow enough."""
-    lost = {k: v[1] / v[0] if v[0] else 1.0 for k, v in own.items() if np.isnan(v[3])}
+    lost = {k: v[1] / v[0] for k, v in own.items() if np.isnan(v[3])}
     narrowest = min(lost, key=lambda output: lost[output])
     which = "no error bar becomes"
     if len(lost) < len(own):

@@ -16,7 +16,7 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw, save
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.report.numbers import percent_to_tenth
-from flexband.report.tables import deviations, outputs_of, select
+from flexband.report.tables import CONSTANT, deviations, outputs_of, select
 from flexband.uncertainty.answers.selection import surrogates_of
 
 
@@ -53,7 +53,7 @@ def contributions(
     figure = place / "contributions.png"
     draw(lambda: contributions_figure(found, drawn), figure, wanted=over_time(found))
     names = [str(name) for name in found["name"].values]
-    shares = {kind: _by_output(found[kind]) for kind in kinds}
+    shares = {kind: _by_output(found[kind].where(found["varies"])) for kind in kinds}
     if as_json:
         print_json({"sigmas": sigmas, "inputs": names, **shares})
         return
@@ -62,7 +62,12 @@ def contributions(
         parts = {"mean over time": mean, "where the bar is widest": widest}
     else:
         parts = {"": mean}
-    _print_tables(title, names, parts, percent_to_tenth)
+    _print_tables(title, names, parts, _part)
+
+
+def _part(share: float) -> str:
+    """Return a part of the width; NaN is that of an output without any."""
+    return CONSTANT if isnan(share) else percent_to_tenth(share)
 
 
 def _print_tables(title: str, names: list[str], parts: dict[str, dict], cell: Callable) -> None:

@@ -27,7 +27,9 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     if limits is not None and "width" in contributions:
         return _for_limit(contributions, limits)
     share = contributions["mean_share"]
-    names = tables.outputs_of(share)
+    names = [name for name in tables.outputs_of(share) if varies(contributions, name)]
+    if not names:
+        return "No input matters: all outputs are constant."
     told = [_most(share["name"].values, _flat(tables.select(share, name))) for name in names]
     first, part = told[0]
     words = (
@@ -44,6 +46,13 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     return f"What matters most is {first} for {names[0]} ({words}), {', '.join(some)}{others}."
 
 
+def varies(contributions: xr.Dataset, name: str) -> bool:
+    """Return whether an output is not constant, as far as contributions tell it."""
+    if "varies" not in contributions:
+        return True
+    return bool(tables.select(contributions["varies"], name).values.any())
+
+
 def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     """Return which input matters most for each limit, least margin in parts of a width first."""
     found = []
@@ -51,9 +60,13 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     count = limits.sizes["limit"]
     own = limits["output"].values if "output" in limits.coords else outputs[0]
     for k, name in enumerate(np.broadcast_to(own, count).tolist()):
+        if not varies(contributions, name if len(outputs) > 1 else outputs[0]):
+            continue
         width = _select(contributions["width"], outputs, name)
         size = float(width.mean()) or np.inf
         found.append((float(limits["least_margin"][k]) / size, k, str(name)))
+    if not found:
+        return "No input matters for the limits: their outputs are constant."
     told = [
         (str(limits["limit"].values[k]), *_around(contributions, limits.isel(limit=k), name))
         for _, k, name in sorted(found)[:MOST]
@@ -62,7 +75,7 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     others = "".join(
         f"; for {name}, it is {one} ({tables.percent(part)})" for name, one, part, _ in rest
     )
-    more = "; there are further limits" if count > MOST else ""
+    more = "; there are further limits" if len(found) > MOST else ""
     return (
         f"What matters most for the limit {limit} is {first}: without its uncertainty, the error "
         f"bar would be {tables.percent(part)} narrower{where}{others}{more}."

@@ -25,7 +25,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, earlier_runs, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import running, share, step
 
 GROWTH = 0.25
@@ -161,7 +161,7 @@ class Adaptation:
         own = self.fitted, self.held, self.generic, self.rare
         self.choice = Choice.of([*fits, *in_use], *own)
         m = self.places.shape[1]
-        of = self.generic, F, self.dt, m, self.quantities
+        of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
         self.error = ExpectedError.of(self.choice, *of)
 
     def _split(self, F: np.ndarray) -> list[Stage]:

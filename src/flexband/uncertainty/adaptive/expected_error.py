@@ -9,8 +9,8 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of
+from flexband.uncertainty.surrogates.axes import ROUNDING
 from flexband.uncertainty.surrogates.diagnostics import (
-    ROUND_OFF,
     Quantities,
     missed_part,
     rms,
@@ -73,7 +73,7 @@ class ExpectedError:
         """The width without a look at other components."""
         _, lower, upper = self.extremes
         width = (upper.values[1] - lower.values[0]).mean(axis=-1)
-        return np.maximum(width, ROUND_OFF * self.size + 1e-300)
+        return np.maximum(width, ROUNDING * self.size + 1e-300)
 
     @property
     def small(self) -> np.ndarray:
@@ -85,7 +85,7 @@ class ExpectedError:
         """Which outputs vary, but have bands of no width, since no terms were found for them."""
         size = np.where(np.isfinite(self.size), self.size, -np.inf)
         width = self.quantities.at_least(self.own_width)
-        return width <= ROUND_OFF * size + 1e-300
+        return width <= ROUNDING * size + 1e-300
 
     def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:
         """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
@@ -97,7 +97,13 @@ class ExpectedError:
 
     @staticmethod
     def of(
-        choice: Choice, generic: int, F: np.ndarray, dt: float, m: int, quantities: Quantities
+        choice: Choice,
+        generic: int,
+        F: np.ndarray,
+        dt: float,
+        m: int,
+        units: np.ndarray,
+        quantities: Quantities,
     ) -> ExpectedError:
         """Return the error expected.
 
@@ -106,6 +112,7 @@ class ExpectedError:
         generic : number of held-out runs at generic points, which are the first.
         F : all runs, shape (runs, outputs, times), at steps of dt.
         m : number of interval variables.
+        units : of each output, as numbers.
         quantities : of which each output is a component.
         """
         groups = np.split(choice.missed, [generic])
@@ -116,8 +123,8 @@ class ExpectedError:
         window = min(max(1, round(period)), times)
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
-        size = np.where(varying(F), size, np.inf)
-        missed = missed_part(choice.missed, F, quantities)
+        size = np.where(varying(F, units), size, np.inf)
+        missed = missed_part(choice.missed, F, units, quantities)
         return ExpectedError(choice, values, size, window, missed, quantities)
 
 

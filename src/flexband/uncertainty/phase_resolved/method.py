@@ -19,7 +19,7 @@ from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order, quantiti
 from flexband.uncertainty.phase_resolved.bands_error import NodePolynomials, error_of_bands
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, step, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -76,7 +76,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         fitted, held = (runs.which(own) for own in np.s_[: len(design), len(design) :])
         choice = Choice.of(fits, fitted, held, HELD, RareRuns.none(held))
         of_one = quantities(evaluate, runs.values.shape[1])
-        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), of_one)
+        units = units_of(values)
+        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, of_one)
         polynomials = NodePolynomials(nodes, space.families, random_orders)
         both = error_of_bands(polynomials, held, error)
         told = diagnostics(

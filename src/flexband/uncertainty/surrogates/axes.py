@@ -6,6 +6,7 @@ texts, is none: every entry is an output of its own, at one time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from itertools import product
 from typing import NamedTuple
@@ -36,6 +37,48 @@ def axes_of(values: xr.DataArray) -> Axes:
     if not dims or dims[-1] == "output" or _has_texts(values, dims[-1]):
         return Axes(dims, shape, None, 1)
     return Axes(dims[:-1], shape[:-1], str(dims[-1]), shape[-1])
+
+
+ROUNDING = 1e-13
+"""An output that varies by less than this part of the largest one of its unit is constant."""
+
+
+def units_of(values: xr.DataArray) -> np.ndarray:
+    """Return the unit of each output of a response or its bands, as numbers, (outputs,).
+
+    Outputs whose units are not known have one each.
+    """
+    axes = axes_of(values)
+    unit = values.coords.get("unit")
+    own = np.arange(math.prod(axes.shape))
+    if unit is None or not set(unit.dims) <= set(axes.dims):
+        return own
+    every = [d for d in axes.dims if d in unit.dims]
+    shape = [values.sizes[d] if d in every else 1 for d in axes.dims]
+    names = np.broadcast_to(unit.transpose(*every).values.reshape(shape), axes.shape).ravel()
+    known = {str(name): k for k, name in enumerate(names) if str(name).strip()}
+    return np.array([known.get(str(name), k) for k, name in enumerate(names)], dtype=int)
+
+
+def largest_of(sizes: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return for each output the largest finite size in its group, which is a number."""
+    largest = np.zeros(groups.max(initial=-1) + 1)
+    np.maximum.at(largest, groups, np.where(np.isfinite(sizes), sizes, 0.0))
+    return largest[groups]
+
+
+def varies(spread: np.ndarray, size: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Return which outputs vary beyond rounding, (outputs,); the others are constant.
+
+    What is zero in theory is rounding errors of other outputs of its unit.
+
+    Parameters
+    ----------
+    spread, size : by how much each output varies, and how large it is.
+    units : of each output, see `units_of`.
+    """
+    least = np.maximum(largest_of(size, units), ROUNDING * size.max(initial=0.0))
+    return spread > ROUNDING * least
 
 
 def _has_texts(values: xr.DataArray, dim: Hashable) -> bool:

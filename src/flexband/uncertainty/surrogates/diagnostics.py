@@ -12,7 +12,7 @@ from scipy.signal import fftconvolve
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
+from flexband.uncertainty.surrogates.axes import axes_of, largest_of, names_of_outputs, varies
 
 SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
@@ -24,9 +24,6 @@ every one alike adds up at a corner, but hardly at generic points."""
 
 DOUBT = 0.5
 """Where more than this part of the variation is missed, the expansion is not trusted."""
-
-ROUND_OFF = 1e-13
-"""An output that varies by less than this part of its own size is constant."""
 
 SMALL = 1e-4
 """Variation of a component of a vector or tensor, as a part of that of the largest component, below
@@ -56,9 +53,8 @@ class Quantities(NamedTuple):
 
         This part is `SMALL` for vectors, and `tensors` for tensors.
         """
-        largest = np.zeros(self.of.max(initial=-1) + 1)
-        np.maximum.at(largest, self.of, np.where(np.isfinite(sizes), sizes, 0.0))
-        return np.maximum(sizes, np.where(self.tensor, tensors, SMALL) * largest[self.of])
+        part = np.where(self.tensor, tensors, SMALL)
+        return np.maximum(sizes, part * largest_of(sizes, self.of))
 
 
 def step(values: xr.DataArray) -> float:
@@ -100,22 +96,22 @@ def share(m: int) -> float:
     return SHARE * math.sqrt(max(1.0, m / ALONE))
 
 
-def varying(F: np.ndarray) -> np.ndarray:
+def varying(F: np.ndarray, units: np.ndarray) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
-    size = rms(F)
-    return variation(F) > ROUND_OFF * np.maximum(size, ROUND_OFF * size.max())
+    return varies(variation(F), rms(F), units)
 
 
 def missed_part(
-    missed: np.ndarray, F: np.ndarray, quantities: Quantities | None = None
+    missed: np.ndarray, F: np.ndarray, units: np.ndarray, quantities: Quantities | None = None
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
 
     Parameters
     ----------
+    units : of each output, as numbers.
     quantities : of which each output is a component.
     """
-    varied = np.where(varying(F), variation(F), np.inf)
+    varied = np.where(varying(F, units), variation(F), np.inf)
     return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
 
 

@@ -13,11 +13,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, numbers, positive
-from flexband.uncertainty.surrogates.axes import axes_of
-
-NO_WIDTH = 1e-13
-"""An error bar that is narrower than this part of its values has no width to compare with."""
-
+from flexband.uncertainty.surrogates.axes import axes_of, units_of, varies
 
 OF_SIGMAS = ("error_bar_", "pointwise_")
 """What the names of errors of μ ± kσ begin with."""
@@ -70,6 +66,20 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     return told.assign_attrs(relative)
 
 
+def not_constant(lower: np.ndarray, upper: np.ndarray, labels: xr.DataArray) -> np.ndarray:
+    """Return which outputs have error bars that are wider than rounding, with their shape.
+
+    Parameters
+    ----------
+    lower, upper : ends of the error bars of all outputs and times.
+    labels : a response or its bands, for its dims and units.
+    """
+    axes = axes_of(labels)
+    lower, upper = (own.reshape(-1, axes.times) for own in (lower, upper))
+    size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
+    return varies((upper - lower).max(axis=-1), size, units_of(labels)).reshape(axes.shape)
+
+
 def with_relative_errors(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
     if (
@@ -84,7 +94,7 @@ def with_relative_errors(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
 def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
     """Return the error of mean or error bar, mean over time, in parts of the bar's mean width.
 
-    It is the larger one of both, of each output.
+    It is the larger one of both, of each output; 0 of those that are constant.
 
     Parameters
     ----------
@@ -93,8 +103,7 @@ def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarra
     """
     axes = axes_of(bar)
     lower, upper = (own.reshape(*axes.shape, axes.times) for own in bar.values)
-    width, size = (upper - lower).mean(axis=-1), np.maximum(abs(lower), abs(upper)).max(axis=-1)
-    width = np.where(width > NO_WIDTH * size, width, np.inf)
+    width = np.where(not_constant(lower, upper, bar), (upper - lower).mean(axis=-1), np.inf)
     errors = [told.variables[f"{band}_{name}"] for band in ("mean", "error_bar")]
     errors = [own.transpose(*bar.dims[1:]).values.reshape(lower.shape) for own in errors]
     return np.max([own.mean(axis=-1) / width for own in errors], axis=0)

@@ -24,13 +24,15 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.narrowing import fixed
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MOST_SHARED = 8
 """Inputs among which Shapley's values share the width: there are 2^8 bands to be found."""
 
 LONG_NAMES = {
+    "varies": "whether the output varies beyond rounding",
     "width": "width of the error bar",
     "contribution": "by how much the error bar is narrower with the input at its nominal value",
     "interaction": "width of the error bar less the sum of all contributions",
@@ -68,7 +70,8 @@ def contributions(
     - `width` of the error bar;
     - `contribution`, by how much the error bar is narrower with an input at its midpoint or mean;
     - `interaction`, the width less the sum of the contributions, which may be negative;
-    - `mean_share` and `share_at_widest`, the contribution as a part of the width;
+    - `varies`, false for outputs that are constant, or nothing but rounding errors;
+    - `mean_share` and `share_at_widest`, the contribution as a part of the width, 0 of constants;
     - `shapley`, which add up to the width, and `shapley_mean_share` and `shapley_share_at_widest`;
     - `worst_at`, with the dims "bound" and "input": at which values of the interval inputs the
       lower and the upper end of the error bar are reached;
@@ -118,6 +121,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         )
     lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
     width = (upper.values[1] - lower.values[0]).reshape(shape)
+    vary = not_constant(lower.values[0], upper.values[1], labels)
 
     def narrower(some: Collection[str]) -> np.ndarray:
         """Return the width with some inputs fixed."""
@@ -127,34 +131,38 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 
     contribution = np.stack([width - narrower([name]) for name in names])
     data: dict[str, Any] = {
+        "varies": (axes_of(labels).dims, vary),
         "width": (dims, width),
         "contribution": (("name", *dims), contribution),
         "interaction": (dims, width - contribution.sum(axis=0)),
-        **_shares(contribution, width, surrogate),
+        **_shares(contribution, width, vary, surrogate),
     }
     if shapley:
         values = _shapley(names, width, narrower, contribution)
         data["shapley"] = ("name", *dims), values
-        data |= {f"shapley_{k}": own for k, own in _shares(values, width, surrogate).items()}
+        data |= {f"shapley_{k}": own for k, own in _shares(values, width, vary, surrogate).items()}
     eta = np.stack([lower.places[0], upper.places[1]])
     data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
     error = expected_error(surrogate, sigmas)
     if error is not None:
         data["expected_error"] = dims, 2 * error
     found = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
-    for name in (own for own in found if "share" in str(own)):
+    for name in (own for own in found if "share" in str(own) or own == "varies"):
         found[name].attrs.pop("units", None)
-        if surrogate.time is None:
+        if surrogate.time is None and name != "varies":
             found[name].attrs["long_name"] = "part of the width"
     return found
 
 
-def _shares(each: np.ndarray, width: np.ndarray, surrogate: Surrogate) -> dict[str, Any]:
-    """Return parts of the width: means over time, and where it is the widest.
+def _shares(
+    each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
+) -> dict[str, Any]:
+    """Return parts of the width: means over time, and where it is the widest; 0 of constants.
 
     Parameters
     ----------
     each : what every input has of the width, shape (names, …, times).
+    vary : which outputs are not constant, shape (…).
     """
     times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
     outer = shape if surrogate.time is None else shape[:-1]
@@ -162,9 +170,10 @@ def _shares(each: np.ndarray, width: np.ndarray, surrogate: Surrogate) -> dict[s
     widest = np.argmax(width, axis=-1, keepdims=True)
     at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
     own = ("name", *(dim for dim in dims if dim != surrogate.time))
+    vary = vary.reshape(outer)
     return {
-        "mean_share": (own, each.mean(-1) / _positive(width.mean(-1))),
-        "share_at_widest": (own, at_widest / _positive(width.max(-1))),
+        "mean_share": (own, each.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
+        "share_at_widest": (own, at_widest / np.where(vary, width.max(-1), np.inf)),
     }
 
 
@@ -174,11 +183,6 @@ def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
     expansions = [one.substituted(substitutions, families) for one in surrogate.expansions]
     lower, upper = extremes_of(expansions, sigmas=sigmas, of=(-1.0, 1.0))
     return upper.values[1] - lower.values[0]
-
-
-def _positive(width: np.ndarray) -> np.ndarray:
-    """Return widths, ∞ where there is none, so that parts of it are zero."""
-    return np.where(width > 0, width, np.inf)
 
 
 def _shapley(names: list[str], width: np.ndarray, narrower: Any, alone: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SCANNED, HALVINGS = 8, 12
@@ -75,15 +75,22 @@ def tolerance_for(
     check_free("bound", labels)
     dims, shape, time, _ = axes_of(labels)
 
+    def ends(part: Surrogate) -> tuple[np.ndarray, np.ndarray]:
+        _, lower, upper = part.extremes(k)
+        return lower.values[0], upper.values[1]
+
     @cache
     def width(factor: float) -> np.ndarray:
         with without_warnings():  # of inputs that are only tried
-            part = own.narrowed(**{name: _scaled(one, factor)}) if factor < 1 else own
-        _, lower, upper = part.extremes(k)
-        joint = upper.values[1] - lower.values[0]
-        return joint.reshape(*shape, -1).max(axis=-1)
+            part = own.narrowed(**{name: _scaled(one, factor)})
+        lower, upper = ends(part)
+        return (upper - lower).reshape(*shape, -1).max(axis=-1)
 
-    before = width(1.0)
+    lower, upper = ends(own)
+    before, vary = (
+        (upper - lower).reshape(*shape, -1).max(axis=-1),
+        not_constant(lower, upper, labels),
+    )
     factors = np.linspace(0.0, 1.0, SCANNED + 1)
     widths = np.stack([width(max(f, LEAST)) for f in factors[:-1]])
     wanted = share * before
@@ -97,7 +104,9 @@ def tolerance_for(
             inside = width(max(middle, LEAST))[place] <= wanted[place]
             low, high = (middle, high) if inside else (low, middle)
         found[place] = low
+    found[~vary] = np.nan
     data = {
+        "varies": (dims, vary),
         "width": (dims, before),
         "least_width": (dims, widths[0]),
         "factor": (dims, found),
@@ -106,7 +115,7 @@ def tolerance_for(
     told = {"sigmas": k, "share": share, "input": name}
     frame = labels if time is None else labels.isel({time: 0}, drop=True)
     result = answer(own, data, {}, told, LONG_NAMES, frame).drop_vars("bound")
-    for kind in ("factor", "tolerance"):
+    for kind in ("varies", "factor", "tolerance"):
         result[kind].attrs.pop("units", None)
     return result
 

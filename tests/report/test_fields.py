@@ -1,11 +1,15 @@
 """The axis of a field's figure says what the field is a function of."""
 
+from dataclasses import replace
+
 import pytest
 from matplotlib.figure import Figure
 
 import flexband as fb
 from flexband.report.figures import fields_figure
 from flexband.report.page.given import field_axes
+from flexband.report.results import write_comparison_report
+from flexband.study.comparison import compare
 
 FIELD = fb.RandomField(1e9, 1e7, correlation_length=0.5, domain=(0.0, 1.0), terms=2)
 ANGLE = fb.RandomField(
@@ -35,6 +39,27 @@ def test_a_property_varies_with_the_position_and_what_drives_with_the_time():
     assert [own.get_xlabel() for own in axes] == labels
     assert axes[0].get_ylabel() == "modulus"
     assert field_axes(lambda modulus: modulus, {"modulus": FIELD}) == {}
+
+
+@pytest.mark.filterwarnings("ignore:joint 'drive' is prescribed by a RandomField")
+def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
+    inputs = {"modulus": FIELD, "turn": ANGLE}
+
+    def free(modulus, turn):
+        return replace(arm(modulus, turn, None), loads={})
+
+    response = fb.dynamic_response(free, duration=0.02, step=1e-3)
+    study, drawn = fb.Study(response, inputs, fb.PCCI(1, 1)), {}
+    monkeypatch.setattr(
+        "flexband.report.results.write_figures",
+        lambda file, title, about, table, figures, text: drawn.update(
+            {one.caption: one.draw() for one in figures}
+        ),
+    )
+    scan = fb.LHSScanning(4, 2)
+    write_comparison_report(tmp_path, "arm", study, compare(study, scan, []), [])
+    labels = [own.get_xlabel() for own in drawn["Realizations of the fields"].axes]
+    assert labels == ["position [m]", "time [s]"]
 
 
 def test_a_field_is_along_nothing_else():

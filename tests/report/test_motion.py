@@ -198,7 +198,7 @@ def test_samples_that_fail_are_left_out():
     response = fb.dynamic_response(closing, duration=0.01, step=0.01)
     found, told = motion_data(response, Space({"length": fb.Interval(0.8, 1.2)}))
     assert found is not None, told
-    assert "of 23 samples fail" in told[0]
+    assert "not drawn, of 23, since their motion fails" in told[0]
     assert 0 < found["samples"]["deviation"]["shape"][0] < 23
 
 

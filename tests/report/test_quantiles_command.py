@@ -40,4 +40,4 @@ def test_quantiles_and_range(tmp_path):
     assert (tmp_path / "range.png").is_file()
     result = call("quantiles", tmp_path, "-p", 2)
     assert result.exit_code == 2
-    assert "between 0 and 1" in result.output
+    assert "above 0 and below 1" in result.output

@@ -178,8 +178,8 @@ def test_options_are_compared():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"probabilities": 0.0}, "between 0 and 1; got 0"),
-        ({"probabilities": [0.5, 1.0]}, "between 0 and 1"),
+        ({"probabilities": 0.0}, "above 0 and below 1; got 0"),
+        ({"probabilities": [0.5, 1.0]}, "above 0 and below 1"),
         ({"probabilities": [0.5, 0.5]}, "different"),
         ({"probabilities": 1e-4}, "samples must be 100000 or more for the probability 0"),
         ({"samples": 1}, "samples must be 2 or more"),
@@ -196,7 +196,7 @@ def test_refused(of_linear, arguments, message):
 def test_refused_ranges_and_p_boxes(of_linear):
     with pytest.raises(fb.InputError, match="not all random inputs are bounded"):
         fb.value_range(of_linear, 1)
-    with pytest.raises(fb.InputError, match="must be above 0, and 1 at most"):
+    with pytest.raises(fb.InputError, match="must be above 0 and at most 1"):
         fb.value_range(of_linear, 1.5)
     with pytest.raises(fb.InputError, match=r"dimensions left: dim_1 \(2\)"):
         fb.p_box(of_linear)

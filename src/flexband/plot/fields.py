@@ -61,12 +61,15 @@ def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = No
     return ax
 
 
-def variance_error(fields: Mapping[str, RandomField], *, ax: Axes | None = None) -> Axes:
+def variance_error(
+    fields: Mapping[str, RandomField], *, along: str = "", ax: Axes | None = None
+) -> Axes:
     """Draw which part of the variance of random fields their series leave out, Eq. (31).
 
     Parameters
     ----------
     fields : name in the legend -> random field with a domain.
+    along : "position" or "time", what all of them are functions of, for the axis.
     ax : axes to draw on, those of a new figure by default.
 
     Returns
@@ -76,8 +79,10 @@ def variance_error(fields: Mapping[str, RandomField], *, ax: Axes | None = None)
     Raises
     ------
     InputError
-        If `fields` has none or others than random fields, or one without a domain.
+        If `fields` has none or others than random fields, or one without a domain, or `along` is
+        neither.
     """
+    known("along", along, ALONG)
     if (
         not isinstance(fields, Mapping)
         or not fields
@@ -92,7 +97,7 @@ def variance_error(fields: Mapping[str, RandomField], *, ax: Axes | None = None)
     ax = axes_of(ax)
     for (text, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         ax.plot(x, values, label=text, **look)
-    ax.set(xlabel=ALONG[""], ylabel="variance error / variance")
+    ax.set(xlabel=ALONG[along], ylabel="variance error / variance")
     ax.margins(x=0)
     ax.legend()
     return ax

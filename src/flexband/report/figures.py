@@ -67,10 +67,19 @@ def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
     return figure
 
 
-def variance_error_figure(fields: Mapping[str, RandomField]) -> Figure:
-    """Draw the variance error of random fields against position, Eq. (31)."""
+def variance_error_figure(
+    fields: Mapping[str, RandomField], along: Mapping[str, str] | None = None
+) -> Figure:
+    """Draw the variance error of random fields against position or time, Eq. (31).
+
+    Parameters
+    ----------
+    along : as in `fields_figure`.
+    """
     figure, (axes,) = _stacked(1)
-    plot.variance_error(fields, ax=axes).set(title="Variance error of the random fields")
+    kinds = {(along or {}).get(name, "") for name in fields}
+    one = kinds.pop() if len(kinds) == 1 else ""
+    plot.variance_error(fields, along=one, ax=axes).set(title="Variance error of the random fields")
     return figure
 
 

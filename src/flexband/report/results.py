@@ -16,6 +16,7 @@ from xarray.backends import ScipyDataStore
 from flexband.files import replaced
 from flexband.report import figures, tables
 from flexband.report.page.figures import Drawing, write_figures
+from flexband.report.page.given import field_axes
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -45,11 +46,12 @@ def write_comparison_report(
         the reference and of adaptive PCCI.
     """
     fields, response, drawn = study.fields(), study.nominal(), []
+    along = field_axes(study.response, study.inputs) if fields else {}
     if random := {k: one for k, one in fields.items() if isinstance(one, RandomField)}:
         caption = "Variance error of the random fields after discretization"
-        draw = partial(figures.variance_error_figure, random)
+        draw = partial(figures.variance_error_figure, random, along)
         drawn.append(Drawing(caption, draw))
-    drawn += _of_fields(fields)
+    drawn += _of_fields(fields, along)
     if outputs := figures.drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
         drawn.append(Drawing("Response without uncertainty", draw))
@@ -69,9 +71,9 @@ def write_comparison_report(
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
 
 
-def _of_fields(fields: Mapping[str, Field]) -> list[Drawing]:
+def _of_fields(fields: Mapping[str, Field], along: Mapping[str, str]) -> list[Drawing]:
     """Return the drawing of realizations, if there are fields."""
-    draw = partial(figures.fields_figure, fields)
+    draw = partial(figures.fields_figure, fields, along)
     return [Drawing("Realizations of the fields", draw)] if fields else []
 
 

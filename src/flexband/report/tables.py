@@ -33,6 +33,12 @@ TOLD = 0.01
 CONSTANT = "constant"
 """In place of the width of an output that is constant, or nothing but rounding errors."""
 
+MORE = "allow more runs (--max-runs)"
+"""What helps where a method does not tell."""
+
+AND_YET = "yes, not trusted"
+"""Of an output whose expected error new runs confirm, although it is too large for trust."""
+
 APART = 1.25
 """Factor between an error in parts of an output's own width and of that it is judged by, beyond
 which the former is told. Where both widths are the output's, they differ by a little, since the
@@ -90,22 +96,30 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans])
+        at, error, new = "", "", _confirmed(name, one, checked, constant=name in still)
         if name in still:
-            rows[-1] += [CONSTANT, *[""] * (len(header) - len(rows[-1]) - 1)]
+            rows[-1] += [CONSTANT, at, error, *new]
             continue
-        at, error = "", ""
         if width.dims == ("time",):
             at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
         if shares:
             error = percent(shares[name])
         elif "truncation" in one:
             error = percent(float(one["truncation"].max()) / widest)
-        rows[-1] += [number(widest, scale=scale), at, error]
-        if checked is not None and "confirmed" in checked:
-            own = select(checked["confirmed"], name).values.all()
-            trusted = "trusted" not in one or one["trusted"].values.all()
-            rows[-1].append("NO" if not own else "yes" if trusted else "yes, not trusted")
+        rows[-1] += [number(widest, scale=scale), at, error, *new]
     return header, rows
+
+
+def _confirmed(
+    name: str, one: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
+) -> list[str]:
+    """Return the cell that tells whether new runs confirm the bands of an output; none without."""
+    if checked is None or "confirmed" not in checked:
+        return []
+    if not select(checked["confirmed"], name).values.all():
+        return ["NO"]
+    trusted = "trusted" not in one or one["trusted"].values.all()
+    return ["" if constant else "yes" if trusted else AND_YET]
 
 
 def _unit(one: xr.Dataset) -> str:
@@ -309,10 +323,7 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
             "(--tolerance)"
         ]
     if exceeded and error > share:
-        lines.append(
-            f"{unmet} NOT met: allow more runs (--max-runs) or leave out the outputs that converge "
-            f"too slowly{own.get('advice', '')}"
-        )
+        lines.append(f"{unmet} NOT met: {own.get('advice', MORE)}")
         lines.append(f"Most is missed {own['largest_miss']}")
     if own["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:

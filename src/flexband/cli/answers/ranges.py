@@ -107,7 +107,7 @@ def tell(
     wanted = drawable_outputs(one.isel(probability=0) if "probability" in one.dims else one)
     written += [picture] * draw(lambda: bounds_figure(found, name), picture, wanted=bool(wanted))
     header, rows = value_table(found) if "value" in found[name].dims else bounds_table(found, name)
-    remark = found.attrs.get("surrogate_not_trusted")
+    remark = found.attrs.get("surrogate_not_reliable")
     if as_json:
         content = {
             "title": title,

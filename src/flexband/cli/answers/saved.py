@@ -37,7 +37,7 @@ def saved(folder: Path) -> tuple[Any, Path]:
     A remark says if the result of the study was not reliable.
     """
     from flexband.report.page.given import read_given  # noqa: PLC0415
-    from flexband.report.page.study import unreliable  # noqa: PLC0415
+    from flexband.report.page.study import UNMET, unreliable  # noqa: PLC0415
 
     file = folder / "surrogate.npz" if folder.is_dir() else folder
     if not file.is_file():
@@ -60,8 +60,11 @@ def saved(folder: Path) -> tuple[Any, Path]:
             f"{written}, which may be that of an earlier run"
         )
     surrogate = fb.load_surrogate(file)
-    for one in unreliable(read_given(file.parent).get("doubts", [])):
+    doubts = read_given(file.parent).get("doubts", [])
+    for one in unreliable(doubts):
         print_remark(f"what follows is NOT reliable: {one}")
+    if UNMET in doubts:
+        print_remark(f"{UNMET}: what depends on rare values, as probabilities do, is NOT reliable")
     return surrogate, file.parent
 
 

@@ -88,7 +88,7 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
 def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     """Return an answer as a part of the report."""
     inputs = "changes" if "changes" in answer.attrs else "inputs"
-    texts = (answer.attrs.get(k) for k in ("verdict", inputs, "sampling", "surrogate_not_trusted"))
+    texts = (answer.attrs.get(k) for k in ("verdict", inputs, "sampling", "surrogate_not_reliable"))
     remarks = [str(text) for text in texts if text]
     tables = {"allocation": allocation_table, "narrowed": summary_table, "derived": derived_table}
     table = tables[name](answer) if name in tables else None

@@ -14,8 +14,8 @@ TERMS = {
     "parts of the width of the bar, over time in parts of its mean; below a chart: at the cursor; "
     "in what if and in ranges: the largest. It is found by runs that were not fitted, and by runs "
     "with half the step and twice the elements",
-    "confirmed": "whether new runs, most of them where the bounds rest, are missed by no more than "
-    "expected, as far as so few runs can tell",
+    "confirmed": "whether new runs, most of them at the combinations of the intervals at which "
+    "the bounds are attained, are missed by no more than expected, as far as so few runs can tell",
     "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
     "part of its width, over time as a part of its mean width",
     "interval": "all that is known of the input is that it is between two numbers",

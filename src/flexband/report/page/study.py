@@ -41,6 +41,9 @@ SCRIPTS = (
 ROWS = 25
 """Of a table of numbers."""
 
+UNMET = "the tolerance is not met"
+"""A doubt about all that depends on rare values: the error bars tell their errors."""
+
 WRONG = "the result is not trusted", "new runs do not confirm", "new runs find an error"
 """Beginnings of doubts about all that is told of a result."""
 
@@ -156,6 +159,7 @@ def verdict(
         lines.append(f"The limits are not checked: {why}.")
     if probability is not None:
         last = probability.isel(limit=-1)  # of leaving any limit
+        unsure = "; this is NOT reliable." if UNMET in given["doubts"] else unsure
         lines.append(f"The probability of leaving a limit at any time is {chance(last)}{unsure}")
     if contributions is not None:
         lines.append(what_matters(contributions, limits))

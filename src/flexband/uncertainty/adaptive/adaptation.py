@@ -42,6 +42,8 @@ FEW = 10
 at least so many."""
 
 MET = "the expansion meets its tolerance"
+ALL_ORDERS = "all orders are in use"
+"""Why there are no more runs."""
 """Reason to stop."""
 
 SEVERAL = 2
@@ -187,7 +189,7 @@ class Adaptation:
             return "the budget is used up"
         design = self.design.extended(min(self._batch, left), self._parts())
         if len(design) == known:
-            return "all orders are in use"
+            return ALL_ORDERS
         xi, eta = (v[known:] for v in design.points)
         self.made.fit(self._run(xi, eta, len(xi)))
         self.design = design
@@ -195,7 +197,7 @@ class Adaptation:
         return ""
 
     def _hold_extremes(self) -> bool:
-        """Run and hold out a batch where bounds rest; return whether these places are new.
+        """Run and hold out a batch where bounds are attained; return whether these places are new.
 
         Without intervals, at further generic points.
         """

@@ -1,7 +1,7 @@
 """Held-out runs: they are never fitted, so what an expansion misses in them is its error.
 
 Generic points lie on no coordinate of the nested sequences, so nothing that these alias is hidden
-from them. Points at the extremes of an expansion lie where its bounds rest.
+from them. Points at the extremes of an expansion lie where its bounds are attained.
 """
 
 from __future__ import annotations

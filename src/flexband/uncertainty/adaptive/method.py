@@ -16,9 +16,8 @@ from flexband.errors import (
     whole,
 )
 from flexband.uncertainty.adaptive.adaptation import Adaptation, fewest_fitted
-from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.adaptive.resolution import solved
-from flexband.uncertainty.adaptive.results import surrogate_of
+from flexband.uncertainty.adaptive.results import advice, surrogate_of
 from flexband.uncertainty.adaptive.runs import FEWEST_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
@@ -38,7 +37,8 @@ class AdaptivePCCI:
     points are never fitted: what the expansion misses of them is its error. After each batch of
     runs the terms come next that are expected to add most, or that explain most of what is missed.
     It stops where the error expected of interval mean and error bar, in parts of the error bar's
-    mean width, is below the tolerance for every output, also in eight runs where the bounds rest.
+    mean width, is below the tolerance for every output, also in eight runs where the
+    bounds are attained.
     Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
 
     With many variables, as those of a random field, where that would start with more than 48 runs
@@ -141,15 +141,14 @@ class AdaptivePCCI:
             return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
 
         course, told = solved(begin, evaluate, self.tolerance)
-        if isinstance(course.design, SampledDesign) and space.advice_on_fields:
-            told["advice"] = space.advice_on_fields
+        told["advice"] = advice(course, str(told["stopped"]))
         found = surrogate_of(course).telling(tolerance=self.tolerance, **told)
         error = found.diagnostics.attrs["expected_error"]
         if error > self.tolerance:
             warn(
                 f"the error expected of the bands is {100 * error:.2g} % of the error bar's width, "
-                f"above the tolerance of {100 * self.tolerance:g} %; most is missed "
-                f"{found.diagnostics.attrs['largest_miss']}",
+                f"above the tolerance of {100 * self.tolerance:g} %: {told['advice']}. Most is "
+                f"missed {found.diagnostics.attrs['largest_miss']}",
                 ToleranceWarning,
             )
         return found

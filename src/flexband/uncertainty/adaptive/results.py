@@ -6,7 +6,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import warn
-from flexband.uncertainty.adaptive.adaptation import Adaptation
+from flexband.uncertainty.adaptive.adaptation import ALL_ORDERS, Adaptation
+from flexband.uncertainty.adaptive.interpolation import NestedDesign
+from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -67,6 +69,29 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     )
     _warn_of_unexplained(course)
     return Surrogate(course.space, labels, tuple(choice.in_place_of_runs()), told, held)
+
+
+def advice(course: Adaptation, stopped: str) -> str:
+    """Return what helps where the tolerance is not met."""
+    design, orders = course.design, course.choice.orders
+    highest = design.highest if isinstance(design, NestedDesign) else np.full(len(orders), np.inf)
+    used = [
+        f"{name} ({order})"
+        for name, order, most in zip(_variables(course.space), orders, highest, strict=True)
+        if order >= most
+    ]
+    if used or stopped == ALL_ORDERS:
+        where = f" in {', '.join(used)}" if used else ""
+        return (
+            f"more runs hardly help, since the highest order is in use{where}. Where the response "
+            "jumps or has a corner, LHSScanning, SobolScanning or MonteCarlo (--method "
+            "lhs-scanning) need no smoothness; or leave out the outputs that converge too slowly"
+        )
+    sampled = course.space.advice_on_fields if isinstance(design, SampledDesign) else ""
+    return (
+        "allow more runs (max_runs, or --max-runs) or leave out the outputs that converge too "
+        f"slowly{sampled}"
+    )
 
 
 def _warn_of_unexplained(course: Adaptation) -> None:

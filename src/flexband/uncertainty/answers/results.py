@@ -68,6 +68,22 @@ def places(
     return {name: (("input", *dims), stacked), "input": ("input", list(values))}
 
 
+def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
+    """Return why what a surrogate tells is not reliable: no trust, or an error above tolerance.
+
+    `corrected` is whether runs of the response correct its errors.
+    """
+    told = surrogate.diagnostics.attrs
+    error, tolerance = told.get("expected_error"), told.get("tolerance", np.inf)
+    doubts = [str(told["not_trusted"])] if "not_trusted" in told else []
+    if isinstance(error, float) and error > tolerance and not corrected:
+        doubts.append(
+            f"the error expected of the surrogate is {100 * error:.2g} % of the error bar's width, "
+            f"above the tolerance of {100 * tolerance:g} %"
+        )
+    return doubts
+
+
 def answer(
     surrogate: Surrogate,
     data: Mapping[str, Any],
@@ -94,6 +110,8 @@ def answer(
                 result[name].attrs["units"] = str(next(iter(units)))
     told = surrogate.diagnostics.attrs
     carried = {f"surrogate_{k}": told[k] for k in CARRIED if k in told}
+    if doubts := doubts_of(surrogate):
+        carried["surrogate_not_reliable"] = "; ".join(doubts)
     if not any(name in surrogate.diagnostics for name in ERRORS):
         carried["surrogate_expected_error"] = "the method of the surrogate gives none"
     return result.assign_attrs({**remark(surrogate.space), **attrs, **carried})

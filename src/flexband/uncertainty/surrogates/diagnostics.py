@@ -16,7 +16,7 @@ from flexband.uncertainty.surrogates.axes import axes_of, largest_of, names_of_o
 
 SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
-random variables, but rests on the ends of intervals."""
+random variables, but is attained at ends of intervals."""
 
 ALONE = 3
 """With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in

@@ -1,9 +1,9 @@
 """Verification: new runs that tell whether a surrogate misses more than its expected error allows.
 
-Most of the runs are at values of the interval inputs where bounds rest, spread over outputs, times
-and both ends of the error bar; every fourth is anywhere. Surrogate and response are compared run by
-run, at the same ξ and η, so the comparison contains no noise of sampling, and every run judges all
-outputs and times.
+Most of the runs are at values of the interval inputs at which bounds are attained, spread over
+outputs, times and both ends of the error bar; every fourth is anywhere. Surrogate and response are
+compared run by run, at the same ξ and η, so the comparison contains no noise of sampling, and every
+run judges all outputs and times.
 
 Let q_i be the mean square of what the surrogate misses in run i, over all times, in parts of what
 the expected error allows. If that is right, E[q_i] ≤ 1, and for every λ ≤ 1 the product of
@@ -53,7 +53,7 @@ RUNS = 16
 """Number of new runs, unless another is given."""
 
 ANYWHERE = 4
-"""One of so many runs is anywhere, the others are where bounds rest."""
+"""One of so many runs is anywhere, the others are where bounds are attained."""
 
 CONFIDENCE = 0.95
 

@@ -20,7 +20,7 @@ from flexband.uncertainty.answers.probability.estimates import Estimate, estimat
 from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
-from flexband.uncertainty.answers.results import POINTWISE_ERRORS, places
+from flexband.uncertainty.answers.results import POINTWISE_ERRORS, doubts_of, places
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -138,19 +138,19 @@ def failure_probability(
     result = _over_choices(found) if several else found[""]
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     source = error_of(next(iter(surrogates.values())).diagnostics, labels, POINTWISE_ERRORS)[0]
-    doubts = [] if source else [". The error of the surrogate is not estimated"]
+    doubts = [] if source else ["The surrogate's error is not estimated"]
     for label, one in surrogates.items():
-        if "not_trusted" in one.diagnostics.attrs:
-            where = f" with {label}" if label else ""
-            doubts.append(f". Not reliable: {one.diagnostics.attrs['not_trusted']}{where}")
+        where, runs_correct = f" with {label}" if label else "", known[label] is not None
+        doubts += [
+            f"Not reliable: {doubt}{where}" for doubt in doubts_of(one, corrected=runs_correct)
+        ]
     words = [in_words(result.isel(limit=k)) for k in range(len(wanted))]
     told = {
         "accuracy": accuracy,
         "seed": seed,
         "confidence": 0.95,
         "error": source or "not estimated",
-        "verdict": ". ".join(words)
-        + ("" if source else ". The surrogate's error is not estimated"),
+        "verdict": ". ".join([*words, *doubts]),
     }
     space = next(iter(surrogates.values())).space
     return described(result.assign_attrs(remark(space) | told))

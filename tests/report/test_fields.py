@@ -41,7 +41,7 @@ def test_a_property_varies_with_the_position_and_what_drives_with_the_time():
     assert field_axes(lambda modulus: modulus, {"modulus": FIELD}) == {}
 
 
-@pytest.mark.filterwarnings("ignore:joint 'drive' is prescribed by a RandomField")
+@pytest.mark.filterwarnings("ignore:joint 'drive' is prescribed by", "ignore:assembly turned body")
 def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
     inputs = {"modulus": FIELD, "turn": ANGLE}
 
@@ -53,12 +53,12 @@ def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
     monkeypatch.setattr(
         "flexband.report.results.write_figures",
         lambda file, title, about, table, figures, text: drawn.update(
-            {one.caption: one.draw() for one in figures}
+            {one.caption: one.draw for one in figures}
         ),
     )
     scan = fb.LHSScanning(4, 2)
     write_comparison_report(tmp_path, "arm", study, compare(study, scan, []), [])
-    labels = [own.get_xlabel() for own in drawn["Realizations of the fields"].axes]
+    labels = [own.get_xlabel() for own in drawn["Realizations of the fields"]().axes]
     assert labels == ["position [m]", "time [s]"]
 
 

@@ -390,4 +390,5 @@ def test_a_coefficient_of_variation_in_per_cent_is_remarked_on(kind):
     assert "is it in per cent? A cv of 0.05 is 5 %" in str(issued[0].message)
     kind(2.0, cv=1.0)  # warnings are errors
     fb.Normal(2.0, 6.0)
+    fb.Gumbel(2.0, cv=1.5)
     fb.LogNormal.of_logarithm(0.0, 0.9)  # whose cv is 1.1

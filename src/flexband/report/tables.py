@@ -14,7 +14,7 @@ from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import ROUNDING, axes_of
 from flexband.uncertainty.surrogates.sigmas import (
-    not_constant,
+    bars_vary,
     relative_errors,
     with_relative_errors,
 )
@@ -142,9 +142,7 @@ def constants(bands: xr.Dataset) -> list[str]:
     moving = bands["mean"].isel(bound=0, drop=True)
     time = axes_of(bar).time
     moving = moving if time is None else moving.isel({time: 0}, drop=True)
-    moving = moving.transpose(*axes_of(bar).dims).copy(
-        data=not_constant(bar.values[0], bar.values[1], bar)
-    )
+    moving = moving.transpose(*axes_of(bar).dims).copy(data=bars_vary(bar))
     return [name for name in outputs_of(moving) if not select(moving, name).values.any()]
 
 

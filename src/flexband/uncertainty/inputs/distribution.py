@@ -31,9 +31,6 @@ MISSED = 1e-3
 RULE = 60
 """Gauss points for that."""
 
-LARGE_CV = 1.0
-"""Coefficient of variation of nearly normal numbers that is likely in per cent above it."""
-
 NO_SCATTER = (
     "An input that does not scatter is written as a number, or as an Interval, in place of the "
     "distribution"
@@ -230,6 +227,9 @@ class Spread(Distribution):
     std: float | None = None
     cv: float | None = field(default=None, kw_only=True)
 
+    usual_cv: ClassVar[float] = np.inf
+    """Largest coefficient of variation that is likely not meant in per cent."""
+
     @property
     def spread(self) -> Any:
         """The standard deviation."""
@@ -250,7 +250,7 @@ def checked_std(one: Spread | Moments, mean: float) -> float:
     if one.cv is not None:
         cv = numbers(f"{name} cv", one.cv)
         _scattering(name, "cv", cv)
-        if isinstance(one, Spread) and cv > LARGE_CV:
+        if cv > one.usual_cv:
             warn(
                 f"{name} cv is {cv:g}, a standard deviation of {cv:g} times the mean; is it in per "
                 "cent? A cv of 0.05 is 5 %"
@@ -283,6 +283,7 @@ class Moments(Distribution):
     cv: float | None = field(default=None, kw_only=True)
 
     own: ClassVar[tuple[str, str]]
+    usual_cv: ClassVar[float] = np.inf
 
     @abstractmethod
     def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:

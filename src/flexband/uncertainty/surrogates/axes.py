@@ -7,7 +7,7 @@ texts, is none: every entry is an output of its own, at one time.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -43,19 +43,20 @@ ROUNDING = 1e-13
 """An output that varies by less than this part of the largest one of its unit is constant."""
 
 
-def units_of(values: xr.DataArray) -> np.ndarray:
+def units_of(values: xr.DataArray, dims: Sequence[Hashable] | None = None) -> np.ndarray:
     """Return the unit of each output of a response or its bands, as numbers, (outputs,).
 
-    Outputs whose units are not known have one each.
+    Outputs whose units are not known have one each. `dims` are those of the outputs, as `axes_of`
+    has them unless they are given.
     """
-    axes = axes_of(values)
-    unit = values.coords.get("unit")
-    own = np.arange(math.prod(axes.shape))
-    if unit is None or not set(unit.dims) <= set(axes.dims):
+    dims = axes_of(values).dims if dims is None else dims
+    sizes, unit = [values.sizes[d] for d in dims], values.coords.get("unit")
+    own = np.arange(math.prod(sizes))
+    if unit is None or not set(unit.dims) <= set(dims):
         return own
-    every = [d for d in axes.dims if d in unit.dims]
-    shape = [values.sizes[d] if d in every else 1 for d in axes.dims]
-    names = np.broadcast_to(unit.transpose(*every).values.reshape(shape), axes.shape).ravel()
+    every = [d for d in dims if d in unit.dims]
+    shape = [values.sizes[d] if d in every else 1 for d in dims]
+    names = np.broadcast_to(unit.transpose(*every).values.reshape(shape), sizes).ravel()
     known = {str(name): k for k, name in enumerate(names) if str(name).strip()}
     return np.array([known.get(str(name), k) for k, name in enumerate(names)], dtype=int)
 

@@ -66,18 +66,23 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     return told.assign_attrs(relative)
 
 
-def not_constant(lower: np.ndarray, upper: np.ndarray, labels: xr.DataArray) -> np.ndarray:
-    """Return which outputs have error bars that are wider than rounding, with their shape.
+def not_constant(lower: np.ndarray, upper: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Return which outputs have error bars that are wider than rounding, (outputs,).
 
     Parameters
     ----------
-    lower, upper : ends of the error bars of all outputs and times.
-    labels : a response or its bands, for its dims and units.
+    lower, upper : ends of the error bars, (outputs, times).
+    units : of the outputs, see `units_of`.
     """
-    axes = axes_of(labels)
-    lower, upper = (own.reshape(-1, axes.times) for own in (lower, upper))
     size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
-    return varies((upper - lower).max(axis=-1), size, units_of(labels)).reshape(axes.shape)
+    return varies((upper - lower).max(axis=-1), size, units)
+
+
+def bars_vary(bar: xr.DataArray) -> np.ndarray:
+    """Return the same of error bars, dims (bound, …), with the shape of the outputs."""
+    axes = axes_of(bar)
+    lower, upper = bar.values.reshape(2, -1, axes.times)
+    return not_constant(lower, upper, units_of(bar)).reshape(axes.shape)
 
 
 def with_relative_errors(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
@@ -103,7 +108,7 @@ def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarra
     """
     axes = axes_of(bar)
     lower, upper = (own.reshape(*axes.shape, axes.times) for own in bar.values)
-    width = np.where(not_constant(lower, upper, bar), (upper - lower).mean(axis=-1), np.inf)
+    width = np.where(bars_vary(bar), (upper - lower).mean(axis=-1), np.inf)
     errors = [told.variables[f"{band}_{name}"] for band in ("mean", "error_bar")]
     errors = [own.transpose(*bar.dims[1:]).values.reshape(lower.shape) for own in errors]
     return np.max([own.mean(axis=-1) / width for own in errors], axis=0)

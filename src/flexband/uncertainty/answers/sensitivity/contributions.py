@@ -24,7 +24,7 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.narrowing import fixed
-from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -121,7 +121,9 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         )
     lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
     width = (upper.values[1] - lower.values[0]).reshape(shape)
-    vary = not_constant(lower.values[0], upper.values[1], labels)
+    of_outputs = [dim for dim in dims if dim != surrogate.time]
+    vary = not_constant(lower.values[0], upper.values[1], units_of(labels, of_outputs))
+    vary = vary.reshape([labels.sizes[dim] for dim in of_outputs])
 
     def narrower(some: Collection[str]) -> np.ndarray:
         """Return the width with some inputs fixed."""
@@ -131,7 +133,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 
     contribution = np.stack([width - narrower([name]) for name in names])
     data: dict[str, Any] = {
-        "varies": (axes_of(labels).dims, vary),
+        "varies": (of_outputs, vary),
         "width": (dims, width),
         "contribution": (("name", *dims), contribution),
         "interaction": (dims, width - contribution.sum(axis=0)),
@@ -170,7 +172,6 @@ def _shares(
     widest = np.argmax(width, axis=-1, keepdims=True)
     at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
     own = ("name", *(dim for dim in dims if dim != surrogate.time))
-    vary = vary.reshape(outer)
     return {
         "mean_share": (own, each.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
         "share_at_widest": (own, at_widest / np.where(vary, width.max(-1), np.inf)),

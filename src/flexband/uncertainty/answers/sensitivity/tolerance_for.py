@@ -17,7 +17,7 @@ from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Interval
-from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -89,7 +89,7 @@ def tolerance_for(
     lower, upper = ends(own)
     before, vary = (
         (upper - lower).reshape(*shape, -1).max(axis=-1),
-        not_constant(lower, upper, labels),
+        not_constant(lower, upper, units_of(labels)).reshape(shape),
     )
     factors = np.linspace(0.0, 1.0, SCANNED + 1)
     widths = np.stack([width(max(f, LEAST)) for f in factors[:-1]])

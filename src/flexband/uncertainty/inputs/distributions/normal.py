@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -33,6 +33,8 @@ class Normal(Spread):
     InputError
         If a number is not finite, the spread is not positive, or both or none are given.
     """
+
+    usual_cv: ClassVar[float] = 1.0
 
     @property
     def frozen(self) -> Any:
@@ -75,6 +77,8 @@ class LogNormal(Spread):
     InputError
         If a number is not positive, or both or none of `std` and `cv` are given.
     """
+
+    usual_cv: ClassVar[float] = 1.0
 
     @classmethod
     def of_logarithm(cls, mean: float, std: float) -> LogNormal:

@@ -138,7 +138,7 @@ def test_times_are_the_nearest_numbers_with_their_digits(duration, step, substep
 def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):
     monkeypatch.setattr(errors, "free_memory", lambda: 3e8)
     monkeypatch.setattr(importlib.import_module("flexband.mechanics.simulate"), "run_samples", None)
-    with pytest.raises(fb.InputError, match="1 samples of 2 outputs at 1000001 times would take"):
+    with pytest.raises(fb.InputError, match="1 sample of 2 outputs at 1000001 times would take"):
         fb.simulate(swinging(), duration=1000.0, step=1e-3, threads=1)
 
 

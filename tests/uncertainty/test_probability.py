@@ -285,10 +285,29 @@ def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed):
     surrogate = fb.expand(response, FIVE, fb.AdaptivePCCI())
     limits = [fb.Limit("a", below=4.9), fb.Limit("b", below=1.8)]
     found = fb.failure_probability(surrogate, limits, seed=seed)
-    for name in ("probability", "at_each_time"):
+    for name in ("probability", "between_times", "at_each_time"):
         own = found[name].fillna(0.0)
         assert np.all(own.isel(limit=2) >= own.isel(limit=[0, 1]).max("limit"))
     assert found["confidence_high"].values[1, 2] == 1.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_limit_that_is_left_for_certain_has_a_probability_of_one(seed):
+    """Weights of samples that stay within the limits tell it exactly: there are none."""
+
+    def response(e, x, y):
+        values = np.stack([e + 1e-4 * x, 0.2 * e + y + 0.1 * x * y], axis=1)
+        return xr.DataArray(values, {"output": ["a", "b"]}, ("sample", "output"))
+
+    inputs = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1), "y": fb.Normal(0, 1)}
+    surrogate = fb.expand(response, inputs, fb.PCCI(2, 1))
+    limits = [fb.Limit("a", below=0.99), fb.Limit("b", below=4.8)]
+    found = fb.failure_probability(surrogate, limits, seed=seed)
+    for name in ("probability", "confidence_low", "confidence_high", "limit_tighter"):
+        np.testing.assert_allclose(found[name].values[1, [0, 2]], 1.0, atol=1e-6)
+    assert found["probability"].sel(bound="upper").values[1] < 1e-4
+    some = fb.failure_probability(surrogate, fb.Limit("a", below=-1.0001), seed=seed)["probability"]
+    np.testing.assert_allclose(some[:, 0], [norm.cdf(1.0), 1.0], rtol=0.03)
 
 
 def test_choices_and_seeds():

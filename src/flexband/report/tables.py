@@ -280,12 +280,13 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
     if "above_between" not in bands:
         return []
     lines, last = [], bands["above_between"].dims[-1]
+    sizes = _largest_of_units(bands)
     for name in outputs_of(bands):
         one = select(bands, name)
         unit = f" {one['unit'].values}" if "unit" in one.coords else ""
         unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
         low, high = one["error_bar"].transpose("bound", ...).values
-        largest = max(high.max() - low.min(), ROUNDING * max(abs(high).max(), abs(low).max()))
+        largest = max(high.max() - low.min(), ROUNDING * sizes[_unit(one)])
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
             least = one[f"{side}_between_least"].values[..., :-1]
             reach = np.maximum(end[..., :-1], end[..., 1:]) + least

@@ -203,7 +203,8 @@ def estimate(
     mixture = mixture_around(least, first.u, rng, rounds=1)
     u = mixture.sample(BATCH, rng)
     inside = mixture.weights(u) * (least(u) < 0)
-    return replace(found, tighter=min(1.0, float(inside.mean()) or first.probability))
+    tighter_one = min(1.0, float(inside.mean()) or first.probability)
+    return replace(found, tighter=max(found.probability, tighter_one))
 
 
 def mixture_around(
@@ -273,12 +274,34 @@ class _Sums:
         """Return the estimate of all samples; `most` bounds it if none leaves the limits."""
         weights, *margins = np.concatenate(self.rows, axis=1)
         count = len(weights)
-        out = [weights * (m < 0) for m in margins]
-        least, looser, *between = (min(1.0, float(np.mean(one))) for one in out)
-        error, _, *errors = (float(np.std(one)) / math.sqrt(count) for one in out)
-        first, second = self.each / count
-        each_error = np.sqrt(np.maximum(second - first**2, 0) / count)
+        out = np.array(margins) < 0
+        moments = np.stack([out @ weights, out @ weights**2])
+        every = np.array([weights.sum(), (weights**2).sum()])
+        (least, looser, *between), (error, _, *errors) = probabilities(moments, every, count)
+        # Each chooses for itself, and leaving at one time is no likelier than at any.
+        each, each_error = probabilities(self.each, every, count)
         return Estimate(
-            least, error, looser, least, (*between, *errors), np.minimum(1.0, first), each_error,
+            float(least), float(error), float(min(looser, least)), float(least),
+            (*map(float, np.maximum(between, least)), *map(float, errors)),
+            np.minimum(least, each), each_error,
             count if least else 0, most, np.concatenate(self.u), weights, margins[0],
         )  # fmt: skip
+
+
+def probabilities(out: np.ndarray, every: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return probabilities of leaving limits, from sums over samples, and standard errors.
+
+    The mean of all weights is one, so that those of samples that stay within the limits tell the
+    probability as well: without error, if there are none. Whichever has the smaller error is taken.
+
+    Parameters
+    ----------
+    out : sums of the weights of samples that leave the limits, and of their squares, (2, any).
+    every : the same sums of all samples, (2,).
+    count : number of samples.
+    """
+    leave, stay = out / count, (every[:, None] - out) / count
+    errors = [np.sqrt(np.maximum(b - a**2, 0.0) / count) for a, b in (leave, stay)]
+    by_others = (errors[1] < errors[0]) & (stay[0] < 1)
+    found = np.where(by_others, 1 - np.maximum(stay[0], 0.0), np.minimum(leave[0], 1.0))
+    return found, np.where(by_others, errors[1], errors[0])

@@ -224,12 +224,12 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
     Leaving any limit is at least as likely as leaving one of them, with which values of the
     interval inputs ever. Where sampling or the search found less, what was found of this one holds.
     """
+    kinds = ("at_each_time", "between_times")
     for one in limits:
-        more = one["probability"] > union["probability"]
-        at_a_time = one["at_each_time"] > union["at_each_time"]
+        more = {k: one[k] > union[k] for k in ("probability", *kinds)}
         for name in union:
-            where = at_a_time if str(name).startswith("at_each_time") else more
-            union[name] = one[name].where(where, union[name])
+            kind = next((k for k in kinds if str(name).startswith(k)), "probability")
+            union[name] = one[name].where(more[kind], union[name])
     return union
 
 

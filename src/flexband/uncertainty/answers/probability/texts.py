@@ -19,7 +19,9 @@ def in_words(one: xr.Dataset) -> str:
         text += f", corrected with {number_of(int(one['runs'][1]), 'run')} of the model"
         text += " each" * _differs(one)
     elif tighter > 0:
-        text += f"; up to {tighter:.2g} with the expected error of the surrogate"
+        more = tighter > (1 + SAME) * float(one["between_times"][1])
+        told = f"up to {tighter:.2g}" if more else "hardly more"
+        text += f"; {told} with the expected error of the surrogate"
     return text
 
 

@@ -400,6 +400,37 @@ def test_sliders_move_the_margins_of_limits(many, opened):
     assert "coefficient of variation 0.1, 100 %" in scatter.inner_text()
 
 
+GUIDED = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+t = np.linspace(0.0, 1.0, 51)
+
+def response(e, x):
+    y = (e + 0.1 * x)[:, None] * np.sin(6 * t)
+    coords = {"output": ["P_X", "P_Y"], "unit": ("output", ["m", "m"]), "time": t}
+    return xr.DataArray(np.stack([0 * y, y], axis=1), coords, ("sample", "output", "time"))
+
+study = fb.Study(response, {"e": fb.Interval(0.03, 0.04), "x": fb.Normal(0, 0.01)}, fb.PCCI(1, 1))
+"""
+
+
+def test_the_path_of_a_guided_point_fills_its_chart(opened, tmp_path):
+    (tmp_path / "guided.py").write_text(GUIDED, encoding="utf-8")
+    done = CliRunner().invoke(
+        app, ["run", str(tmp_path / "guided.py"), "-o", str(tmp_path / "out")]
+    )
+    assert done.exit_code == 0, done.output
+    page = opened(tmp_path / "out" / "report.html")
+    page.locator("#path .plot").scroll_into_view_if_needed()
+    page.wait_for_selector("#path .main-svg")
+    ranges = "p => ['xaxis', 'yaxis'].map(a => p._fullLayout[a].range)"
+    (low, high), (bottom, top) = page.locator("#path .plot").evaluate(ranges)
+    assert low < 0 < high
+    assert 0.06 < top - bottom < 0.2
+
+
 def test_inputs_have_their_units(folder, opened):
     page = opened(folder / "report.html")
     rows = page.locator("table", has_text="what is known of it").first.locator("tbody tr")

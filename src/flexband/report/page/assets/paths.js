@@ -6,6 +6,9 @@ flexband.starters = flexband.starters || [];
 /** Part of the path's size that the largest region has at most after it has been magnified. */
 flexband.PATH_PART = 0.05;
 
+/** Least length of an axis in parts of the path's size, since a path along a guide has no width. */
+flexband.PATH_WIDTH = 0.3;
+
 flexband.starters.push(function ({ path }) {
   const panel = document.querySelector("#path .panel");
   if (!path || !panel) return;
@@ -34,9 +37,14 @@ flexband.starters.push(function ({ path }) {
   let cursor = 0;
 
   function draw() {
-    const axis = (name) => flexband.plotAxis(`${name} [${path.unit}]`, size), factor = Number(select.value);
-    const all = [[], []];
+    const factor = Number(select.value), all = [[], []];
     for (let k = 0; k < regions; k++) region(k).forEach((own, a) => all[a].push(...own, null));
+    const axis = (name, a) => {
+      const values = [...nominal[a], ...all[a].filter((v) => v !== null)];
+      const low = Math.min(...values), high = Math.max(...values), least = flexband.PATH_WIDTH * size;
+      const range = high - low < least ? { range: [(low + high - least) / 2, (low + high + least) / 2] } : {};
+      return { ...flexband.plotAxis(`${name} [${path.unit}]`, size), ...range };
+    };
     const [first, second] = region(cursor);
     const [large, told] = factor === 1 ? ["", ""] : [`, deviations drawn ${factor} times as large`,
       " The numbers that the mouse shows beside the path are not magnified."];
@@ -57,8 +65,8 @@ flexband.starters.push(function ({ path }) {
     keys.replaceChildren(...flexband.keysOf(traces, plot));
     Plotly.react(plot, traces, {
       ...flexband.plotLayout(), showlegend: false,
-      xaxis: axis(x),
-      yaxis: { ...axis(y), scaleanchor: "x", scaleratio: 1 },
+      xaxis: axis(x, 0),
+      yaxis: { ...axis(y, 1), scaleanchor: "x", scaleratio: 1 },
     }, flexband.plotOptions);
   }
   draw();

@@ -857,3 +857,17 @@ def test_a_tolerance_that_is_missed_is_warned_of():
     assert bands.attrs["expected_error"] > 0.01
     with warnings.catch_warnings(action="error"):
         fb.propagate(lambda k, a: k * a, inputs, fb.AdaptivePCCI(0.01))
+
+
+def test_a_step_that_misses_the_tolerance_is_not_blamed_on_the_runs():
+    def swing(stiffness, mass):
+        body = fb.PointMass(mass=mass, position=(1.2, 0.0))
+        spring = fb.Spring("body", (0.0, 0.0), stiffness, rest_length=1.0)
+        sensors = {"body": fb.Velocity("body")}
+        return fb.Mechanism(bodies={"body": body}, loads={"spring": spring}, sensors=sensors)
+
+    inputs = {"stiffness": fb.Interval(95.0, 105.0), "mass": fb.Normal(1.0, 0.01)}
+    coarse = fb.dynamic_response(swing, duration=2.0, step=0.05)
+    with pytest.warns(fb.ToleranceWarning, match="due to step; give a finer step, or leave it out"):
+        bands = fb.propagate(coarse, inputs, fb.AdaptivePCCI(0.01))
+    assert bands.attrs["step_error"] > 10 * bands.attrs["expansion_error"]

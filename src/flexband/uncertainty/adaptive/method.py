@@ -17,7 +17,7 @@ from flexband.errors import (
 )
 from flexband.uncertainty.adaptive.adaptation import Adaptation, fewest_fitted
 from flexband.uncertainty.adaptive.resolution import solved
-from flexband.uncertainty.adaptive.results import advice, surrogate_of
+from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import FEWEST_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
@@ -146,9 +146,9 @@ class AdaptivePCCI:
         error = found.diagnostics.attrs["expected_error"]
         if error > self.tolerance:
             warn(
-                f"the error expected of the bands is {100 * error:.2g} % of the error bar's width, "
-                f"above the tolerance of {100 * self.tolerance:g} %: {told['advice']}. Most is "
-                f"missed {found.diagnostics.attrs['largest_miss']}",
+                f"the error expected of the bands is {100 * error:.3g} % of the error bar's width, "
+                f"above the tolerance of {100 * self.tolerance:g} %: "
+                f"{what_helps(found.diagnostics.attrs)}",
                 ToleranceWarning,
             )
         return found

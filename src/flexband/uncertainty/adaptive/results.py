@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -92,6 +95,23 @@ def advice(course: Adaptation, stopped: str) -> str:
         "allow more runs (max_runs, or --max-runs) or leave out the outputs that converge too "
         f"slowly{sampled}"
     )
+
+
+def what_helps(told: Mapping[str, Any]) -> str:
+    """Return what helps against the larger part of an error, expansion's or discretization's.
+
+    Parameters
+    ----------
+    told : the attributes of a result.
+    """
+    if not told["refined"] or told["discretization_error"] <= told["expansion_error"]:
+        return f"{told['advice']}. Most is missed {told['largest_miss']}"
+    worst = max(told["refined"], key=lambda name: told[f"{name}_error"])
+    helps = f"give a finer {worst}, or leave it out to have it chosen"
+    if "halved" in told:
+        too_coarse = "what is given is too coarse, or what is left out would have to be halved"
+        helps = told.get("not_refined", f"{too_coarse} more often")
+    return f"most of it is due to {worst}; {helps}"
 
 
 def _warn_of_unexplained(course: Adaptation) -> None:

@@ -11,6 +11,7 @@ import xarray as xr
 from flexband.report.numbers import digits_for, number, percent
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
+from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import ROUNDING, axes_of
 from flexband.uncertainty.surrogates.sigmas import (
@@ -326,8 +327,7 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
         lines.append(f"Most is missed {own['largest_miss']}")
     if own["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:
-            too_coarse = "what is given is too coarse, or what is left out would have to be halved"
-            why = own.get("not_refined", f"{too_coarse} more often")
+            why = own.get("not_refined", TOO_COARSE)
             lines.append(f"{unmet} NOT met by the discretization: {why}")
         else:
             lines.append(

@@ -21,6 +21,9 @@ from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
+TOO_COARSE = "what is given is too coarse, or what is left out would have to be halved more often"
+"""Why a discretization that the method chooses misses the tolerance, if nothing else stopped it."""
+
 
 def surrogate_of(course: Adaptation) -> Surrogate:
     """Return the best surrogate of the runs; `AdaptivePCCI.expand` lists what it tells.
@@ -109,8 +112,7 @@ def what_helps(told: Mapping[str, Any]) -> str:
     worst = max(told["refined"], key=lambda name: told[f"{name}_error"])
     helps = f"give a finer {worst}, or leave it out to have it chosen"
     if "halved" in told:
-        too_coarse = "what is given is too coarse, or what is left out would have to be halved"
-        helps = told.get("not_refined", f"{too_coarse} more often")
+        helps = told.get("not_refined", TOO_COARSE)
     return f"most of it is due to {worst}; {helps}"
 
 

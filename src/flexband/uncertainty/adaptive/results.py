@@ -110,7 +110,8 @@ def what_helps(told: Mapping[str, Any]) -> str:
     if not told["refined"] or told["discretization_error"] <= told["expansion_error"]:
         return f"{told['advice']}. Most is missed {told['largest_miss']}"
     worst = max(told["refined"], key=lambda name: told[f"{name}_error"])
-    helps = f"give a finer {worst}, or leave it out to have it chosen"
+    helps = f"give a finer {worst}"
+    helps += ", or leave it out to have it chosen" * ("step" in told["refined"])
     if "halved" in told:
         helps = told.get("not_refined", TOO_COARSE)
     return f"most of it is due to {worst}; {helps}"

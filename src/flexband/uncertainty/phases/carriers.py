@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import fftconvolve
+from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
 WINDOW_PERIODS = 2.5
@@ -75,9 +75,10 @@ def track(
     places = np.linspace(0, times - 1, int((times - 1) / stride) + 1)
     at = np.unique(np.round(places).astype(int))
     smooth = max(1, round(AVERAGING_PERIODS / (frequency * dt * stride)))
-    turned, (z, part) = np.zeros((len(F), len(at))), split(F, psi, half, at)
+    moments = window_moments(half, at, times)
+    turned, (z, part) = np.zeros((len(F), len(at))), split(F, psi, moments)
     for k in range(passes):
-        z, part = split(F, psi, half, at) if k else (z, part)
+        z, part = split(F, psi, moments) if k else (z, part)
         turned = turning(z * np.sqrt(part), scale, smooth)
         psi = psi + CubicSpline(at, turned, axis=-1)(np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
@@ -93,54 +94,61 @@ def track(
 
 
 def split(
-    F: np.ndarray, psi: np.ndarray, half: int, at: np.ndarray
+    F: np.ndarray, psi: np.ndarray, moments: list[csr_array]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the envelope z₀ of the carrier of phase ψ, and its share of the fast energy.
 
-    Both have shape (runs, outputs, len(at)). The share is the carrier's energy in the window over
+    Both have shape (runs, outputs, windows). The share is the carrier's energy in the window over
     the sum of this energy and that of the residual.
 
-    With the basis τ^p e^{imψ}, m = 0, ±1, the matrix of the normal equations consists of window
-    sums of τ^{p+q} e^{i(m′−m)ψ}, the same for all outputs, their right-hand side of window sums of
-    τ^p F e^{−imψ}.
+    With the basis τ^p (1, cos ψ, sin ψ), the matrix of the normal equations consists of window sums
+    of τ^{p+q} times the products of two of these waves, the same for all outputs, their right-hand
+    side of window sums of τ^p F times a wave.
     """
-    e = np.exp(1j * psi)
-    one = np.ones((1, F.shape[-1]))
-    sums = [window_sums(g, half, 2 * DEGREE, at) for g in (one, e, e * e)]
-    terms = [(m, p) for m in (0, 1, -1) for p in range(DEGREE + 1)]
-    G = np.empty((len(F), len(at), len(terms), len(terms)), complex)
-    for a, (m, p) in enumerate(terms):
-        for b, (k, q) in enumerate(terms):
-            entry = sums[abs(k - m)][p + q]
-            G[:, :, a, b] = entry if k >= m else entry.conj()
-    G[..., range(len(terms)), range(len(terms))] += 1e-9 * (half + 1)
-    slow = window_sums(F, half, DEGREE, at)
-    ring = window_sums(F * e.conj()[:, None], half, DEGREE, at)
-    right = np.stack([*slow, *ring, *(r.conj() for r in ring)], axis=-1)
-    z = np.linalg.solve(G, np.moveaxis(right, 1, 3))
-    rest = window_sums(F * F, half, 0, at)[0]
-    rest = rest - np.moveaxis(np.sum(z * np.moveaxis(right, 1, 3).conj(), axis=2).real, 1, 2)
-    envelope = 2 * np.moveaxis(z[:, :, DEGREE + 1], 2, 1)
-    own = np.abs(envelope) ** 2 / 2 * np.real(sums[0][0])
-    return envelope, own / np.maximum(own + np.maximum(rest, 0.0), 1e-300)
+    waves = np.ones((1, F.shape[-1])), np.cos(psi), np.sin(psi)
+    powers = np.arange(DEGREE + 1)
+    weights, size = moments[0].sum(axis=1), 3 * len(powers)
+    G = np.empty((len(F), len(weights), 3, len(powers), 3, len(powers)))
+    for a, b in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        sums = window_sums(moments, waves[a] * waves[b])
+        G[:, :, a, :, b] = G[:, :, b, :, a] = sums[..., np.add.outer(powers, powers)]
+    G = G.reshape(len(F), len(weights), size, size)
+    G[..., range(size), range(size)] += 1e-9 * weights.max()
+    right = [window_sums(moments[: len(powers)], F * wave[:, None]) for wave in waves]
+    right = np.moveaxis(np.concatenate(right, axis=-1), 1, 3)
+    found = np.linalg.solve(G, right)
+    rest = window_sums(moments[:1], F * F)[..., 0]
+    rest = rest - np.moveaxis(np.sum(found * right, axis=2), 1, 2)
+    cosine, sine = (np.moveaxis(found[:, :, k * len(powers)], 2, 1) for k in (1, 2))
+    own = (cosine**2 + sine**2) / 2 * weights
+    return cosine - 1j * sine, own / np.maximum(own + np.maximum(rest, 0.0), 1e-300)
 
 
-def window_sums(g: np.ndarray, half: int, powers: int, at: np.ndarray) -> list[np.ndarray]:
-    """Return Σ_τ w(τ) τ^p g(t + τ) for p = 0 … powers at the times with the numbers `at`.
+def window_moments(half: int, at: np.ndarray, times: int) -> list[csr_array]:
+    """Return matrices (len(at), times) that form Σ_τ w(τ) τ^p g(t + τ) from g, p = 0 … 2 `DEGREE`.
 
-    τ is in units of the window's half width, w = (1 − τ²)². Outside the record g is zero, so
-    windows at its ends are one-sided.
+    t is a time whose number is in `at`; τ is in units of the window's half width, w = (1 − τ²)².
+    Outside the record g is zero, so windows at its ends are one-sided.
     """
     tau = np.arange(-half, half + 1) / half
     weight = (1 - tau**2) ** 2 + 1e-3
-    flat = np.ascontiguousarray(g.reshape(-1, g.shape[-1]).T)
     places = at[:, None] + np.arange(-half, half + 1)
-    inside = (places >= 0) & (places < len(flat))
+    inside = (places >= 0) & (places < times)
     ends = np.concatenate([[0], np.cumsum(inside.sum(axis=1))])
-    kernels = (np.broadcast_to(weight * tau**p, places.shape)[inside] for p in range(powers + 1))
-    shape = len(at), len(flat)
-    sums = (csr_array((kernel, places[inside], ends), shape) @ flat for kernel in kernels)
-    return [s.T.reshape(*g.shape[:-1], len(at)) for s in sums]
+    kernels = (weight * tau**p for p in range(2 * DEGREE + 1))
+    return [
+        csr_array(
+            (np.broadcast_to(kernel, places.shape)[inside], places[inside], ends), (len(at), times)
+        )
+        for kernel in kernels
+    ]
+
+
+def window_sums(moments: list[csr_array], g: np.ndarray) -> np.ndarray:
+    """Return the moments of g, of shape (…, times), in every window: (…, windows, moments)."""
+    flat = np.ascontiguousarray(g.reshape(-1, g.shape[-1]).T)
+    sums = np.stack([moment @ flat for moment in moments], axis=-1)
+    return sums.swapaxes(0, 1).reshape(*g.shape[:-1], *sums.shape[::2])
 
 
 def turning(z: np.ndarray, scale: np.ndarray, smooth: int) -> np.ndarray:
@@ -153,7 +161,7 @@ def turning(z: np.ndarray, scale: np.ndarray, smooth: int) -> np.ndarray:
     u = z / scale[:, None]
     lag = np.sum(u[..., 1:] * u[..., :-1].conj(), axis=1)
     weight = np.hanning(2 * smooth + 3)[1:-1]
-    lag = fftconvolve(lag, weight[None] / weight.sum(), mode="same", axes=-1)
+    lag = convolve1d(lag, weight / weight.sum(), mode="constant")
     mean = np.exp(1j * np.angle(lag.sum(-1, keepdims=True)))
     lag = lag + SILENT_ENERGY * np.abs(lag).max(-1, keepdims=True) * mean
     return np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.angle(lag), -1)], -1)

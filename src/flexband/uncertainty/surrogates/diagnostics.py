@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.signal import fftconvolve
+from scipy.ndimage import uniform_filter1d
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Extremes
@@ -138,11 +138,11 @@ def trust(
 
 def running(v: np.ndarray, half: int) -> np.ndarray:
     """Return the root mean square over ±half times."""
-    window = np.ones((1, 2 * half + 1))
-    square = v.reshape(-1, v.shape[-1]) ** 2
-    top = fftconvolve(square, window, mode="same", axes=-1)
-    count = fftconvolve(np.ones((1, v.shape[-1])), window, mode="same", axes=-1)
-    return np.sqrt(np.maximum(top / count, 0.0)).reshape(v.shape)
+    top, count = (
+        uniform_filter1d(square, 2 * half + 1, mode="constant")
+        for square in (v**2, np.ones(v.shape[-1]))
+    )
+    return np.sqrt(np.maximum(top, 0.0) / count)
 
 
 def stacked(found: list[Extremes]) -> np.ndarray:

@@ -127,8 +127,8 @@ def split(
 def window_moments(half: int, at: np.ndarray, times: int) -> list[csr_array]:
     """Return matrices (len(at), times) that form Σ_τ w(τ) τ^p g(t + τ) from g, p = 0 … 2 `DEGREE`.
 
-    t is a time whose number is in `at`; τ is in units of the window's half width, w = (1 − τ²)².
-    Outside the record g is zero, so windows at its ends are one-sided.
+    t is a time whose number is in `at`; τ is in units of the window's half width, and
+    w = (1 − τ²)² + 10⁻³. Outside the record g is zero, so windows at its ends are one-sided.
     """
     tau = np.arange(-half, half + 1) / half
     weight = (1 - tau**2) ** 2 + 1e-3

@@ -23,7 +23,7 @@ from accuracy_formulas import (
 )
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 
 import flexband as fb
 from flexband.report.tables import expected_errors, remarks
@@ -236,7 +236,10 @@ TRAPS = {
         e + f + g + 20 * np.maximum(0.0, -e - f - g - 1)
     ),
     "a stop": lambda x, e: np.abs(x + e - 0.2),
+    "a stop that is reached rarely": lambda x, e: x + 0.3 * e + 10 * np.maximum(0.0, x - 2.0),
+    "a pole near a corner": lambda u, e, f: (1 + 0.3 * u) / (1.01 + 0.5 * e + 0.5 * f),
 }
+SLOW = "saturation", "a stop", "a stop that is reached rarely"
 """Of normal x, y, z, uniform u, and e, f, g in [−1, 1]."""
 
 
@@ -245,7 +248,7 @@ def exact(f):
     random inputs, and a scan of 41 points along each interval."""
     names = list(inspect.signature(f).parameters)
     intervals = [name for name in names if name in "efg"]
-    many = f not in (TRAPS["saturation"], TRAPS["a stop"])
+    many = f not in [TRAPS[name] for name in SLOW]
     x, w = np.polynomial.hermite_e.hermegauss(40)
     u = (np.arange(20_001) + 0.5) / 20_001
     axes = {"u": (2 * u - 1, u * 0 + 1)} | {
@@ -277,9 +280,9 @@ def test_traps_are_right_or_say_how_wrong_they_are(name):
     true = float(true) / (bar[1] - bar[0])
     assert true < 5 * max(bands.attrs["expected_error"], 2e-5)
     assert bands.attrs["expected_error"] < 0.01 or name in (
-        "saturation",
-        "a stop",
+        *SLOW,
         "a gap that closes in one corner",
+        "a pole near a corner",
     )
     assert bands.attrs["expected_error"] < 0.1
 
@@ -329,15 +332,28 @@ def test_generic_points_are_on_no_coordinate_of_the_nested_ones():
     np.testing.assert_array_equal(again[1], eta)
 
 
-def test_places_of_extremes_are_apart_and_new():
+def test_places_of_extremes_are_apart_and_not_reached_yet():
     values = np.array([[[-1.0, -2.0, -3.0]], [[1.0, 2.0, 3.0]]])
     places = np.array([[[[-1.0], [-0.9], [-0.8]]], [[[1.0], [0.1], [0.9]]]])
     found = [Extremes(values, places)] * 3
-    np.testing.assert_array_equal(
-        extreme_places(found, np.zeros((0, 1)), 8), [[-0.8], [1.0], [0.1]]
-    )
-    np.testing.assert_array_equal(extreme_places(found, np.array([[1.0]]), 1), [[-1.0]])
-    assert len(extreme_places(found, np.array([[-0.9], [0.0], [0.95]]), 8)) == 0
+    nothing = np.array([np.full((1, 3), np.inf), np.full((1, 3), -np.inf)])
+    np.testing.assert_array_equal(extreme_places(found, 8, nothing, 0.01), [[-0.8], [1.0], [0.1]])
+    reached = values[:, :, :] + np.array([0.0, 0.03, 0.05])  # of a width of 4
+    np.testing.assert_array_equal(extreme_places(found, 8, reached, 0.01), [[-0.8]])
+    assert len(extreme_places(found, 8, reached, 0.02)) == 0
+
+
+def test_runs_fitted_later_count_by_the_probability_of_what_is_nearest_to_them():
+    index = np.array([[0, 0], [1, 0], [0, 1], [0, 2], [2, 1]])  # of e and x
+    design = NestedDesign(index, [HERMITE])
+    end, middle = ndtr(-np.sqrt(3) / 2), 0.5  # e is nearest to 1, −1 or 0 with 1/4, 1/4 and 1/2
+    np.testing.assert_allclose(design.weights(0), [1, 0.25, end, end, middle * end], rtol=1e-5)
+    np.testing.assert_array_equal(design.weights(3), design.weights(0)[3:])
+    uniform = NestedDesign(np.arange(6)[:, None], [LEGENDRE])
+    points = np.sort(LEGENDRE.sequence(6))
+    cells = np.diff([-1, *(points[1:] + points[:-1]) / 2, 1]) / 2
+    order = np.argsort(LEGENDRE.sequence(6))
+    np.testing.assert_allclose(uniform.weights(1)[order[order > 0] - 1], cells[order > 0], 1e-4)
 
 
 def test_values_at_fixed_times_where_phases_are_not_resolved():

@@ -120,7 +120,7 @@ class Adaptation:
                     continue
                 if self._hold_rare(tolerance, met=met, last=True):
                     continue
-            if confirmed or not self._hold_extremes():
+            if confirmed or not self._hold_extremes(tolerance):
                 return reason
             confirmed = True
 
@@ -160,7 +160,7 @@ class Adaptation:
         F = self.made.all.values
         self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages]
-        own = self.fitted, self.held, self.generic, self.rare
+        own = self.fitted, self.held, self.generic, self.rare, self.design.weights
         self.choice = Choice.of([*fits, *in_use], *own)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
@@ -196,15 +196,18 @@ class Adaptation:
         self._judge(self.choice.fits)
         return ""
 
-    def _hold_extremes(self) -> bool:
+    def _hold_extremes(self, tolerance: float) -> bool:
         """Run and hold out a batch where bounds are attained; return whether these places are new.
 
-        Without intervals, at further generic points.
+        Without intervals, at further generic points. Without random inputs, fitted runs tell bounds
+        as well: a run at their places would add nothing.
         """
         m, families, count = self.places.shape[1], self.space.families, min(BATCH, self.left)
         places = np.zeros((min(1, count), 0))
         if m:
-            places = extreme_places(self.error.extremes, self.places, count)
+            known = self.places if families else np.concatenate([self.places, self.fitted.eta])
+            reached = self.error.reached(known)
+            places = extreme_places(self.error.extremes, count, reached, tolerance)
         if not len(places):
             return False
         self.places = np.concatenate([self.places, places])

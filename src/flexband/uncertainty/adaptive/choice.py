@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import Fit
+from flexband.uncertainty.adaptive.fits import Fit, Weights
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.runs import RareRuns, Runs
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -28,7 +28,7 @@ class Doubted(NamedTuple):
 
     Attributes
     ----------
-    missed, overshoot : root mean squares, shape (outputs,).
+    missed, overshoot : root mean squares, shape (outputs,); runs fitted later are missed too.
     values : rare values at which it leaves the range of the runs by most.
     taken : whether it is the choice for all outputs.
     """
@@ -46,29 +46,39 @@ class Choice(NamedTuple):
     ----------
     fits : each of the outputs for which it is the best.
     missed : what is missed of held-out runs, shape (runs, outputs, times).
+    later : what is missed of runs that were fitted after it, root mean square, (outputs, times).
     overshoot : of the fits, shape (outputs, times).
     doubted : what grows at rare values, though it misses least in the held-out runs.
     """
 
     fits: list[Fit]
     missed: np.ndarray
+    later: np.ndarray
     overshoot: np.ndarray
     doubted: Doubted
 
     @staticmethod
-    def of(fits: Sequence[Fit], fitted: Runs, held: Runs, generic: int, rare: RareRuns) -> Choice:
-        """Choose the fits that are best in held-out runs; every further carrier has to pay.
+    def of(
+        fits: Sequence[Fit],
+        fitted: Runs,
+        held: Runs,
+        generic: int,
+        rare: RareRuns,
+        weights: Weights = np.ones,
+    ) -> Choice:
+        """Choose the fits that are best in runs they have not seen; further carriers have to pay.
 
         Parameters
         ----------
         generic : number of held-out runs at generic points; the others are at extremes.
         rare : runs at rare values.
+        weights : of fitted runs, for fits of only the first of them.
         """
         shape = held.values.shape
         thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
         seen = Runs.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
-        missed, overshoot = np.empty(shape), np.empty(shape[1:])
+        missed, later, overshoot = np.empty(shape), np.empty(shape[1:]), np.empty(shape[1:])
         least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
         closest, fewest, doubted = 0, np.inf, None
         size = np.maximum(rms(held.values), 1e-300)
@@ -78,7 +88,8 @@ class Choice(NamedTuple):
                 np.subtract(held.values[:, output], miss[:, own], out=miss[:, own])
             far, values = fit.overshoot(seen, places, rare, thin)
             far = at_all_times(far, thin, shape[-1])
-            alone, beyond = rms(miss), rms(far[None])
+            after = np.sqrt(fit.missed_later(fitted, weights))
+            alone, beyond = np.maximum(rms(miss), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
             better = (error < least[fit.outputs]) | (k == 0)
             if len(alone) == shape[1] and np.sum(alone / size) < fewest:
@@ -87,10 +98,11 @@ class Choice(NamedTuple):
             least[own], best[own] = error[better], k
             for output, part in zip(own, np.flatnonzero(better), strict=True):
                 missed[:, output] = miss[:, part]
-            overshoot[own] = far[better]
+            later[own], overshoot[own] = after[better], far[better]
         chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
         assert doubted is not None  # new fits are of all outputs
-        return Choice(chosen, missed, overshoot, Doubted(*doubted, bool(np.all(best == closest))))
+        of_all = bool(np.all(best == closest))
+        return Choice(chosen, missed, later, overshoot, Doubted(*doubted, of_all))
 
     def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
         """Return the expansions of all outputs at some of the times, one for each fit."""

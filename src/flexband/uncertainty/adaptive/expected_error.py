@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from flexband.uncertainty.adaptive.choice import Choice
-from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of
+from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.surrogates.axes import ROUNDING
 from flexband.uncertainty.surrogates.diagnostics import (
     Quantities,
@@ -33,7 +33,7 @@ class ExpectedError:
     values : error expected of the error bar, shape (outputs, times).
     size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
     window : half of the number of times over which errors are averaged.
-    missed : part of the variation in held-out runs that is missed, shape (outputs,).
+    missed : part of the variation in runs the fits have not seen that is missed, (outputs,).
     quantities : of which vector or tensor each output is a component.
     """
 
@@ -48,6 +48,15 @@ class ExpectedError:
     def extremes(self) -> list[Extremes]:
         """Bounds of μ, μ − σ and μ + σ at some of the times."""
         return extremes_of(self.expansions)
+
+    def reached(self, eta: np.ndarray) -> np.ndarray:
+        """Return the lowest μ − σ and the highest μ + σ at places η, shape (2, outputs, times)."""
+        if not len(eta):
+            lowest = np.full(self.extremes[0].values.shape[1:], np.inf)
+            return np.stack([lowest, -lowest])
+        found = zip(*(expansion.moments(eta) for expansion in self.expansions), strict=True)
+        mean, std = (joined(self.expansions, own, 1) for own in found)
+        return np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)])
 
     @cached_property
     def expansions(self) -> list[Expansion]:
@@ -116,7 +125,8 @@ class ExpectedError:
         quantities : of which each output is a component.
         """
         groups = np.split(choice.missed, [generic])
-        missed = np.max([np.mean(own**2, axis=0) for own in groups if len(own)], axis=0)
+        squares = [np.mean(own**2, axis=0) for own in groups if len(own)]
+        missed = np.max([*squares, choice.later**2], axis=0)
         size, times = rms(F), F.shape[-1]
         values = np.hypot(share(m) * np.sqrt(missed), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
@@ -124,7 +134,8 @@ class ExpectedError:
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
-        missed = missed_part(choice.missed, F, units, quantities)
+        of_runs = choice.missed, choice.later[None]
+        missed = np.max([missed_part(own, F, units, quantities) for own in of_runs], axis=0)
         return ExpectedError(choice, values, size, window, missed, quantities)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -20,6 +20,9 @@ from flexband.uncertainty.surrogates.diagnostics import share
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
+
+Weights = Callable[[int], np.ndarray]
+"""For what part of all inputs each run of a design speaks, from the run of this number on."""
 
 AT_ONCE = 64
 """Rare values at which an expansion is evaluated at once."""
@@ -56,6 +59,10 @@ class GrowingDesign(Design, Protocol):
         """Return the design with so many further runs, or fewer."""
         ...
 
+    def weights(self, first: int) -> np.ndarray:
+        """Return for what part of all inputs each run from number `first` on speaks."""
+        ...
+
 
 class Fit(NamedTuple):
     """The expansion of the parts of some outputs, with some number of carriers.
@@ -64,26 +71,28 @@ class Fit(NamedTuple):
     ----------
     outputs : their numbers, increasing.
     frequencies : of the carriers, in cycles per unit of time.
+    runs : number of runs that are fitted, the first of a design.
     """
 
     outputs: np.ndarray
     parts: HybridExpansion | Interpolation
     columns: PartColumns
     frequencies: list[float]
+    runs: int
 
     @staticmethod
     def of(design: Design, stage: Stage) -> Fit:
         """Fit all outputs to the runs of a design, which are the first of the stage."""
         parts, columns = design.fit(stage.runs(slice(len(design)))), PartColumns.of_stage(stage)
         frequencies = [c.frequency for c in stage.carriers]
-        return Fit(np.arange(columns.outputs), parts, columns, frequencies)
+        return Fit(np.arange(columns.outputs), parts, columns, frequencies, len(design))
 
     def of_outputs(self, outputs: np.ndarray) -> Fit:
         """Return the fit of some of its outputs, by number."""
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, slice(None))
         columns = PartColumns.of(len(outputs), self.columns.carriers)
-        return Fit(outputs, parts, columns, self.frequencies)
+        return Fit(outputs, parts, columns, self.frequencies, self.runs)
 
     @property
     def formed(self) -> HybridExpansion:
@@ -103,6 +112,19 @@ class Fit(NamedTuple):
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
+
+    def missed_later(self, fitted: Runs, weights: Weights) -> np.ndarray:
+        """Return the mean square of what it misses of runs that were fitted after it.
+
+        Its shape is (outputs, times). It is zero for a fit of all runs.
+        """
+        square = np.zeros((len(self.outputs), fitted.values.shape[2]))
+        for k in range(self.runs, len(fitted.values), BATCH):
+            some = fitted.which(slice(k, k + BATCH))
+            missed = some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
+            own = weights(self.runs)[k - self.runs :][: len(missed)]
+            square += np.einsum("p,pot->ot", own, missed**2)
+        return square
 
     def overshoot(
         self, seen: Runs, places: Sequence[np.ndarray], rare: RareRuns, thin: slice

@@ -16,7 +16,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 APART = 0.3
-"""Places of extremes that are nearer to each other than this, in units of η, are run once."""
+"""New places of extremes that are nearer to each other than this, in units of η, are run once."""
 
 
 def generic_points(
@@ -31,33 +31,30 @@ def generic_points(
     return of_normals(ndtri(u[:, m:]), families), 2 * u[:, :m] - 1
 
 
-def extreme_places(found: Sequence[Extremes], known: np.ndarray, count: int) -> np.ndarray:
+def extreme_places(
+    found: Sequence[Extremes], count: int, reached: np.ndarray, tolerance: float
+) -> np.ndarray:
     """Return the η of some bounds of the error bar, far from each other, shape (≤ count, m).
 
-    The first belongs to the widest bound, each further one is the farthest from all before.
+    Bounds that are reached at places that were run need no further run. Of the others, the first
+    belongs to the widest bound, each further one is the farthest from all before.
 
     Parameters
     ----------
     found : bounds of μ, μ − σ and μ + σ at some times.
-    known : places that have been run, shape (places, m).
+    reached : lowest μ − σ and highest μ + σ at places that were run, shape (2, outputs, times).
+    tolerance : for `reached`, in parts of the error bar's width.
     """
     _, lower, upper = found
     low, high = lower.values[0], upper.values[1]
     middle = (low + high).mean(axis=-1, keepdims=True) / 2
     width = (high - low).mean(axis=-1, keepdims=True) + 1e-300
     beyond = np.stack([middle - low, high - middle]) / width
-    places = np.stack([lower.places[0], upper.places[1]]).reshape(-1, known.shape[1])
-    waiting = places[np.argsort(-beyond.ravel(), kind="stable")]
-    near = _distances(waiting, known)
-    chosen: list[np.ndarray] = []
+    beyond[np.stack([reached[0] - low, high - reached[1]]) <= tolerance * width] = -np.inf
+    order = np.argsort(-beyond.ravel(), kind="stable")[: np.isfinite(beyond).sum()]
+    waiting = np.stack([lower.places[0], upper.places[1]]).reshape(beyond.size, -1)[order]
+    near, chosen = np.full(len(waiting), np.inf), []
     while len(chosen) < count and near.max(initial=0.0) > APART:
         chosen.append(waiting[np.argmax(near)])
-        near = np.minimum(near, _distances(waiting, chosen[-1][None]))
-    return np.array(chosen).reshape(-1, known.shape[1])
-
-
-def _distances(places: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return how far each place is from the nearest of others; ∞ where there are none."""
-    if not others.size:
-        return np.full(len(places), np.inf)
-    return np.abs(places[:, None] - others).max(axis=2).min(axis=1)
+        near = np.minimum(near, np.abs(waiting - chosen[-1]).max(axis=1))
+    return np.array(chosen).reshape(-1, waiting.shape[1])

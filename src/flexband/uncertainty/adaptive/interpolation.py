@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import ndtr
 
 from flexband.uncertainty.adaptive.fits import BATCH
 from flexband.uncertainty.adaptive.parts import Split
@@ -31,6 +32,9 @@ from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 
 HIGHEST_INTERVAL = 20
+
+NORMALS = np.linspace(-8.0, 8.0, 4001)
+"""Values of a standard normal variable at which others are known."""
 
 EXPLAINED = 1e-3
 """Part of the energy of what is missed that need not be explained."""
@@ -127,6 +131,23 @@ class NestedDesign:
         more = sizes.next_terms(count - len(unforeseen), self.highest)
         return replace(self, index=np.concatenate([self.index, unforeseen, more]))
 
+    def weights(self, first: int) -> np.ndarray:
+        """Return for what part of all inputs each run from number `first` on speaks.
+
+        This is the probability of values that are nearer to its own than to those of other runs, in
+        each variable in which it differs from the first run. Intervals are taken as uniform.
+        """
+        m, weights = self.interval_dimension, np.ones(len(self) - first)
+        for v, orders in enumerate(self.index[first:].T):
+            count = 1 + self.index[:, v].max()
+            if v < m:
+                parts = _nearest(interval_sequence(count), NORMALS, 2 * ndtr(NORMALS) - 1)
+            else:
+                family = self.families[v - m]
+                parts = _nearest(family.sequence(count), NORMALS, family.of_normal(NORMALS))
+            weights *= np.where(orders > 0, parts[orders], 1.0)
+        return weights
+
     def _explaining(self, split: Split, count: int) -> np.ndarray:
         """Return at most `count` terms that explain what held-out runs miss.
 
@@ -171,3 +192,11 @@ class NestedDesign:
         return HybridExpansion(tuple(self.families), index, np.zeros((len(index), 0))).terms(
             xi, eta
         )
+
+
+def _nearest(points: np.ndarray, normals: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the probability that each point is the nearest one, of values at standard normals."""
+    order, parts = np.argsort(points), np.empty(len(points))
+    between = (points[order][1:] + points[order][:-1]) / 2
+    parts[order] = np.diff([0.0, *ndtr(np.interp(between, values, normals)), 1.0])
+    return parts

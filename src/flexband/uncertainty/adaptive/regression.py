@@ -87,6 +87,10 @@ class SampledDesign:
         del split
         return replace(self, count=self.count + count)
 
+    def weights(self, first: int) -> np.ndarray:
+        """Return the same part for each later run, since they are spread over all inputs."""
+        return np.full(self.count - first, 1 / max(1, self.count - first))
+
 
 def _weights(part: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Return the weight of every series of a part, (outputs or 1, times), flat."""

@@ -15,7 +15,7 @@ from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, trust
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, share, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -70,7 +70,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         course.held.xi,
         course.held.eta,
         choice.missed,
-        choice.overshoot,
+        np.hypot(choice.overshoot, share(course.space.interval_dimension) * choice.later),
         error.window,
     )
     _warn_of_unexplained(course)

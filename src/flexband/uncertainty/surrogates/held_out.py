@@ -20,8 +20,8 @@ class HeldOut:
     ----------
     xi, eta : shapes (runs, n) and (runs, m).
     missed : shape (runs, outputs, times).
-    overshoot : how far the expansion leaves the range of all runs for rare values of random
-        variables, root mean square, shape (outputs, times).
+    overshoot : error of the bands that other runs tell, and how far the expansion leaves the range
+        of all runs for rare values of random variables, root mean square, shape (outputs, times).
     window : half of the number of times over which errors are averaged.
     """
 

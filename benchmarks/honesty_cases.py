@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 import honesty_formulas as formulas
+import honesty_hidden as hidden
 import honesty_inputs as by_inputs
 import honesty_kinks as kinked
 import honesty_ringing as ringing
@@ -34,6 +35,11 @@ PROBLEMS: dict[str, Callable[[np.random.Generator], Problem]] = {
     "products": formulas.products,
     "pulses": formulas.pulses,
     "scalars": formulas.scalars,
+    "stops": hidden.stops,
+    "bumps": hidden.bumps,
+    "powers": hidden.powers,
+    "poles": hidden.poles,
+    "corners": hidden.corners,
     "uniform": by_inputs.uniform,
 }
 """Families whose cases have sometimes more inputs than variables."""

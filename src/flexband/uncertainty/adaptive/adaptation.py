@@ -19,6 +19,7 @@ from flexband.uncertainty.adaptive.fits import BATCH, Fit, GrowingDesign
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
 from flexband.uncertainty.adaptive.runs import FEWEST_HELD, MadeRuns, RareRuns, Runs, succeeded
 from flexband.uncertainty.expansions.families import Family
@@ -92,7 +93,7 @@ class Adaptation:
         self.made = MadeRuns(succeeded(runs, count), count, most)
         self.generic = len(self.held.values)
         self.rare, self.rare_left = RareRuns.none(runs), MOST_RARE
-        self.places = np.zeros((0, m))
+        self.places, self.sloped = np.zeros((0, m)), False
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
         self._judge()
@@ -200,9 +201,14 @@ class Adaptation:
         """Run and hold out a batch where bounds are attained; return whether these places are new.
 
         Without intervals, at further generic points. Without random inputs, fitted runs tell bounds
-        as well: a run at their places would add nothing.
+        as well: a run at their places would add nothing. A part of the first whole batch is at rare
+        values of random inputs.
         """
         m, families, count = self.places.shape[1], self.space.families, min(BATCH, self.left)
+        rare: RareValues | None = None
+        if families and count == BATCH and not self.sloped:
+            rare = RareValues.along_slopes(self.error.slopes(families), families, m)
+            count -= len(rare.weight)
         places = np.zeros((min(1, count), 0))
         if m:
             known = self.places if families else np.concatenate([self.places, self.fitted.eta])
@@ -214,6 +220,9 @@ class Adaptation:
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
         xi, _ = generic_points(len(self.held.values), len(eta), m, families)
         self.made.hold(self._run(xi, eta))
+        if rare:
+            self.sloped = True
+            self._run_rare(rare._replace(eta=np.resize(places, rare.eta.shape)))
         self._judge(self.choice.fits)
         return True
 
@@ -228,19 +237,27 @@ class Adaptation:
             return False
         missed = share(m) * np.max(doubted.missed / self.error.width)
         grows = np.max(doubted.overshoot / self.error.width) > tolerance >= missed
-        if not (grows or (last and not len(self.rare.weight) and self.most >= FEW * BATCH)):
+        unseen = self.rare_left == MOST_RARE and self.most >= FEW * BATCH
+        if not (grows or (last and unseen)):
             return False
         self.rare_left -= count
-        xi, eta, _, weight = doubted.values.which(slice(count))
-        try:
-            values = series(self.evaluate(xi, eta))
-        except (RunError, InputError):  # such rare values need not have a meaning
+        if made := self._run_rare(doubted.values.which(slice(count))):
+            self._judge(self.choice.fits)
+        return made
+
+    def _run_rare(self, values: RareValues) -> bool:
+        """Run at rare values of random inputs; return whether they have a meaning."""
+        xi, eta, _, weight = values
+        if not len(weight):
             return False
-        good = np.isfinite(values).all(axis=(1, 2))
-        new = Runs(xi[good], eta[good], values[good])
+        try:
+            found = series(self.evaluate(xi, eta))
+        except (RunError, InputError):
+            return False
+        good = np.isfinite(found).all(axis=(1, 2))
+        new = Runs(xi[good], eta[good], found[good])
         weight = np.concatenate([self.rare.weight, weight[good]])
         self.rare = RareRuns(Runs.joined(self.rare.runs, new), weight)
-        self._judge(self.choice.fits)
         return True
 
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> Runs:

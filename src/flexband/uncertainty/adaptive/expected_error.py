@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
+from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.surrogates.axes import ROUNDING
 from flexband.uncertainty.surrogates.diagnostics import (
     Quantities,
@@ -48,6 +50,19 @@ class ExpectedError:
     def extremes(self) -> list[Extremes]:
         """Bounds of μ, μ − σ and μ + σ at some of the times."""
         return extremes_of(self.expansions)
+
+    def slopes(self, families: Sequence[Family]) -> np.ndarray:
+        """Return half of how outputs differ one standard deviation to both sides of a median.
+
+        The shape is (n, outputs × times), in parts of the error bar's width.
+        """
+        n, m = len(families), self.extremes[0].places.shape[-1]
+        normals = np.concatenate([np.eye(n), -np.eye(n)])
+        columns = [family.of_normal(x) for family, x in zip(families, normals.T, strict=True)]
+        at = np.reshape(columns, (n, 2 * n)).T, np.zeros((2 * n, m))
+        found = joined(self.expansions, [own.evaluate(*at) for own in self.expansions], 1)
+        differences = (found[:n] - found[n:]) / 2 / self.width[:, None]
+        return differences.reshape(n, -1)
 
     def reached(self, eta: np.ndarray) -> np.ndarray:
         """Return the lowest μ − σ and the highest μ + σ at places η, shape (2, outputs, times)."""

@@ -22,6 +22,7 @@ from flexband.uncertainty.adaptive.runs import FEWEST_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
 
 LARGE_TOLERANCE = 0.5
@@ -146,7 +147,7 @@ class AdaptivePCCI:
         error = found.diagnostics.attrs["expected_error"]
         if error > self.tolerance:
             warn(
-                f"the error expected of the bands is {100 * error:.3g} % of the error bar's width, "
+                f"the error expected of the bands is {in_percent(error)} of the error bar's width, "
                 f"above the tolerance of {100 * self.tolerance:g} %: "
                 f"{what_helps(found.diagnostics.attrs)}",
                 ToleranceWarning,

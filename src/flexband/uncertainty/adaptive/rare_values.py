@@ -23,6 +23,13 @@ FAR = np.arange(3.0, 5.5, 0.5)
 SWEEPS = 3
 """Times that values of one variable are visited, at different η."""
 
+STEEPEST, STEEP = 2, 0.1
+"""Most directions of large slopes, and the least slope of one in parts of the largest."""
+
+RARE, REACHED = 3.5, 2.5
+"""A value of a normal variable along a slope, and the least value for which it speaks: it is in the
+middle between 3.5 and the outermost of eight samples."""
+
 BETWEEN, AMONG = 6, 32
 """Directions between two variables, and among more."""
 
@@ -54,6 +61,25 @@ class RareValues(NamedTuple):
         columns = [family.of_normal(x) for family, x in normals]
         xi = np.reshape(columns, (len(families), len(weight))).T
         return RareValues(xi, np.resize(eta, (len(xi), eta.shape[1])), along, weight)
+
+    @staticmethod
+    def along_slopes(slopes: np.ndarray, families: Sequence[Family], m: int) -> RareValues:
+        """Return rare values to both sides in the directions in which series vary most.
+
+        A function of a few sums of random variables, such as a linear one, shows along them alone
+        what it does at rare values. The m interval variables are in the middle.
+
+        Parameters
+        ----------
+        slopes : of series, shape (n, series), in standard deviations of ξ.
+        """
+        directions, size, _ = np.linalg.svd(slopes, full_matrices=False)
+        own = directions.T[size > STEEP * size.max(initial=0.0)][:STEEPEST]
+        along = np.concatenate([own, -own])
+        columns = [f.of_normal(RARE * x) for f, x in zip(families, along.T, strict=True)]
+        xi = np.reshape(columns, (len(families), len(along))).T
+        weight = np.full(len(along), chdtrc(1, REACHED**2) / 2)
+        return RareValues(xi, np.zeros((len(xi), m)), along, weight)
 
     @staticmethod
     def joined(parts: Sequence[RareValues]) -> RareValues:

@@ -19,6 +19,7 @@ from flexband.uncertainty.surrogates.diagnostics import diagnostics, share, trus
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
 
 TOO_COARSE = "what is given is too coarse, or what is left out would have to be halved more often"
@@ -125,8 +126,7 @@ def _warn_of_unexplained(course: Adaptation) -> None:
         warn(
             f"{', '.join(lost[:3])}{', …' * (len(lost) > 3)}: the bands have no width although the "
             f"runs differ, since {number_of(len(course.fitted.values), 'run')} show no terms of "
-            "an expansion. "
-            "Allow more runs (max_runs); LHSScanning, SobolScanning and MonteCarlo need no terms"
+            "an expansion; LHSScanning, SobolScanning and MonteCarlo need no terms"
         )
 
 
@@ -151,7 +151,7 @@ def _largest_miss(course: Adaptation) -> str:
     orders = course.choice.orders
     hardest = _variables(course.space)[int(np.argmax(orders))]
     return (
-        f"{place}{' at ' * bool(inputs)}{inputs}: {100 * part[run, output, time]:.2g} % of the "
+        f"{place}{' at ' * bool(inputs)}{inputs}: {in_percent(part[run, output, time])} of the "
         f"error bar's width; the highest order is {orders.max()}, in {hardest}"
     )
 

@@ -32,7 +32,8 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     if "allowed" not in checked:
         unknown = "the method does not estimate the error of its expansion"
         text = (
-            f"{new} {imply} an error of {_percent(share[most])} of the error bar's width; {unknown}"
+            f"{new} {imply} an error of {in_percent(share[most])} of the error bar's width; "
+            f"{unknown}"
         )
         return {"confirmed": "no error was expected", "verdict": text}
     ratio = np.ravel(checked["missed"] / checked["allowed"])
@@ -40,7 +41,7 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
     if not wrong.size:
         doubtful = bool(ratio.max() > 1)
         k = int(ratio.argmax()) if doubtful else most
-        told = f"{_percent(share[k])} of the error bar's width{_named(labels, k)}"
+        told = f"{in_percent(share[k])} of the error bar's width{_named(labels, k)}"
         text = (
             f"{CONFIRMED}: {new} {are} missed by no more than expected; the largest error that "
             f"follows is {told}"
@@ -52,16 +53,17 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
             sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
             text = (
                 f"{CONFIRMED} as far as so few runs can tell: {new} {imply} an error of {told} "
-                f"({_percent(least[k] / width[k])} or more with {sure}), where "
-                f"{_percent(expected)} is expected{over}"
+                f"({in_percent(least[k] / width[k])} or more with {sure}), where "
+                f"{in_percent(expected)} is expected{over}"
             )
         return {"confirmed": "yes", "verdict": text}
     worst = int(wrong[ratio[wrong].argmax()])
     text = (
         f"NOT confirmed: {new} {are} missed by {ratio[worst]:.2g} times as much as the expected "
         f"error allows, {_where(checked, labels, worst)}; bands may be off by "
-        f"{_percent(share[worst])} of the error bar's width. If the expected error were right, "
-        f"less than {_percent(1 - checked.attrs['confidence'])} of verifications would find so much"
+        f"{in_percent(share[worst])} of the error bar's width. If the expected error were right, "
+        f"less than {in_percent(1 - checked.attrs['confidence'])} of verifications would find so "
+        "much"
     )
     if wrong.size > 1:
         text += f". Outputs that are not confirmed: {wrong.size} of {len(ratio)}"
@@ -118,5 +120,6 @@ def _named(labels: xr.DataArray, output: int) -> str:
     return f" for {', '.join(_names(labels, output))}" if several else ""
 
 
-def _percent(part: float) -> str:
+def in_percent(part: float) -> str:
+    """Return a part in per cent; of huge ones only that they are."""
     return f"{100 * part:.2g} %" if part < HUGE else f"more than {100 * HUGE:.0f} %"

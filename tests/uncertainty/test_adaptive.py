@@ -239,8 +239,10 @@ TRAPS = {
     "a stop that is reached rarely": lambda x, e: x + 0.3 * e + 10 * np.maximum(0.0, x - 2.0),
     "a pole near a corner": lambda u, e, f: (1 + 0.3 * u) / (1.01 + 0.5 * e + 0.5 * f),
 }
-SLOW = "saturation", "a stop", "a stop that is reached rarely"
 """Of normal x, y, z, uniform u, and e, f, g in [−1, 1]."""
+
+SLOW = "saturation", "a stop", "a stop that is reached rarely"
+"""Traps with a kink or a bend in x, whose expansions converge slowly."""
 
 
 def exact(f):
@@ -338,7 +340,7 @@ def test_places_of_extremes_are_apart_and_not_reached_yet():
     found = [Extremes(values, places)] * 3
     nothing = np.array([np.full((1, 3), np.inf), np.full((1, 3), -np.inf)])
     np.testing.assert_array_equal(extreme_places(found, 8, nothing, 0.01), [[-0.8], [1.0], [0.1]])
-    reached = values[:, :, :] + np.array([0.0, 0.03, 0.05])  # of a width of 4
+    reached = values + np.array([0.0, 0.03, 0.05])  # of a width of 4
     np.testing.assert_array_equal(extreme_places(found, 8, reached, 0.01), [[-0.8]])
     assert len(extreme_places(found, 8, reached, 0.02)) == 0
 

@@ -64,7 +64,7 @@ class Choice(NamedTuple):
         held: Runs,
         generic: int,
         rare: RareRuns,
-        weights: Weights = np.ones,
+        weights: Weights | None = None,
     ) -> Choice:
         """Choose the fits that are best in runs they have not seen; further carriers have to pay.
 
@@ -72,7 +72,7 @@ class Choice(NamedTuple):
         ----------
         generic : number of held-out runs at generic points; the others are at extremes.
         rare : runs at rare values.
-        weights : of fitted runs, for fits of only the first of them.
+        weights : of fitted runs; needed if a fit is of only the first of them.
         """
         shape = held.values.shape
         thin = slice(None, None, -(-shape[-1] // MOST_TIMES))

@@ -11,6 +11,7 @@ import numpy as np
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.axes import ROUNDING
 from flexband.uncertainty.surrogates.diagnostics import (
     Quantities,
@@ -57,9 +58,8 @@ class ExpectedError:
         The shape is (n, outputs × times), in parts of the error bar's width.
         """
         n, m = len(families), self.extremes[0].places.shape[-1]
-        normals = np.concatenate([np.eye(n), -np.eye(n)])
-        columns = [family.of_normal(x) for family, x in zip(families, normals.T, strict=True)]
-        at = np.reshape(columns, (n, 2 * n)).T, np.zeros((2 * n, m))
+        xi = of_normals(np.concatenate([np.eye(n), -np.eye(n)]), families)
+        at = xi, np.zeros((2 * n, m))
         found = joined(self.expansions, [own.evaluate(*at) for own in self.expansions], 1)
         differences = (found[:n] - found[n:]) / 2 / self.width[:, None]
         return differences.reshape(n, -1)

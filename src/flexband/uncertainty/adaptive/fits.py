@@ -113,17 +113,21 @@ class Fit(NamedTuple):
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
-    def missed_later(self, fitted: Runs, weights: Weights) -> np.ndarray:
+    def missed_later(self, fitted: Runs, weights: Weights | None) -> np.ndarray:
         """Return the mean square of what it misses of runs that were fitted after it.
 
         Its shape is (outputs, times). It is zero for a fit of all runs.
         """
         square = np.zeros((len(self.outputs), fitted.values.shape[2]))
-        for k in range(self.runs, len(fitted.values), BATCH):
-            some = fitted.which(slice(k, k + BATCH))
+        later = fitted.which(slice(self.runs, None))
+        if not len(later.values):
+            return square
+        assert weights is not None
+        counts = weights(self.runs)
+        for k in range(0, len(counts), BATCH):
+            some = later.which(slice(k, k + BATCH))
             missed = some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
-            own = weights(self.runs)[k - self.runs :][: len(missed)]
-            square += np.einsum("p,pot->ot", own, missed**2)
+            square += np.einsum("p,pot->ot", counts[k : k + BATCH], missed**2)
         return square
 
     def overshoot(

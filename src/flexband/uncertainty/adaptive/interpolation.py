@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from flexband.uncertainty.adaptive.fits import BATCH
 from flexband.uncertainty.adaptive.parts import Split
-from flexband.uncertainty.expansions.families import Family, mean_squares
+from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import (
     Orders,
@@ -34,7 +34,7 @@ from flexband.uncertainty.phases.layout import PartColumns
 HIGHEST_INTERVAL = 20
 
 NORMALS = np.linspace(-8.0, 8.0, 4001)
-"""Values of a standard normal variable at which others are known."""
+"""Values of a standard normal variable between which those of other variables are interpolated."""
 
 EXPLAINED = 1e-3
 """Part of the energy of what is missed that need not be explained."""
@@ -140,12 +140,9 @@ class NestedDesign:
         m, weights = self.interval_dimension, np.ones(len(self) - first)
         for v, orders in enumerate(self.index[first:].T):
             count = 1 + self.index[:, v].max()
-            if v < m:
-                parts = _nearest(interval_sequence(count), NORMALS, 2 * ndtr(NORMALS) - 1)
-            else:
-                family = self.families[v - m]
-                parts = _nearest(family.sequence(count), NORMALS, family.of_normal(NORMALS))
-            weights *= np.where(orders > 0, parts[orders], 1.0)
+            family = self.families[v - m] if v >= m else LEGENDRE
+            points = family.sequence(count) if v >= m else interval_sequence(count)
+            weights *= np.where(orders > 0, _nearest(points, family)[orders], 1.0)
         return weights
 
     def _explaining(self, split: Split, count: int) -> np.ndarray:
@@ -194,9 +191,10 @@ class NestedDesign:
         )
 
 
-def _nearest(points: np.ndarray, normals: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the probability that each point is the nearest one, of values at standard normals."""
+def _nearest(points: np.ndarray, family: Family) -> np.ndarray:
+    """Return the probability that each point is the nearest one to a variable of a family."""
     order, parts = np.argsort(points), np.empty(len(points))
     between = (points[order][1:] + points[order][:-1]) / 2
-    parts[order] = np.diff([0.0, *ndtr(np.interp(between, values, normals)), 1.0])
+    normals = np.interp(between, family.of_normal(NORMALS), NORMALS)
+    parts[order] = np.diff([0.0, *ndtr(normals), 1.0])
     return parts

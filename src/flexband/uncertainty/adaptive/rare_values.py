@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, ndtri
 
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.inputs.sampling import sobol
+from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 FAR = np.arange(3.0, 5.5, 0.5)
 """Values of |z| of one normal variable; of several, |z| are as rare as these."""
@@ -57,9 +57,7 @@ class RareValues(NamedTuple):
     def of(index: np.ndarray, families: Sequence[Family], eta: np.ndarray) -> RareValues:
         """Return those of terms with orders `index` in each ξ; η are some of those given."""
         along, distance, weight = _directions(index)
-        normals = zip(families, (distance[:, None] * along).T, strict=True)
-        columns = [family.of_normal(x) for family, x in normals]
-        xi = np.reshape(columns, (len(families), len(weight))).T
+        xi = of_normals(distance[:, None] * along, families)
         return RareValues(xi, np.resize(eta, (len(xi), eta.shape[1])), along, weight)
 
     @staticmethod
@@ -76,9 +74,8 @@ class RareValues(NamedTuple):
         directions, size, _ = np.linalg.svd(slopes, full_matrices=False)
         own = directions.T[size > STEEP * size.max(initial=0.0)][:STEEPEST]
         along = np.concatenate([own, -own])
-        columns = [f.of_normal(RARE * x) for f, x in zip(families, along.T, strict=True)]
-        xi = np.reshape(columns, (len(families), len(along))).T
         weight = np.full(len(along), chdtrc(1, REACHED**2) / 2)
+        xi = of_normals(RARE * along, families)
         return RareValues(xi, np.zeros((len(xi), m)), along, weight)
 
     @staticmethod

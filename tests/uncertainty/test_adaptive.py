@@ -194,6 +194,23 @@ def test_rare_values_at_which_a_response_fails_are_left_out():
     assert bands.attrs["expected_error"] > 0.01 or float(bands["error_bar"][1]) > 1500
 
 
+def test_a_refusal_at_one_rare_value_hides_no_other():
+    """x is refused above 3 standard deviations, and there is a stop below −2."""
+    inputs = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
+
+    def response(e, x):
+        if np.any(x > 3.0):
+            raise fb.InputError("x must be 3 at most")
+        return x + 0.3 * e + 10 * np.maximum(0.0, -x - 2.0)
+
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=24))
+    x = ndtri((np.arange(20_001) + 0.5) / 20_001)
+    F = x + 10 * np.maximum(0.0, -x - 2.0)
+    true = np.array([F.mean() - F.std() - 0.3, F.mean() + F.std() + 0.3])
+    off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
+    assert 0.02 < off < 5 * bands.attrs["expected_error"]
+
+
 def test_steep_saturation_does_not_leave_the_range_of_the_runs():
     """|tanh| ≤ 1, and so is σ; high orders grow where a + b is beyond all runs."""
     inputs = {"a": fb.Interval(0, 1), "b": fb.Normal(1.0, 0.1)}

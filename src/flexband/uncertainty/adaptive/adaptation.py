@@ -246,15 +246,16 @@ class Adaptation:
         return made
 
     def _run_rare(self, values: RareValues) -> bool:
-        """Run at rare values of random inputs; return whether they have a meaning."""
+        """Run at rare values of random inputs; return whether some of them have a meaning."""
         xi, eta, _, weight = values
-        if not len(weight):
-            return False
         try:
-            found = series(self.evaluate(xi, eta))
+            found = series(self.evaluate(xi, eta)) if len(weight) else np.zeros((0, 1, 1))
         except (RunError, InputError):
-            return False
+            alone = (values.which(slice(k, k + 1)) for k in range(len(weight)))
+            return len(weight) > 1 and any([self._run_rare(own) for own in alone])
         good = np.isfinite(found).all(axis=(1, 2))
+        if not good.any():
+            return False
         new = Runs(xi[good], eta[good], found[good])
         weight = np.concatenate([self.rare.weight, weight[good]])
         self.rare = RareRuns(Runs.joined(self.rare.runs, new), weight)

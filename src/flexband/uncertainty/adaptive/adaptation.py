@@ -157,7 +157,9 @@ class Adaptation:
 
     def _judge(self, in_use: Sequence[Fit] = ()) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
-        self.of_finer, self.stages = None, []  # and the memory of the earlier runs is free
+        self.of_finer, self.stages = None, []
+        if in_use:
+            del self.choice, self.error  # the memory of what they missed is free
         F = self.made.all.values
         self.stages = self._split(F)
         fits = [Fit.of(self.design, stage) for stage in self.stages]
@@ -251,8 +253,8 @@ class Adaptation:
         try:
             found = series(self.evaluate(xi, eta)) if len(weight) else np.zeros((0, 1, 1))
         except (RunError, InputError):
-            alone = (values.which(slice(k, k + 1)) for k in range(len(weight)))
-            return len(weight) > 1 and any([self._run_rare(own) for own in alone])
+            alone = [values.which(slice(k, k + 1)) for k in range(len(weight))]
+            return len(alone) > 1 and sum(map(self._run_rare, alone)) > 0
         good = np.isfinite(found).all(axis=(1, 2))
         if not good.any():
             return False

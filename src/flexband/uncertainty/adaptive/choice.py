@@ -78,28 +78,28 @@ class Choice(NamedTuple):
         thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
         seen = Runs.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
-        missed, later, overshoot = np.empty(shape), np.empty(shape[1:]), np.empty(shape[1:])
+        later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
         least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
         closest, fewest, doubted = 0, np.inf, None
-        size = np.maximum(rms(held.values), 1e-300)
+        size, equal = np.maximum(rms(held.values), 1e-300), np.full(shape[0], 1 / shape[0])
         for k, fit in enumerate(fits):
-            miss = fit.evaluate(held.xi, held.eta)
-            for own, output in enumerate(fit.outputs):
-                np.subtract(held.values[:, output], miss[:, own], out=miss[:, own])
             far, values = fit.overshoot(seen, places, rare, thin)
             far = at_all_times(far, thin, shape[-1])
+            of_held = np.sqrt(fit.mean_square_missed(held, equal))
             after = np.sqrt(fit.missed_later(fitted, weights))
-            alone, beyond = np.maximum(rms(miss), rms(after[None])), rms(far[None])
+            alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
             better = (error < least[fit.outputs]) | (k == 0)
             if len(alone) == shape[1] and np.sum(alone / size) < fewest:
                 closest, fewest, doubted = k, np.sum(alone / size), (alone, beyond, values)
             own = fit.outputs[better]
             least[own], best[own] = error[better], k
-            for output, part in zip(own, np.flatnonzero(better), strict=True):
-                missed[:, output] = miss[:, part]
             later[own], overshoot[own] = after[better], far[better]
         chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
+        missed = np.empty(shape)
+        for fit in chosen:
+            for some, own in fit.missed(held):
+                missed[some, fit.outputs] = own
         assert doubted is not None  # new fits are of all outputs
         of_all = bool(np.all(best == closest))
         return Choice(chosen, missed, later, overshoot, Doubted(*doubted, of_all))

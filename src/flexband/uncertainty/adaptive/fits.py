@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -113,22 +113,28 @@ class Fit(NamedTuple):
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
+    def missed(self, runs: Runs) -> Iterator[tuple[slice, np.ndarray]]:
+        """Yield what it misses of a batch of runs after the other, shape (runs, outputs, times)."""
+        for k in range(0, len(runs.values), BATCH):
+            own = slice(k, k + BATCH)
+            some = runs.which(own)
+            yield own, some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
+
+    def mean_square_missed(self, runs: Runs, weights: np.ndarray) -> np.ndarray:
+        """Return the weighted sum of squares of what it misses of runs, shape (outputs, times)."""
+        square = np.zeros((len(self.outputs), runs.values.shape[2]))
+        for own, missed in self.missed(runs):
+            square += np.einsum("p,pot->ot", weights[own], missed**2)
+        return square
+
     def missed_later(self, fitted: Runs, weights: Weights | None) -> np.ndarray:
         """Return the mean square of what it misses of runs that were fitted after it.
 
         Its shape is (outputs, times). It is zero for a fit of all runs.
         """
-        square = np.zeros((len(self.outputs), fitted.values.shape[2]))
         later = fitted.which(slice(self.runs, None))
-        if not len(later.values):
-            return square
-        assert weights is not None
-        counts = weights(self.runs)
-        for k in range(0, len(counts), BATCH):
-            some = later.which(slice(k, k + BATCH))
-            missed = some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
-            square += np.einsum("p,pot->ot", counts[k : k + BATCH], missed**2)
-        return square
+        counts = np.zeros(0) if weights is None else weights(self.runs)
+        return self.mean_square_missed(later, counts)
 
     def overshoot(
         self, seen: Runs, places: Sequence[np.ndarray], rare: RareRuns, thin: slice

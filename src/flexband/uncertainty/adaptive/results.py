@@ -142,16 +142,18 @@ def _variables(space: Space) -> list[str]:
 
 def _largest_miss(course: Adaptation) -> str:
     """Return in words which held-out run is missed by the most, and which input is the hardest."""
-    part = np.abs(course.choice.missed) / course.error.width[:, None]
-    run, output, time = np.unravel_index(np.argmax(part), part.shape)
+    missed, width = course.choice.missed, course.error.width[:, None]
+    run = int(np.argmax([np.max(np.abs(own) / width) for own in missed]))
+    part = np.abs(missed[run]) / width
+    output, time = np.unravel_index(np.argmax(part), part.shape)
     point = course.held.xi[run : run + 1], course.held.eta[run : run + 1]
     values = course.space.numbers_at(*point).items()
     inputs = ", ".join(f"{k} = {float(v[0]):.4g}" for k, v in values)
-    place = _place(course.labels, int(output) * part.shape[2] + int(time))
+    place = _place(course.labels, int(output) * part.shape[1] + int(time))
     orders = course.choice.orders
     hardest = _variables(course.space)[int(np.argmax(orders))]
     return (
-        f"{place}{' at ' * bool(inputs)}{inputs}: {in_percent(part[run, output, time])} of the "
+        f"{place}{' at ' * bool(inputs)}{inputs}: {in_percent(part[output, time])} of the "
         f"error bar's width; the highest order is {orders.max()}, in {hardest}"
     )
 

@@ -111,7 +111,8 @@ class MadeRuns:
         first, end = self.fit_count, self.fit_count + len(new.values)
         self._make_room(len(new.values))
         for own, held, added in zip(self.memory, self.held, new, strict=True):
-            own[end : end + len(held)] = held.copy()
+            for k in reversed(range(len(held))):  # one by one: a copy of all takes memory
+                own[end + k] = held[k]
             own[first:end] = added
         self.fit_count, self.count = end, self.count + len(new.values)
 

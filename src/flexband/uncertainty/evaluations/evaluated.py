@@ -116,6 +116,8 @@ class Evaluated:
         elif reason:
             bad = dict.fromkeys(map(int, runs[wrong]), reason)
             error = InputError(text)
+        if not bad:
+            return runs, values, {}, error
         good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
         return runs[good], values[good], bad, error
 

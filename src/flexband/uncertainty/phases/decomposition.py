@@ -154,8 +154,10 @@ def spectra(F: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     x, window = np.linspace(-1, 1, times), np.hanning(times)
     own, varying = np.zeros((runs, times // 2 + 1)), np.zeros(times // 2 + 1)
     for G, size in zip(np.moveaxis(F, 1, 0), scale, strict=True):
-        straight = G.mean(axis=-1, keepdims=True) + (G @ x)[:, None] * x / (x @ x)
-        z = np.fft.rfft((G - straight) * window / size)
+        bent = G - G.mean(axis=-1, keepdims=True)
+        bent -= (G @ x / (x @ x))[:, None] * x
+        bent *= window / size
+        z = np.fft.rfft(bent)
         own += np.abs(z) ** 2
         varying += np.sum(np.abs(z - z.mean(axis=0)) ** 2, axis=0)
     return own, varying

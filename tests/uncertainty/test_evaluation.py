@@ -255,21 +255,3 @@ def test_claims_do_not_depend_on_the_unit_up_to_extreme_ones(size):
     )
     np.testing.assert_allclose(found["error_bar"] / size, exact["error_bar"], rtol=1e-9, atol=1e-12)
     assert found.attrs["expected_error"] == pytest.approx(exact.attrs["expected_error"], rel=1e-9)
-
-
-def test_a_call_returns_no_more_than_fits_into_memory_twice(monkeypatch):
-    """The first call tells the size of a run, eight numbers here; bands do not depend on it."""
-    counts = []
-
-    def counted(x, e):
-        counts.append(len(x))
-        return response(np.exp(x * e), e)
-
-    method = fb.AdaptivePCCI(max_runs=100)
-    at_once = fb.propagate(counted, INPUTS, method)
-    assert max(counts[1:]) == 8
-    monkeypatch.setattr("flexband.uncertainty.evaluations.evaluations.MOST_BYTES", 300)
-    counts.clear()
-    found = fb.propagate(counted, INPUTS, method)
-    assert max(counts[1:]) == 4
-    xr.testing.assert_identical(found, at_once)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
@@ -40,9 +39,6 @@ POLICIES = ("stop", "half step", "leave out")
 
 BATCH = 2048
 """Most runs in one call of a response."""
-
-MOST_BYTES = 2**24
-"""Of what one call returns, about: it is in memory twice, and so may be what the call computes."""
 
 HALVINGS = 3
 """How often the step is halved for a run that fails."""
@@ -144,8 +140,6 @@ class Evaluations:
         advance: Advance,
     ) -> None:
         """Make runs, at most so many in one call."""
-        if found.labels is not None:
-            most = min(most, _few_enough(found.labels))
         parts = [runs[k : k + most] for k in range(0, len(runs), most)]
         tasks = [lambda part=part: found.arguments(part) for part in parts]
         unclear: list[np.ndarray] = []
@@ -241,12 +235,6 @@ class Evaluations:
                 record.begin(found.labels)
             own = found.setting, found.numbers[runs], values, reason, seconds
             record.add(Finished(*own, time.time()))
-
-
-def _few_enough(labels: xr.DataArray) -> int:
-    """Return how many runs, a power of two, take about `MOST_BYTES`."""
-    fitting = MOST_BYTES // max(1, 8 * math.prod(labels.shape[1:]))
-    return 2 ** max(0, fitting.bit_length() - 1)
 
 
 def setting(case: str, finer: Iterable[str]) -> str:

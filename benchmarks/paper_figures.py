@@ -30,15 +30,21 @@ def drawings(stiff: Result, soft: Result) -> Iterator[tuple[str, Figure]]:
     yield "points", points()
     study = Study(stiff.case.response, stiff.case.inputs, fb.AdaptivePCCI())
     yield "field", variance_error_figure(study.fields())
-    yield "reactions", response_figure(study.nominal(), ["F_X", "F_Y"])
+    yield "reactions", wide(response_figure(study.nominal(), ["F_X", "F_Y"]))
     for name, result in {"": stiff, "soft_": soft}.items():
         for output in result.truth.output.values.tolist():
             for order in (1, 3):
-                yield f"{name}{output}_{order}", bands(result, output, order)
+                yield f"{name}{output}_{order}", wide(bands(result, output, order))
             compared = [
                 one for one in result.compared if one.method.name in METHODS or not one.errors
             ]
-            yield f"{name}{output}_errors", errors_figure(compared, output)
+            yield f"{name}{output}_errors", wide(errors_figure(compared, output))
+
+
+def wide(figure: Figure) -> Figure:
+    """Return a figure of the report as wide as a page of text, where letters take less of it."""
+    figure.set_size_inches(10, 3.75 * len(figure.axes))
+    return figure
 
 
 def bands(result: Result, output: str, order: int) -> Figure:

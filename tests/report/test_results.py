@@ -29,6 +29,18 @@ def test_figures_define_their_terms():
     assert entry.get_text() == "PCCI"
 
 
+def test_the_legend_of_bands_hides_none_and_touches_no_title():
+    scanned = fb.propagate(STUDY.response, STUDY.inputs, fb.LHSScanning(10, 3))
+    figure = bands_figure({"LHS": scanned, "PCCI": STUDY.run()}, "")
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        legend, title = axes.get_legend(), axes.title.get_window_extent()
+        assert legend is not None
+        legend = legend.get_window_extent()
+        assert axes.bbox.y1 <= legend.y0 + 1
+        assert legend.y1 <= title.y0
+
+
 def test_a_comparison_states_what_times_include(tmp_path):
     results = compare(STUDY, fb.LHSScanning(10, 3), [fb.PCCI(1, 2), fb.ImprovedPCCI(1, 2)])
     page = write_comparison_report(tmp_path, "PCCI", STUDY, results, [(1, 2)])

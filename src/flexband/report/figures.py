@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import flexband.plot as plot  # noqa: PLR0402 (not the package, which imports this)
 from flexband.plot.margins import least_in_words, too_small_to_see
-from flexband.plot.series import title_above
+from flexband.plot.series import legend_above, title_above
 from flexband.report.tables import deviations, outputs_of
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
@@ -52,7 +52,7 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
     figure, rows = _stacked(2)
     titles = bounds(next(iter(results.values())))
     for axes, (variable, title) in zip(rows, titles.items(), strict=True):
-        plot.comparison(results, output, variable=variable, ax=axes)
+        legend_above(plot.comparison(results, output, variable=variable, ax=axes))
         title_above(axes, title)
     return figure
 

@@ -250,8 +250,10 @@ class Adaptation:
     def _run_rare(self, values: RareValues) -> bool:
         """Run at rare values of random inputs; return whether some of them have a meaning."""
         xi, eta, _, weight = values
+        if not len(weight):
+            return False
         try:
-            found = series(self.evaluate(xi, eta)) if len(weight) else np.zeros((0, 1, 1))
+            found = series(self.evaluate(xi, eta))
         except (RunError, InputError):
             alone = [values.which(slice(k, k + 1)) for k in range(len(weight))]
             return len(alone) > 1 and sum(map(self._run_rare, alone)) > 0

@@ -97,7 +97,7 @@ class Choice(NamedTuple):
             later[own], overshoot[own] = after[better], far[better]
         chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
         missed = np.empty(shape)
-        for fit in chosen:
+        for fit in chosen:  # once more, since what all fits miss takes more memory
             for some, own in fit.missed(held):
                 missed[some, fit.outputs] = own
         assert doubted is not None  # new fits are of all outputs

@@ -114,7 +114,7 @@ class Fit(NamedTuple):
         return self.columns.join(self.parts.evaluate(xi, eta))
 
     def missed(self, runs: Runs) -> Iterator[tuple[slice, np.ndarray]]:
-        """Yield what it misses of a batch of runs after the other, shape (runs, outputs, times)."""
+        """Yield batches of runs and what it misses of them, shape (runs, outputs, times)."""
         for k in range(0, len(runs.values), BATCH):
             own = slice(k, k + BATCH)
             some = runs.which(own)

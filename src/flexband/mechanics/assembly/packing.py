@@ -9,6 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError, named, returned
 from flexband.mechanics.assembly.derivatives import derivatives
+from flexband.mechanics.assembly.events import resolved_loads, warn_of_rate_jumps
 from flexband.mechanics.assembly.jumps import refuse_jumps
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
@@ -71,6 +72,8 @@ def _tabulate(system: System, times: np.ndarray) -> tuple[np.ndarray, np.ndarray
     fine = times[0] + half * np.arange(max(2 * len(times) - 1, 7))
     values, rates = [np.ones((len(times), 1))], [np.zeros((len(times), 2, 1))]
     inner: dict[TimeFunction, np.ndarray] = {}
+    motions: dict[TimeFunction, tuple[str, int]] = {}
+    many = len(times) > len(AT_START)
     for f, function in enumerate(system.functions, start=1):
         if f in driven:
             name = _prescribed_by(system, f)
@@ -83,11 +86,17 @@ def _tabulate(system: System, times: np.ndarray) -> tuple[np.ndarray, np.ndarray
                 else:
                     table = _values(function, system.samples, fine)
             refuse_jumps(name, function, fine, table)
+            motion = function.inner if isinstance(function, Composed) else function
+            motions[motion] = name, table.shape[1]
             values.append(table[::2][: len(times)])
             rates.append(derivatives(table, half)[: len(times)])
         else:
-            values.append(_values(function, system.samples, times))
+            table = _values(function, system.samples, times)
+            values.append(resolved_loads(function, times, table) if many else table)
             rates.append(np.zeros((len(times), 2, 1)))
+    for motion, (name, columns) in motions.items() if many else ():
+        with prescribing(name):
+            warn_of_rate_jumps(name, motion, times, columns)
     most = max(column.shape[-1] for column in values)
     return (
         np.stack([np.broadcast_to(v, (len(times), most)) for v in values], axis=1),

@@ -27,8 +27,8 @@ no step resolves."""
 RESOLVED_FALL = 0.6
 """What is missed at half the step over what is missed at the step, where the step resolves it.
 
-It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or above half the frequency of the
-steps."""
+It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or
+above half the frequency of the steps."""
 
 AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
 """Points per step of averages, with one call for many of them or for each."""

@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, ResolutionWarning, returned, warn
+from flexband.errors import InputError, ResolutionWarning, named, returned, warn
 from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
@@ -167,6 +167,10 @@ def assemble(mechanism: Mechanism) -> System:
         **{name: table.values() for name, table in tables.items()},
     )
     driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]
+    for f, value in zip(functions, driven, strict=True):
+        if value.ndim > 1:
+            shapes = "a number or one per sample, shape (n,)"
+            raise InputError(f"{named(f)} must return {shapes}; got shape {value.shape}")
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
     return System(

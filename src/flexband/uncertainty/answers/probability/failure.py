@@ -109,6 +109,8 @@ def failure_probability(
     accuracy = float(numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
+    if response is None and runs != RUNS:
+        raise InputError(f"runs requires a response, of which they are made; got runs={runs!r}")
     seed = whole("seed", seed, 0)
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.errors import InputError, numbers
+from flexband.errors import InputError, instance, numbers
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
@@ -57,6 +57,7 @@ class ScipyDistribution(Tabulated):
         """Raise `InputError` if there is no such distribution."""
         known = [*_shapes(_named(self.distribution)), "loc", "scale"]
         checked = []
+        instance("ScipyDistribution parameters", self.parameters, tuple, "a tuple of pairs")
         for pair in self.parameters:
             if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in known:
                 raise InputError(

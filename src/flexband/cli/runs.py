@@ -36,7 +36,9 @@ Executor = Annotated[
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(help="Time [s] that one call of the response may take, in processes."),
+    typer.Option(
+        help="Time [s] that one call of the response may take, in processes or on a cluster."
+    ),
 ]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")

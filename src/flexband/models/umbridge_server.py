@@ -131,8 +131,8 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     disable_nagle_algorithm = True
 
-    def __init__(self, offered: _Offered, *arguments: Any):
-        self.offered = offered
+    def __init__(self, offered: _Offered, listening: str, *arguments: Any):
+        self.offered, self.listening = offered, listening
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
@@ -170,7 +170,7 @@ class _Handler(BaseHTTPRequestHandler):
 
         A server that other computers reach has names of which it cannot know.
         """
-        listening = str(tuple(self.server.server_address)[0])
+        listening = self.listening
         host = self.headers.get("Host", listening).rpartition(":")
         name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)
         if listening in LOOPBACK and name not in LOOPBACK:
@@ -235,7 +235,7 @@ class UMBridgeServer:
         offered = _Offered(name, function, values)
         first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))
         offered.output_sizes.extend(len(one) for one in first)
-        self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered))
+        self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered, host))
         self._server.daemon_threads = True
         self.url = f"http://{host}:{self._server.server_port}"
 

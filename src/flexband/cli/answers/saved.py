@@ -59,8 +59,8 @@ def saved(folder: Path) -> tuple[Any, Path]:
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
             f"{written}, which may be that of an earlier run"
         )
-    surrogate = fb.load_surrogate(file)
     doubts = read_given(file.parent).get("doubts", [])
+    surrogate = fb.load_surrogate(file)
     for one in unreliable(doubts):
         print_remark(f"what follows is NOT reliable: {one}")
     if UNMET in doubts:

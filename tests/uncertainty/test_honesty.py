@@ -9,6 +9,7 @@ from honesty_rates import Outcome, errors, false, outcome, rates, right, too_sma
 from honesty_references import Term, rule
 from scipy.stats import qmc
 
+import flexband as fb
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
@@ -147,3 +148,16 @@ def test_failures_count_as_not_right():
     assert found == [0, 0, 50, 0]
     assert not too_small(failed)
     assert not false(failed, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("family", "seed"), [("chosen pendulum", 21), ("chosen pendulum", 24), ("chosen crank", 24)]
+)
+@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+def test_a_step_that_is_left_out_keeps_the_true_error_below_the_tolerance(family, seed):
+    """References have steps 64 and 256 times as fine as the coarsest; one was too long in all."""
+    case = draw(family, seed)
+    bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))
+    true, _ = errors(bands, case.reference(1))
+    assert "step" in bands.attrs["halved"]
+    assert true.mean(axis=-1).max() < 0.01

@@ -9,6 +9,7 @@ import xarray as xr
 
 from flexband.errors import InputError, instance, numbers, whole
 from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import begin, derive, run
@@ -23,6 +24,7 @@ from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
 from flexband.mechanics.mechanism import Mechanism
+from flexband.rounding import rounding_attributes
 
 MOST_STEPS = 100_000
 LONGEST_TIME = 1e9
@@ -104,7 +106,7 @@ def equilibrium(
         dims=("sample", "output"),
         coords={
             "output": system.outputs,
-            "unit": ("output", system.units),
+            "unit": ("output", system.units, rounding_attributes(rounding_errors(system))),
             "stable": ("sample", stable),
         },
         attrs=report(system, corrections(system, firsts, np.arange(system.samples))),

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.report.numbers import digits_for, number, percent
+from flexband.rounding import ROUNDING, rounding_levels
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.surrogates.axes import ROUNDING, axes_of
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import (
     bars_vary,
     relative_errors,
@@ -129,8 +130,12 @@ def _unit(one: xr.Dataset) -> str:
 
 
 def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
-    """Return the largest size of the error bars of all outputs of a unit, by `_unit`."""
-    found: dict[str, float] = {}
+    """Return the largest size of the error bars of all outputs of a unit, by `_unit`.
+
+    Its rounding errors are not above `ROUNDING` times that.
+    """
+    levels = rounding_levels(bands["unit"]) if "unit" in bands.coords else {}
+    found = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
     for name in outputs_of(bands):
         one = select(bands, name)
         found[_unit(one)] = max(found.get(_unit(one), 0.0), float(abs(one["error_bar"]).max()))

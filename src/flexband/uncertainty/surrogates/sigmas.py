@@ -13,7 +13,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, numbers, positive
-from flexband.uncertainty.surrogates.axes import axes_of, units_of, varies
+from flexband.rounding import Units
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
 
 OF_SIGMAS = ("error_bar_", "pointwise_")
 """What the names of errors of μ ± kσ begin with."""
@@ -66,16 +67,16 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     return told.assign_attrs(relative)
 
 
-def not_constant(lower: np.ndarray, upper: np.ndarray, units: np.ndarray) -> np.ndarray:
+def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs have error bars that are wider than rounding, (outputs,).
 
     Parameters
     ----------
     lower, upper : ends of the error bars, (outputs, times).
-    units : of the outputs, see `units_of`.
+    units : of the outputs.
     """
     size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
-    return varies((upper - lower).max(axis=-1), size, units)
+    return units.varies((upper - lower).max(axis=-1), size)
 
 
 def bars_vary(bar: xr.DataArray) -> np.ndarray:

@@ -40,7 +40,7 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
-from flexband.uncertainty.surrogates.axes import axes_of, units_of, varies
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import SHARE
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
@@ -162,7 +162,7 @@ def _verified(
     F = F.reshape(missed.shape)
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
-    missed[:, ~varies(spread, size, units_of(labels))] = 0.0  # what is constant has no error
+    missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
     round_off = ROUND_OFF * size + TINY
     width = np.maximum(width, round_off)
     square = np.mean(missed**2, axis=2)

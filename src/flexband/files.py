@@ -13,6 +13,8 @@ from uuid import uuid4
 
 import google_crc32c
 
+from flexband.errors import StoreError
+
 BEGIN = '{"checksum": "'
 """How a JSON file with a checksum begins."""
 
@@ -50,15 +52,13 @@ def read_unlinked(file: Path) -> bytes:
         return opened.read()
 
 
-def first_link(folder: Path) -> Path | None:
-    """Return a symbolic link in a folder or below, or the folder if it is one; None without."""
-    if folder.is_symlink():
-        return folder
+def refuse_links(folder: Path) -> None:
+    """Raise `StoreError` if a folder, or anything in it, is a symbolic link."""
+    links = [str(folder)] if folder.is_symlink() else []
     for root, folders, files in os.walk(folder):
-        for name in (*folders, *files):
-            if os.path.islink(path := os.path.join(root, name)):
-                return Path(path)
-    return None
+        links += filter(os.path.islink, (os.path.join(root, name) for name in (*folders, *files)))
+    if links:
+        raise StoreError(f"{links[0]} is a symbolic link, which is not followed; remove it")
 
 
 def checksum(data: bytes) -> bytes:

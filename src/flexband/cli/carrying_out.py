@@ -183,7 +183,8 @@ def results(
 
     output, label, where = course.folder.path, study.method.label, plan.where()
     data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
-    earlier = course.folder.signed([model]) if model.exists() else {}
+    known = model.is_file() and not model.is_symlink()
+    earlier = course.folder.signed([model]) if known else {}
     options = {"batch": plan.batch, "store": store, "executor": where, "failed": plan.policy}
     doing("compiling what is not compiled yet")
     compile_ahead(study)

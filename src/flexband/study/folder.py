@@ -184,7 +184,7 @@ class StudyFolder:
     def _claimed(self) -> dict[str, Any]:
         """Return whose results are here; nothing if there are none."""
         with suppress(OSError, ValueError, TypeError):
-            return dict(json.loads((self.path / OWNER).read_text(encoding="utf-8")))
+            return dict(json.loads(read_unlinked(self.path / OWNER)))
         with suppress(StoreError):
             if found := self.read():
                 return {"file": found.get("file")}
@@ -194,7 +194,9 @@ class StudyFolder:
         """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
         for name in (FILE, OWNER, DOMAINS, LEDGER, POINTS):
             (self.path / name).unlink(missing_ok=True)
-        if self.runs.exists():
+        if self.runs.is_symlink():
+            self.runs.unlink()
+        elif self.runs.exists():
             shutil.rmtree(self.runs)
 
     def signed(self, files: Sequence[Path]) -> dict[str, int]:

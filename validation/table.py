@@ -42,6 +42,8 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 - **Beck's column** and the **rotating cantilever** (Wright, Smith, Thresher and Wang 1982) are thin
   cables. The latter's references are frequencies of motions out of the plane, η; in the plane of
   rotation they are √(η² − Ω²).
+- **Lee's frame** (Lee, Manuel and Rossow 1968) and **Williams' toggle** (Williams 1964) have limit
+  points, beyond which the load falls; the travel is prescribed, and the load is its reaction.
 - **Four elements**, the **Princeton beam** (Dowell and Traybar 1975) and **clamped–free** use the
   default beam, whose elements may be far longer than high. The tolerances of the frequencies are
   those of four elements.

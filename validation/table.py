@@ -30,8 +30,10 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 
 - **IFToMM A01 and A02** belong to the benchmark library of the IFToMM committee for multibody
   dynamics. In A02 all rods lie on a line twice per turn, and there the Jacobian loses rank.
-- **Andrews' mechanism** is taken from the test set for initial value problem solvers (Mazzia and
-  Magherini 2008). Angles and rates are relative, as defined there.
+- **Andrews' mechanism**, the **car axis** and the **slider–crank of the IVP test set** are taken
+  from the test set for initial value problem solvers (Mazzia and Magherini 2008). Angles and rates
+  of Andrews' mechanism are relative, as defined there. The rod of the slider–crank has two modes in
+  the test set, and eight cable elements here.
 - **Thin cantilever**: tolerances are relative to the magnitude of the displacement.
 - **Thick cantilever**: the plain element converges to a stiffness that is too high by 1/(1−ν²); the
   selective element converges to the Reissner beam, 8.099e-4.

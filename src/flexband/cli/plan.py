@@ -97,6 +97,13 @@ class Plan:
         """What to do about runs that fail, as `propagate` calls it."""
         return POLICIES[self.failed]
 
+    @property
+    def has_remote_executor(self) -> bool:
+        """Whether the executor is the address of a scheduler on another host."""
+        found = re.fullmatch(r"(?:\w+://)?(.+):\d+/?", self.executor or "")
+        local = ("localhost", "127.0.0.1", "[::1]", "processes")
+        return found is not None and found[1] not in local
+
     def where(self) -> Processes | str | None:
         """Return the executor; raise `InputError` if there is none of this name."""
         name, limit = self.executor, self.time_limit

@@ -19,6 +19,11 @@ from flexband.uncertainty.surrogates.axes import axes_of, units_of
 OF_SIGMAS = ("error_bar_", "pointwise_")
 """What the names of errors of μ ± kσ begin with."""
 
+AT_ONE_TIME = 1.5
+"""Error at one time, as a multiple of the error expected there of which means over time are right.
+True errors at one time scatter more than means; few are above twice this one, see docs/honesty.md.
+"""
+
 MOST = 1000.0
 
 
@@ -36,13 +41,21 @@ def growth(sigmas: float) -> float:
 
 
 def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
-    """Return the diagnostics of bands with the error bar μ ± kσ.
+    """Return the diagnostics of bands with the error bar μ ± kσ, with their `pointwise_error`.
 
     Parameters
     ----------
     diagnostics : those of μ ± σ.
     bar : the error bar of μ ± kσ, dims (bound, …).
     """
+    told = _of_sigmas(sigmas, diagnostics, bar)
+    if "error_bar_expected_error" not in told or "pointwise_error" in told:
+        return told
+    return told.assign(pointwise_error=AT_ONE_TIME * told["error_bar_expected_error"])
+
+
+def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
+    """Return what `diagnostics_of` does, with a `pointwise_error` only if the method tells it."""
     narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
     if sigmas == 1 and not narrowed:
         return with_relative_errors(diagnostics, bar)

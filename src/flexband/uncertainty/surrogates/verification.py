@@ -43,7 +43,7 @@ from flexband.uncertainty.inputs.space import Response, check_names
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import SHARE
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
 
@@ -260,8 +260,10 @@ def _points(
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:
     """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
-    for name in ("pointwise_error", "error_bar_expansion_error", "error_bar_expected_error"):
+    known = {"pointwise_error": 1 / AT_ONE_TIME}
+    known |= {"error_bar_expansion_error": 1.0, "error_bar_expected_error": 1.0}
+    for name, factor in known.items():
         if name in surrogate.diagnostics:
             error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            return error.reshape(-1, surrogate.times)
+            return factor * error.reshape(-1, surrogate.times)
     return None

@@ -81,9 +81,9 @@ class Journal:
 
     def rotate(self) -> list[Path]:
         """Begin a new file with the next record; return the files that there are."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        file, self._file = self._file, None  # also if it cannot be closed
+        if file is not None:
+            file.close()
         return self._files()
 
     def _files(self) -> list[Path]:

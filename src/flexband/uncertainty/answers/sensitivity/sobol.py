@@ -95,7 +95,7 @@ def sobol_indices(
 def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     """Return what `sobol_indices` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
-    for name in ("name", "bound", "input"):
+    for name in ("name", "bound", "input", "total", "first_order", "defined"):
         check_free(name, labels)
     random = space.of_kind(random=True)
     ends = np.cumsum([0, *(one.dimension for one in random.values())])

@@ -45,7 +45,7 @@ def without_response():
         (lambda: of_field(tolerance=1e-300), "tolerance 1e-300 .* is not met"),
         (lambda: driven(lambda t: t * np.ones((3, 1))), r"one per sample, .* got shape \(3, 1\)"),
         (lambda: fb.ExternalProgram(["true", "${a}"], read=len, keep=3), "keep must be the path"),  # pyright: ignore[reportArgumentType]
-        (lambda: fb.ScipyDistribution("norm", 3), "parameters must be a tuple of pairs; got 3"),  # pyright: ignore[reportArgumentType]
+        (lambda: fb.ScipyDistribution("norm", 3), "must be pairs of a name, .* got 3"),  # pyright: ignore[reportArgumentType]
         (without_response, "runs requires a response"),
     ],
 )

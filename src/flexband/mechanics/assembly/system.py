@@ -292,12 +292,12 @@ def _metric(mechanism: Mechanism, mass: dict, scale: list) -> list[np.ndarray]:
     """Return the mass matrix with moments of inertia of rigid bodies that outweigh all masses."""
     rigid = [name for name, body in mechanism.bodies.items() if isinstance(body, RigidBody)]
     turned = {mechanism.first_coordinates[name] + k for name in rigid for k in (2, 3)}
-    masses = sum(mass[n, n] for n in _nodes(mechanism))
-    inertia = TURNING * masses / np.square(scale[_nodes(mechanism)[0]])
+    masses = sum(mass[n, n] for n in node_rows(mechanism))
+    inertia = TURNING * masses / np.square(scale[node_rows(mechanism)[0]])
     return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]
 
 
-def _nodes(mechanism: Mechanism) -> list[int]:
+def node_rows(mechanism: Mechanism) -> list[int]:
     """Return the row of z of the first coordinate of each node."""
     first = mechanism.first_coordinates
     return [first[name] + k for name, body in mechanism.bodies.items() for k in body.nodes]
@@ -308,7 +308,7 @@ def _inverse_scale(mechanism: Mechanism, start: list, mass: dict) -> list:
 
     The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
-    nodes = _nodes(mechanism)
+    nodes = node_rows(mechanism)
     x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
     none = np.zeros(())
     gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]

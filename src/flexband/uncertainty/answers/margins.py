@@ -123,7 +123,7 @@ def _bands(
         np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
     )
     at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(list(own.values()), (len(at), 2, -1))
-    if "pointwise_error" in bands:  # bounds after the adjustment rest anywhere
+    if "pointwise_error" in surrogate.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
         error_bar=(("bound", *dims), bar), error_bar_at=(("input", "bound", *dims), at)

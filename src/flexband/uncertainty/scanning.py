@@ -93,7 +93,7 @@ class Scanning:
                 "choose intervals without such points",
                 {},
             )
-        samples = [v[own] for v, own in zip(flat, good, strict=True)]
+        samples = [v if own.all() else v[own] for v, own in zip(flat, good, strict=True)]
         mean = np.stack([v.mean(axis=0) for v in samples])
         std = np.stack(
             [v.std(axis=0, ddof=self.lost) if len(xi) > 1 else 0 * v[0] for v in samples]

@@ -16,6 +16,7 @@ import xarray as xr
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.store import INSIST, OTHER_FOLDER, Store
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs, units_of
+from flexband.uncertainty.surrogates.diagnostics import variation
 
 SMALL = 1e-6
 """Differences up to this part of the variation over all runs are rounding."""
@@ -27,8 +28,8 @@ LARGE = 0.01
 def middle(values: np.ndarray) -> int:
     """Return the run that is the median of all: an extreme one may stay if runs are normalized."""
     flat = values.reshape(len(values), -1)
-    size = np.sqrt(np.mean(flat**2, axis=0)) + np.finfo(float).tiny
-    return int(np.argsort((flat / size).mean(axis=1), kind="stable")[len(flat) // 2])
+    size = np.sqrt(np.einsum("rs,rs->s", flat, flat) / len(flat)) + np.finfo(float).tiny
+    return int(np.argsort(np.einsum("rs,s->r", flat, 1 / size), kind="stable")[len(flat) // 2])
 
 
 def check_repetition(
@@ -125,9 +126,10 @@ def _apart(
     """Return how far two runs differ, in parts of an output's variation, and the output of most."""
     runs = values.reshape(len(values), -1, axes_of(labels).times)
     off = np.abs(one - other).reshape(runs.shape[1:])
-    least = units_of(labels).least_variation(np.abs(runs).max(axis=(0, 2)))
+    size = np.maximum(runs.max(axis=(0, 2)), -runs.min(axis=(0, 2)))
+    least = units_of(labels).least_variation(size)
     moved = np.sqrt(np.mean(np.where(off > least[:, None], off, 0.0) ** 2, axis=1))
-    variation = np.sqrt(np.mean((runs - runs.mean(axis=0)) ** 2, axis=(0, 2)))
-    parts = np.divide(moved, variation, out=np.where(moved > 0, np.inf, 0.0), where=variation > 0)
+    spread = variation(runs)
+    parts = np.divide(moved, spread, out=np.where(moved > 0, np.inf, 0.0), where=spread > 0)
     most = int(np.argmax(parts))
     return float(parts[most]), names_of_outputs(labels)[most]

@@ -216,7 +216,8 @@ class Runs:
                 record.confirmed = True
             self._count_repeated(1)
             return
-        xi, eta, values = xi[good], eta[good], values[good]
+        if len(good) < len(values):
+            xi, eta, values = xi[good], eta[good], values[good]
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:

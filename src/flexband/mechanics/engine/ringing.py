@@ -119,15 +119,16 @@ def remark_on_few_steps(
         return ""
     rho, dt = float(integrator.spectral_radius), times[1] - times[0]
     size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
-    least = Units.along(first, ("output",)).least_variation(size, SMALLEST_SCALE)
-    varies = outputs.std(axis=-1) > least
+    units, std = Units.along(first, ("output",)), outputs.std(axis=-1)
+    varies = std > units.least_variation(size, SMALLEST_SCALE)
+    scale = np.maximum(std, units.rounding / LARGEST_ERROR)  # errors are above rounding
     free = np.ones(count // 2 + 1, dtype=bool)
-    worst = worst_vibration(outputs, varies, free, dt, h, rho)
+    worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
     if worst is not None and worst.error > LARGEST_ERROR:
         functions = assemble(mechanism).functions
         values = [[float(np.ravel(returned(f, t))[0]) for t in times] for f in functions]
         free = not_driven(np.array(values).reshape(-1, count))
-        worst = worst_vibration(outputs, varies, free, dt, h, rho)
+        worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
     if worst is None or worst.error <= LARGEST_ERROR:
         return ""
     name = str(first["output"].values[worst.output])
@@ -140,13 +141,20 @@ def remark_on_few_steps(
 
 
 def worst_vibration(
-    outputs: np.ndarray, varies: np.ndarray, free: np.ndarray, dt: float, h: float, rho: float
+    outputs: np.ndarray,
+    varies: np.ndarray,
+    scale: np.ndarray,
+    free: np.ndarray,
+    dt: float,
+    h: float,
+    rho: float,
 ) -> Vibration | None:
     """Return the free vibration with the largest error, integrated at steps of h and ρ∞.
 
     Parameters
     ----------
     outputs : at times dt apart, and whether each of them varies.
+    scale : what errors are parts of, the standard deviation of each output or more.
     free : whether each frequency of the record may be that of a free vibration.
     """
     count, factor = outputs.shape[-1], (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
@@ -160,7 +168,7 @@ def worst_vibration(
     lag = omega * count * dt * factor * (omega * h) ** 2
     tonal = (band > CONTRAST * beside) & free[k] & varies[:, None]
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
-    total = (window @ window) * count / 2 * np.maximum(outputs.var(axis=-1), 1e-300)
+    total = (window @ window) * count / 2 * np.maximum(scale**2, 1e-300)
     found = []
     rough = np.sqrt(weight.max(axis=-1) / total)
     for o in np.argsort(-rough)[:CANDIDATES]:
@@ -176,7 +184,7 @@ def worst_vibration(
         inside = np.clip(np.arange(count), middle[0], middle[-1])
         amplitude = (np.abs(np.fft.ifft(spectrum)) / np.maximum(window, MIDDLE))[inside]
         lag = omega * dt * np.arange(count) * factor * (omega * h) ** 2
-        share = amplitude / 2**0.5 / outputs[o].std()
+        share = amplitude / 2**0.5 / scale[o]
         error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
         steps = 2 * np.pi / (omega * h) * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / WANTED)
         found.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))

@@ -23,7 +23,7 @@ MOST_TIMES = 128
 """Times at which growth at rare values is seen."""
 
 MIN_RELATIVE_GAIN = 1e-9
-"""An earlier fit is better if its error is smaller by more than this part; less is rounding."""
+"""A fit of more runs is better if its error is smaller by more than this part."""
 
 
 class Doubted(NamedTuple):
@@ -92,7 +92,7 @@ class Choice(NamedTuple):
             after = np.sqrt(fit.missed_later(fitted, weights))
             alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
-            better = (error < (1 - MIN_RELATIVE_GAIN) * least[fit.outputs]) | (k == 0)
+            better = (error < (1 + MIN_RELATIVE_GAIN) * least[fit.outputs]) | (k == 0)
             total = np.sum(alone / size[fit.outputs])
             if len(alone) == shape[1] and total < (1 - MIN_RELATIVE_GAIN) * fewest:
                 closest, fewest, doubted = k, total, (alone, beyond, values)

@@ -15,6 +15,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.diagnostics import (
     Quantities,
+    least_error,
     missed_part,
     rms,
     running,
@@ -38,6 +39,7 @@ class ExpectedError:
     window : half of the number of times over which errors are averaged.
     missed : part of the variation in runs the fits have not seen that is missed, (outputs,).
     quantities : of which vector or tensor each output is a component.
+    least : errors that runs do not tell from none, (outputs,).
     """
 
     choice: Choice
@@ -46,6 +48,7 @@ class ExpectedError:
     window: int
     missed: np.ndarray
     quantities: Quantities
+    least: np.ndarray
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -147,11 +150,12 @@ class ExpectedError:
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)
         values = running(values, window)
-        values = np.maximum(values, np.finfo(float).eps * size[:, None])
+        least = least_error(F, units)
+        values = np.maximum(values, least[:, None])
         size = np.where(varying(F, units), size, np.inf)
         of_runs = choice.missed, choice.later[None]
         missed = np.max([missed_part(own, F, units, quantities) for own in of_runs], axis=0)
-        return ExpectedError(choice, values, size, window, missed, quantities)
+        return ExpectedError(choice, values, size, window, missed, quantities, least)
 
 
 def _scattered(times: int) -> np.ndarray:

@@ -15,7 +15,6 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.diagnostics import (
     Quantities,
-    least_error,
     missed_part,
     rms,
     running,
@@ -39,7 +38,6 @@ class ExpectedError:
     window : half of the number of times over which errors are averaged.
     missed : part of the variation in runs the fits have not seen that is missed, (outputs,).
     quantities : of which vector or tensor each output is a component.
-    least : errors that runs do not tell from none, (outputs,).
     """
 
     choice: Choice
@@ -48,7 +46,6 @@ class ExpectedError:
     window: int
     missed: np.ndarray
     quantities: Quantities
-    least: np.ndarray
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -150,12 +147,11 @@ class ExpectedError:
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)
         values = running(values, window)
-        least = least_error(F, units)
-        values = np.maximum(values, least[:, None])
+        values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
         of_runs = choice.missed, choice.later[None]
         missed = np.max([missed_part(own, F, units, quantities) for own in of_runs], axis=0)
-        return ExpectedError(choice, values, size, window, missed, quantities, least)
+        return ExpectedError(choice, values, size, window, missed, quantities)
 
 
 def _scattered(times: int) -> np.ndarray:

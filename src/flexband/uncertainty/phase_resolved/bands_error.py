@@ -19,7 +19,7 @@ from flexband.uncertainty.adaptive.runs import Runs
 from flexband.uncertainty.expansions.expansion import SIGMAS, joined
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.surrogates.diagnostics import running
+from flexband.uncertainty.surrogates.diagnostics import rms, running
 from flexband.uncertainty.surrogates.sigmas import growth
 
 RANDOM = (0.1, 0.3)
@@ -136,7 +136,7 @@ def error_of_bands(polynomials: NodePolynomials, held: Runs, error: ExpectedErro
     overshoot = running(error.choice.overshoot, error.window)
     values = np.hypot(parts[..., None] * in_time, overshoot)
     values[0] *= growth(0) if random else 1.0  # without σ, the mean is the error bar
-    return np.maximum(values, error.least[:, None])
+    return np.maximum(values, np.finfo(float).eps * rms(held.values)[:, None])
 
 
 def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

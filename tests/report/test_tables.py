@@ -152,7 +152,7 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     lines = remarks(told(error, "not estimated", 0))
     assert lines[0] == (
         f"Expected error, mean over time: {100 * error:g} % of the error bar's width "
-        "(16 held-out runs)"
+        "(16 held-out runs, which can miss what happens in 17 % of the space)"
     )
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
     unmet = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]

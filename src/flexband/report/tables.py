@@ -15,6 +15,7 @@ from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.uncertainty.surrogates.sigmas import (
     bars_vary,
     relative_errors,
@@ -259,7 +260,8 @@ def remarks(
         own = bands.attrs
         lines.append(
             f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
-            f"bar's width ({number_of(own['runs_checked'], 'held-out run')})"
+            f"bar's width ({number_of(own['runs_checked'], 'held-out run')}, which "
+            f"can miss what happens in {percent(unseen(own['runs_checked']))} of the space)"
         )
         lines += [f"At single times it may be up to {one}" for one in [worst_time(bands)] if one]
         if own.get("refined"):

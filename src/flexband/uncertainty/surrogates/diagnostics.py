@@ -23,6 +23,12 @@ ALONE = 3
 """With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in
 every one alike adds up at a corner, but hardly at generic points."""
 
+SMALLEST = 2e-5
+"""Errors below this part of the error bar's width, or of the variation, are not told from none."""
+
+CONFIDENCE = 0.95
+"""Of what runs say of the whole space."""
+
 DOUBT = 0.5
 """Where more than this part of the variation is missed, the expansion is not trusted."""
 
@@ -97,9 +103,20 @@ def share(m: int) -> float:
     return SHARE * math.sqrt(max(1.0, m / ALONE))
 
 
+def unseen(runs: int) -> float:
+    """Return the largest part of the space in which so many runs may all not lie, by 5 % chance."""
+    return 1 - (1 - CONFIDENCE) ** (1 / runs)
+
+
 def varying(F: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
     return units.varies(variation(F), rms(F))
+
+
+def least_error(F: np.ndarray, units: Units) -> np.ndarray:
+    """Return the errors that runs F do not tell from none, (outputs,)."""
+    spread = np.where(varying(F, units), variation(F), 0.0)
+    return np.maximum(SMALLEST * spread, np.finfo(float).eps * rms(F))
 
 
 def missed_part(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -76,7 +77,8 @@ def failure_probability(
     -------
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
     `probability` is that of leaving the limit at any output time; `confidence_low` and
-    `confidence_high` are its confidence interval, 95 %, of the sampling. If no sample leaves the
+    `confidence_high` are its confidence interval, 95 %, of the sampling and of the search over the
+    interval inputs. If no sample leaves the
     limit the probability is 0 and `confidence_high` a bound of it. `limit_looser` and
     `limit_tighter` are the probability with the limit moved by what the surrogate is expected to
     miss of a run (root mean square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for
@@ -166,24 +168,30 @@ def _probability(
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m = space.random_dimension, space.interval_dimension
     for thin in (True, False):
-        eta, known, near = ends(state, n, m, rng, thin=thin)
+        eta, known, noise, near = ends(state, n, m, rng, thin=thin)
         pairs = list(zip(eta, known, strict=True))
         own = [estimate(state, near, at, one, accuracy, rng) for at, one in pairs[: 1 + (m > 0)]]
         if all(_seen(near, at, one) for at, one in zip(eta, own, strict=False)):
             break
+    own = [replace(one, noise=float(e)) for one, e in zip(own, noise, strict=False)]
     told: list[Any] = list(own)
     if model is not None:
         told = [
-            corrected(
-                partial(state.least, eta=at), partial(_least, state, model, at), one, model.runs,
-                accuracy, rng,
+            replace(
+                corrected(
+                    partial(state.least, eta=at), partial(_least, state, model, at), one,
+                    model.runs, accuracy, rng,
+                ),
+                noise=found.noise,
             )
-            for at, one in pairs[: len(own)]
+            for (at, one), found in zip(pairs, own, strict=False)
         ]  # fmt: skip
     if not m:
         own, told = own * 2, told * 2
-    elif told[0].probability > told[1].probability:  # both ends of what does not depend on η
-        own, told, eta = own[::-1], told[::-1], eta[::-1]
+    elif told[0].probability > told[1].probability:  # both ends of what hardly depends on η
+        if told[0].confidence()[0] > told[1].confidence()[1]:  # else the search tells them apart
+            eta = eta[::-1]
+        own, told = own[::-1], told[::-1]
     dims = labels.dims[1:]
     each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
     places_of = np.full((2, each.shape[2], m), np.nan)

@@ -8,6 +8,8 @@ import xarray as xr
 from scipy.stats import norm
 
 import flexband as fb
+from flexband.report.figures import is_likely
+from flexband.report.page.answers import limits_table
 from flexband.uncertainty.answers.probability.estimates import clear
 
 NORMAL = fb.Normal(0.0, 1.0)
@@ -234,7 +236,7 @@ def test_several_limits_and_the_expected_error():
     exact = [norm.sf(3.0), norm.sf(3.5), norm.sf(3.0) + norm.sf(3.5)]
     np.testing.assert_allclose(found["probability"][0], exact, rtol=0.08)
 
-    rough = fb.expand(lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.01, 24))
+    rough = fb.expand(lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.05, 24))
     found = fb.failure_probability(rough, fb.Limit(below=0.8))
     looser, value, tighter = (
         float(found[k][0, 0]) for k in ("limit_looser", "probability", "limit_tighter")
@@ -444,3 +446,24 @@ def test_corners_are_named_by_common_samples_where_the_probability_hardly_change
     found = fb.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed)
     np.testing.assert_array_equal(found["probability_at"].values.ravel(), [-1.0, 1.0])
     assert found["probability"].values[0, 0] <= found["probability"].values[1, 0]
+
+
+def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
+    """Unless runs of the model correct it; tables and charts have no number either."""
+
+    def response(x):
+        return constant(np.tanh(2 * x))
+
+    rough = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI(1e-4, 12))
+    assert rough.diagnostics.attrs["expected_error"] > 1e-4
+    limit = fb.Limit(below=0.8)
+    found = fb.failure_probability(rough, limit)
+    names = ("probability", "confidence_high", "between_times", "limit_tighter", "at_each_time")
+    assert all(np.isnan(found[name]).all() for name in names)
+    assert "not given" in found.attrs["verdict"]
+    assert limits_table(fb.check_limits(rough, limit), found)[1][0][-2:] == ["not given"] * 2
+    assert not is_likely(found)
+    by_runs = fb.failure_probability(rough, limit, response=response)
+    agrees(by_runs, norm.sf(np.arctanh(0.8) / 2), 0.15)
+    assert np.isnan(by_runs["at_each_time"]).all()
+    assert "corrected with 64 runs of the model" in by_runs.attrs["verdict"]

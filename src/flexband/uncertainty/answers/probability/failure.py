@@ -21,7 +21,12 @@ from flexband.uncertainty.answers.probability.estimates import Estimate, estimat
 from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
-from flexband.uncertainty.answers.results import POINTWISE_ERRORS, doubts_of, places
+from flexband.uncertainty.answers.results import (
+    POINTWISE_ERRORS,
+    doubts_of,
+    missed_tolerance,
+    places,
+)
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -97,6 +102,7 @@ def failure_probability(
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
     else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
+    Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless runs correct them.
 
     Raises
     ------
@@ -138,6 +144,8 @@ def failure_probability(
                 each[-1] = _no_less(each[-1], each[:-1])
             found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
     result = _over_choices(found) if several else found[""]
+    if any(missed_tolerance(one) for one in surrogates.values()):
+        result = _withheld(result)
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     source = error_of(next(iter(surrogates.values())).diagnostics, labels, POINTWISE_ERRORS)[0]
     doubts = [] if source else ["The surrogate's error is not estimated"]
@@ -275,6 +283,19 @@ def _seen(near: LimitState, eta: np.ndarray, found: Estimate) -> bool:
     out = found.margins < 0
     missed = found.weights[out] * (near.least(found.u[out], eta) >= 0)
     return bool(missed.sum() <= UNSEEN * found.weights[out].sum())
+
+
+def _withheld(result: xr.Dataset) -> xr.Dataset:
+    """Return a result without the probabilities of a surrogate that missed its tolerance: NaN.
+
+    Those that runs have corrected stay, if there are any.
+    """
+    kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
+    if "runs" in result:
+        kept |= {"probability", "confidence_low", "confidence_high", "surrogate_probability",
+                 "between_times", "between_times_low", "between_times_high"}  # fmt: skip
+    names = [str(k) for k in result.data_vars if k not in kept]
+    return result.assign({name: result[name] * np.nan for name in names})
 
 
 def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:

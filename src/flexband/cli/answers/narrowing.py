@@ -37,6 +37,7 @@ from flexband.report.tables import (
     select,
 )
 from flexband.uncertainty.answers.margins import labels_of
+from flexband.uncertainty.answers.probability.texts import NOT_GIVEN
 from flexband.uncertainty.inputs.correlated import Score
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of

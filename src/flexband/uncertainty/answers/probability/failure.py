@@ -102,7 +102,8 @@ def failure_probability(
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
     else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
-    Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless runs correct them.
+    Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless
+    runs correct them.
 
     Raises
     ------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
+from math import isnan
 from typing import Annotated, Any
 
 import numpy as np
@@ -36,6 +37,7 @@ from flexband.report.tables import (
     select,
 )
 from flexband.uncertainty.answers.margins import labels_of
+from flexband.uncertainty.answers.probability.texts import NOT_GIVEN
 from flexband.uncertainty.inputs.correlated import Score
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of
@@ -159,9 +161,16 @@ def limits_table(limits: list[dict[str, Any]]) -> tuple[list[str], list[list[str
         changed = before if before == after else f"{before} → {after}"
         row = [one["limit"], *margins, changed]
         if likely:
-            row += ["" if p is None else number(p, 3) for p in one["probability"]]
+            row += [_likely(p) for p in one["probability"]]
         rows.append(row)
     return header, rows
+
+
+def _likely(probability: float | None) -> str:
+    """Return a probability as text; none where no input scatters."""
+    if probability is None:
+        return ""
+    return NOT_GIVEN if isnan(probability) else number(probability, 3)
 
 
 @app.command("tolerance")

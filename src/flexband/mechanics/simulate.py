@@ -21,6 +21,7 @@ from flexband.errors import (
     warn,
     whole,
 )
+from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
@@ -35,6 +36,7 @@ from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.parts import check_sensors
 from flexband.progress import heard, hearing
+from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 
 MOST_SUBSTEPS = 1_000_000
@@ -147,12 +149,13 @@ def simulated(
         batch.turned[again] = finer.turned
         for own, new in zip(batch.strains, finer.strains, strict=True):
             own[..., again] = new
+    errors = rounding_attributes(rounding_errors(system, step / substeps))
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
         coords={
             "output": system.outputs,
-            "unit": ("output", system.units),
+            "unit": ("output", system.units, errors),
             "time": ("time", _times(duration, step, 1), {"units": "s"}),
         },
     )

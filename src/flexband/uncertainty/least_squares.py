@@ -128,8 +128,9 @@ class RegressionPCCI:
         coefficients /= term_scales(index, space.families)[:, None]
         outputs = np.arange(signal.shape[1])
         expansion = DirectExpansion(outputs, HybridExpansion(space.families, index, coefficients))
-        missed = factor * left_out.reshape(signal.shape)
-        error = share(m) * np.sqrt(np.mean(missed**2, axis=0))
+        left_out *= factor
+        missed = left_out.reshape(signal.shape)
+        error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))
         error = np.maximum(error, np.finfo(float).eps * rms(signal)[:, None])
         error = error.reshape(values.shape[1:])
         trusted = trust(

@@ -56,7 +56,8 @@ class Scanning:
         """Return which samples and points take at most so many runs, as text."""
         m, sampled = space.interval_dimension, space.random_dimension > 0
         most = most_runs // (self.samples if sampled else 1)
-        points = next((p for p in range(self.points, 1, -1) if p**m <= most), 2)
+        largest = min(self.points, int(most ** (1 / m)) + 1) if m else self.points
+        points = next((p for p in range(largest, 1, -1) if p**m <= most), 2)
         samples = min(self.samples, most_runs // points**m) if sampled else 1
         if points**m > most_runs or (sampled and samples < 2):
             return (

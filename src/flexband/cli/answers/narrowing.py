@@ -23,6 +23,7 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
+from flexband.cli.runs import Trust
 from flexband.errors import InputError
 from flexband.report.numbers import number, percent_to_tenth
 from flexband.report.tables import (
@@ -60,6 +61,7 @@ def narrow(
         bool,
         typer.Option("--probability", help="Also how likely the study's limits are left."),
     ] = False,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Show the bands for tighter tolerances or less scatter, without new runs.
@@ -78,7 +80,7 @@ def narrow(
         wanted = changes_of(surrogate, changes)
         both = surrogate, surrogate.narrowed(**wanted)
         before, after = (one.bands(sigmas) for one in both)
-    limits = limits_before_and_after(both, study_limits(place), likely=probability)
+    limits = limits_before_and_after(both, study_limits(place, trust=trust), likely=probability)
     check_folder(place)
     changed = "; ".join(f"{name}: {known_of(name, one)[1]}" for name, one in wanted.items())
     after = after.assign_attrs(changes=changed)

@@ -21,8 +21,8 @@ import numpy as np
 
 from flexband.errors import InputError, poissons_ratio, positive, shown
 from flexband.mechanics.bodies.assumed_strains import (
-    AXIAL,
     ENDS,
+    axial_strain,
     bending,
     bent,
     interpolated,
@@ -42,6 +42,7 @@ from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
     Elasticity,
     SectionIntegration,
+    SectionStiffness,
 )
 from flexband.mechanics.bodies.sections import Rectangle, Section
 from flexband.mechanics.forms import Frame, Vector, add, scale, subtract
@@ -143,6 +144,10 @@ class Beam(CentreLine):
             own.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, positive))
         return own
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        return (9, 3) if self.integration is None else (12, 9)
+
     def coordinates(self) -> list[np.ndarray]:  # r, r_x and r_y of each node
         nodes = []
         for x, y, angle in zip(*(column.T for column in self.axis()), strict=True):
@@ -186,35 +191,83 @@ class Beam(CentreLine):
         return line_stiffness(EA, EI, self.element_length) + stiffness(ends, kGA) + thickness
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return the nine strains of the default element, shape (9, …); `q` as in `strains`."""
+        """Return the nine strains of the default element, or the coordinates of a continuum's.
+
+        See `CentreLine.element_strains`.
+        """
+        if self.integration is not None:
+            return q
         nodes = q.reshape(6, 2, *q.shape[1:])
         axis, sections = nodes[[0, 1, 3, 4]], nodes[[2, 5]]
-        axial, shear, gammas, angles = [], [], [], []
+        axial, shear, angles = [], [], []
         for g, d in zip(axis[[1, 3]], sections, strict=True):
             e = d / np.hypot(*d)
             axial.append(g[0] * e[1] - g[1] * e[0] - 1)
             shear.append(g[0] * e[0] + g[1] * e[1])
-            gammas.append(np.arctan2(shear[-1], axial[-1] + 1))
             angles.append(np.arctan2(e[1], e[0]))
-        middle = np.hypot(*slope(axis, 0.5, length)) * np.cos(0.5 * (gammas[0] + gammas[1])) - 1
+        gamma = np.arctan2(shear, np.add(axial, 1))
+        middle = np.hypot(*slope(axis, 0.5, length)) * np.cos(0.5 * (gamma[0] + gamma[1])) - 1
         curved = bent(angles[1] - angles[0], axis, length)
         thickness = [0.5 * (d[0] ** 2 + d[1] ** 2 - 1) for d in sections]
         return np.stack([axial[0], middle, axial[1], *curved, *shear, *thickness])
 
-    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        """Return the strains at ξ: six of a continuum, or Γ, κ [1/m], Q and b.
+    def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
+        """Return the strains of a continuum at these ξ at the start, (elements, points, n or 1)."""
+        q, length = self.at_start, self.element_length
+        at_points = [strains.py_func(self.vectors(q, xi, length)) for xi in points]
+        return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
+
+    def strains(
+        self,
+        q: np.ndarray,
+        xi: float,
+        length: np.ndarray,
+        initial: np.ndarray,
+        section: Sequence[np.ndarray] | np.ndarray,
+    ) -> Sequence[np.ndarray]:
+        """Return the strains at ξ: six of a continuum, or N/EA, κ − κ₀ [1/m], Q and b.
 
         See `CentreLine.strains`.
         """
         if self.integration is not None:
-            return strains.py_func(self.vectors(q, xi, length))
-        own = self.element_strains(q, length)
+            return self._continuum_strains(q, xi, length, initial, SectionStiffness(*section))
+        now, (EA, _, kGA) = self.element_strains(q, length), section
+        own = now - initial
+        axial, bent, shear, thickness = own[:3], own[3:5], kGA / EA * own[5:7], own[7:]
+        pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
+        pull = 5 * (pulls[1] - pulls[0])
         return (
-            interpolated(AXIAL, own[:3], xi),
-            np.tensordot(bending(xi), own[3:5], 1) / length,
+            axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull),
+            np.tensordot(bending(xi), bent, 1) / length,
             interpolated(ENDS, own[5:7], xi),
-            interpolated(ENDS, own[7:], xi),
+            interpolated(ENDS, thickness, xi),
         )
+
+    def _continuum_strains(
+        self,
+        q: np.ndarray,
+        xi: float,
+        length: np.ndarray,
+        initial: np.ndarray,
+        c: SectionStiffness,
+    ) -> Sequence[np.ndarray]:
+        """Return the strains of a continuum at ξ.
+
+        The bending strain a₁ is constant in an element, and accurate in the middle. From there it
+        is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
+        """
+        strain, middle = (
+            [
+                now - start
+                for now, start in zip(
+                    *(strains.py_func(self.vectors(z, place, length)) for z in (q, initial)),
+                    strict=True,
+                )
+            ]
+            for place in (xi, 0.5)
+        )
+        strain[1] = middle[1] + c.s0 * middle[4] / c.c11 * (xi - 0.5) * length
+        return strain
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray

@@ -140,33 +140,45 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     Flexible members start unbent where loops close so. What fails is tried again from where loops
     are as near to closing as they get so.
     """
-    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
-    work.smallest[:] = SMALLEST_PIVOT
     guess = guessed(system, values)
     if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
         near, misfit = closed(system, values)
         guess = np.where(
             np.abs(misfit).max(axis=0, initial=0.0) < CONSTRAINT_TOLERANCE, near, guess
         )
-    _start(system, values, work, failure, guess)
+    work, failure = _started(system, values, guess)
     failed = failure[0] > 0
     if failed.any():
-        before, guess = failure.copy(), np.where(failed, closed(system, values)[0], guess)
-        _start(system, values, work, failure, guess)
+        before, guess = failure, np.where(failed, closed(system, values)[0], guess)
+        work, failure = _started(system, values, guess)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any():
         independent = failure[3] > rank_deficiency(system, values, work.z)
         if independent.any():
-            work.smallest[:, independent] = ZERO_PIVOT
-            _start(system, values, work, failure, guess)
+            pivots = np.where(independent, ZERO_PIVOT, SMALLEST_PIVOT)
+            work, failure = _started(system, values, guess, pivots)
     return work, failure
 
 
-def _start(
-    system: System, values: Values, work: Work, failure: np.ndarray, guess: np.ndarray
-) -> None:
+def _started(
+    system: System,
+    values: Values,
+    guess: np.ndarray,
+    smallest_pivots: np.ndarray | float = SMALLEST_PIVOT,
+) -> tuple[Work, np.ndarray]:
+    """Return the state of a block that START finds from a guess, and its failures.
+
+    The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
+    it is the guess.
+    """
+    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
     run(START, system, values, work, failure=failure)
+    lost = ~np.isfinite(work.z).all(axis=0)
+    work.z[:, lost] = 0.0
+    work.z[: len(guess), lost] = guess[:, lost]
+    return work, failure
 
 
 def run(

@@ -15,6 +15,7 @@ from flexband.errors import ResolutionWarning, returned, warn
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
+from flexband.rounding import Units
 
 LARGEST_LOSS = 0.01
 """Of the speed of a body over a run, or lag of its angle, without a warning."""
@@ -140,15 +141,15 @@ def remark_on_few_steps(
     motion : of which the first sample is judged, computed with steps of h.
     """
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
-    outputs, units, times = first.values, first["unit"].values, first["time"].values
+    outputs, times = first.values, first["time"].values
     count = len(times)
     if count < FEWEST_TIMES or not len(outputs):
         return ""
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
     rho, dt = float(integrator.spectral_radius), times[1] - times[0]
-    size = np.where(units[:, None] == units, np.abs(outputs).max(axis=-1), 0.0).max(axis=-1)
-    size = np.where(units == "rad", np.maximum(size, 1.0), size)
-    varies = outputs.std(axis=-1) > SMALLEST_SCALE * np.maximum(size, 1e-300)
+    size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
+    least = Units.along(first, ("output",)).least_variation(size, SMALLEST_SCALE)
+    varies = outputs.std(axis=-1) > least
     free = np.ones(count // 2 + 1, dtype=bool)
     worst = worst_vibration(outputs, varies, free, dt, h, rho)
     if worst is not None and worst.error > LARGEST_ERROR:

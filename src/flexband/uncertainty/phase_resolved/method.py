@@ -22,6 +22,7 @@ from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, step, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 HELD = 4
@@ -90,7 +91,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         )
         for band in ("mean", "error_bar"):
             told[f"{band}_expansion_error"] = told[f"{band}_expected_error"]
-        told["pointwise_error"] = values.dims[1:], error.values.reshape(values.shape[1:])
+        at_one_time = AT_ONE_TIME * error.values.reshape(values.shape[1:])
+        told["pointwise_error"] = values.dims[1:], at_one_time
         relative = error.relative(both)
         told = told.assign_attrs(
             expected_error=relative,

@@ -11,8 +11,9 @@ import xarray as xr
 from scipy.ndimage import uniform_filter1d
 
 from flexband.errors import InputError
+from flexband.rounding import Units, largest_of
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.surrogates.axes import axes_of, largest_of, names_of_outputs, varies
+from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
@@ -96,19 +97,19 @@ def share(m: int) -> float:
     return SHARE * math.sqrt(max(1.0, m / ALONE))
 
 
-def varying(F: np.ndarray, units: np.ndarray) -> np.ndarray:
+def varying(F: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
-    return varies(variation(F), rms(F), units)
+    return units.varies(variation(F), rms(F))
 
 
 def missed_part(
-    missed: np.ndarray, F: np.ndarray, units: np.ndarray, quantities: Quantities | None = None
+    missed: np.ndarray, F: np.ndarray, units: Units, quantities: Quantities | None = None
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
 
     Parameters
     ----------
-    units : of each output, as numbers.
+    units : of the outputs.
     quantities : of which each output is a component.
     """
     varied = np.where(varying(F, units), variation(F), np.inf)

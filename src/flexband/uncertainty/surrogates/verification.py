@@ -40,10 +40,10 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
-from flexband.uncertainty.surrogates.axes import axes_of, units_of, varies
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import SHARE
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
 
@@ -162,7 +162,7 @@ def _verified(
     F = F.reshape(missed.shape)
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
-    missed[:, ~varies(spread, size, units_of(labels))] = 0.0  # what is constant has no error
+    missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
     round_off = ROUND_OFF * size + TINY
     width = np.maximum(width, round_off)
     square = np.mean(missed**2, axis=2)
@@ -260,8 +260,10 @@ def _points(
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:
     """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
-    for name in ("pointwise_error", "error_bar_expansion_error", "error_bar_expected_error"):
+    known = {"pointwise_error": 1 / AT_ONE_TIME}
+    known |= {"error_bar_expansion_error": 1.0, "error_bar_expected_error": 1.0}
+    for name, factor in known.items():
         if name in surrogate.diagnostics:
             error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            return error.reshape(-1, surrogate.times)
+            return factor * error.reshape(-1, surrogate.times)
     return None

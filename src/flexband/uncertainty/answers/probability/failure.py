@@ -20,7 +20,7 @@ from flexband.uncertainty.answers.probability.estimates import Estimate, estimat
 from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
-from flexband.uncertainty.answers.results import POINTWISE_ERRORS, doubts_of, places
+from flexband.uncertainty.answers.results import POINTWISE_ERRORS, check_free, doubts_of, places
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -109,10 +109,14 @@ def failure_probability(
     accuracy = float(numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
+    if response is None and runs != RUNS:
+        raise InputError(f"runs requires a response, of which they are made; got runs={runs!r}")
     seed = whole("seed", seed, 0)
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}
     labels = labels_of(surrogate)
+    for name in ("limit", "probability", "probability_at", "samples"):
+        check_free(name, labels)
     wanted = corridors(limits, labels)
     if any(not one.space.random_dimension for one in surrogates.values()):
         raise InputError(

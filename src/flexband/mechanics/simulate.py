@@ -26,7 +26,7 @@ from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
-from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
 from flexband.mechanics.engine.ringing import remark_on_few_steps, warn_of_large_steps
@@ -137,10 +137,12 @@ def simulated(
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
-    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
+    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, CONTRADICTED, LAW_FAILED)))
     if len(again) and complete:
         halves, every = _times(duration, step, 2 * substeps), 2 * substeps
-        finer = run_samples(system, halves, integrator, samples=again, every=every, threads=threads)
+        finer = run_samples(
+            system, halves, integrator, samples=again, every=every, attempts=2, threads=threads
+        )
         interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures

@@ -47,7 +47,7 @@ class Batch(NamedTuple):
     failures: np.ndarray  # (samples, 4), see `entries`
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
-    turned: np.ndarray  # (samples, bodies), see `Work`
+    turned: np.ndarray  # (samples, bodies, 4), see `Work`
     strains: Largest
 
 
@@ -58,22 +58,25 @@ def run_samples(
     *,
     samples: np.ndarray | None = None,
     every: int = 1,
+    attempts: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
     """Run all samples of a system, or those with these numbers, over equidistant times [s].
 
-    The outputs are those of `every` such time.
+    The outputs are those of `every` such time. If two `attempts` are made at each step, the second
+    one damps Newton's method, and leaves out no constraint that is independent of the others.
     """
     packed = pack(system, times, samples)
     chosen = np.arange(system.samples) if samples is None else samples
-    method, tolerance = integrator.coefficients(times[1] - times[0]), float(integrator.tolerance)
+    method = integrator.coefficients(times[1] - times[0])._replace(attempts=attempts)
+    tolerance = float(integrator.tolerance)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
     failures = np.zeros((len(chosen), 4))
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
     firsts = np.empty((system.structure.state.rows, len(chosen)))
-    turned = np.zeros((len(chosen), len(system.turning)))
+    turned = np.zeros((len(chosen), len(system.turning), 4))
     members, strains = Members(system), [Largest.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of steps of all blocks so far, which grow
 
@@ -89,7 +92,7 @@ def run_samples(
         outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
-        turned[here] = work.turned.T[: len(own)]
+        turned[here] = work.turned.T[: len(own)].reshape(len(own), *turned.shape[1:])
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             lanes = chosen[np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)]

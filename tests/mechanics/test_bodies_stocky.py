@@ -55,9 +55,14 @@ def test_an_arc_whose_inside_lies_beyond_its_centre_is_refused(ratio):
     with pytest.raises(fb.InputError, match=r"curvature \[1/m\] must be between -2/height"):
         fb.Beam(length=0.05, height=0.1, width=0.1, curvature=1 / (0.1 * ratio), **RUBBER)
     varying = fb.Beam(
-        length=0.05, height=0.1, width=0.1, curvature=lambda s: 1 / (0.1 * ratio) + 0 * s, **RUBBER
+        elements=4,
+        length=0.05,
+        height=0.1,
+        width=0.1,
+        curvature=lambda s: 1 / (0.1 * ratio) + 0 * s,
+        **RUBBER,
     )
-    with pytest.raises(fb.InputError, match="Beam curvature"):
+    with pytest.raises(fb.InputError, match="body 'b': Beam curvature"):
         fb.simulate(
             fb.Mechanism(bodies={"b": varying}, sensors={"b": fb.Position("b.end")}),
             duration=1e-3, step=1e-4,

@@ -50,12 +50,22 @@ def stiffness(shapes: np.ndarray, number: np.ndarray) -> list[np.ndarray]:
     return [np.sum(number * shapes[a] * shapes[b], axis=-1) for a, b in pairs]
 
 
-def line_stiffness(EA: np.ndarray, EI: np.ndarray, length: np.ndarray) -> list[np.ndarray]:
+def line_stiffness(
+    EA: np.ndarray, EI: np.ndarray, length: np.ndarray, held: ArrayLike = 0.0
+) -> list[np.ndarray]:
     """Return E_m, α, β, E_ii, E_ij, E_jj, B_0, ρ and B_1, see `kernels.elements.centre_line`.
 
     EA [N], EI [N m²] and the result are as in `stiffness`; `length` [m] is that of an element.
+    `held` is added to EA where the axis is stretched at the ends and compressed in the middle, so
+    that its mean strain and the slope of it vanish; it has the shape of EA.
     """
-    ii, im, ij, mm, mj, jj = stiffness(interpolation(AXIAL, POSITIONS), EA)
+    more = np.sum(held * np.ones_like(EA), axis=-1) / 45  # of Legendre's parabola
+    ii, im, ij, mm, mj, jj = (
+        number + factor * more
+        for number, factor in zip(
+            stiffness(interpolation(AXIAL, POSITIONS), EA), (1, -2, 1, 4, -2, 1), strict=True
+        )
+    )
     axial = [mm, im / mm, mj / mm, ii - im**2 / mm, ij - im * mj / mm, jj - mj**2 / mm]
     mean, mixed, change = (c / length[..., None] ** 2 for c in stiffness(bending(POSITIONS), EI))
     return [*axial, mean, mixed / mean, change - mixed**2 / mean]

@@ -118,9 +118,10 @@ class SectionForces(_Local):
 class Strain(_Local):
     """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
 
-    They are E_xx, E_yy and 2E_xy in the section's axes. Those of a beam are ε − y (κ − κ₀), −ν
-    times this, since the section contracts freely, and the shear strain. Those of a beam with an
-    `integration` are Green–Lagrange strains. Those of a cable are ε − y (κ − κ₀), 0 and 0.
+    They are E_xx, E_yy and 2E_xy in the section's axes. Those of a beam are ε − y (κ − κ₀), or
+    Winkler's in an arc (see `Stress`), −ν times this, since the section contracts freely, and the
+    shear strain. Those of a beam with an `integration` are Green–Lagrange strains. Those of a cable
+    are ε − y (κ − κ₀), 0 and 0.
 
     Parameters
     ----------
@@ -150,17 +151,17 @@ class Strain(_Local):
         if np.any(np.abs(self.y) > half * (1 + 1e-12)):
             worst = np.ravel(self.y)[np.argmax(np.abs(self.y))]
             raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
-        return [self.y, *member.elasticity(along)]
+        return [self.y, *member.elasticity(along), *member.curved(self.y, along)]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         member, *_, strain, _, numbers = self._read(rows, model)
         if isinstance(member, Cable):
             axial = strain[0] - numbers[0] * strain[1]
             return np.stack([axial, 0.0 * axial, 0.0 * axial])
-        y, material = numbers[0], Elasticity(*numbers[1:])
+        y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
         if member.integration is None:
             axial, bending, shear, thickness = strain
-            along = axial - y * bending
+            along = axial + (a - y * b) * bending
             return np.stack([along, thickness - material.nu * along, shear])
         a0, a1, a2, b, g0, g1 = strain
         return np.stack([a0 + y * a1 + y**2 * a2, b, g0 + y * g1])
@@ -178,7 +179,8 @@ class Stress(Strain):
     widest one. The bands of "_yy" of a slender beam, and often those of "_xy", are therefore wrong
     by far more than the tolerance in parts of their own widths, as the table of results tells. Of a
     beam without an `integration`, "_xx" is N/A − M y/I with the `SectionForces`, for a section of
-    the area A and the second moment of area I.
+    the area A and the second moment of area I. In an arc it is Winkler's
+    (N + κ₀M)/A − M y/(Z (1 − κ₀y)) with Z = ∫y²/(1 − κ₀y) dA.
 
     Parameters and errors are those of `Strain`; a cable, which has no section, is refused.
     """
@@ -193,9 +195,11 @@ class Stress(Strain):
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
         member, *_, strain, _, numbers = self._read(rows, model)
-        y, material = numbers[0], Elasticity(*numbers[1:])
+        y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
         rule = cast("Beam", member).integration
         if rule is not None:
             return np.stack(rule.stress(material, strain, y))
         (E, nu, k), (axial, bending, shear, thickness) = material, strain
-        return np.stack([E * (axial - y * bending), E * thickness, k * E / (2 * (1 + nu)) * shear])
+        return np.stack(
+            [E * (axial + (a - y * b) * bending), E * thickness, k * E / (2 * (1 + nu)) * shear]
+        )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, numbers, whole
+from flexband.errors import InputError, instance, numbers, shown, whole
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.margins import error_of, labels_of
@@ -119,8 +119,10 @@ def failure_probability(
     accuracy = float(numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
-    if response is None and runs != RUNS:
-        raise InputError(f"runs requires a response, of which they are made; got runs={runs!r}")
+    if response is None and (not isinstance(runs, int) or runs != RUNS):
+        raise InputError(
+            f"runs requires a response, of which they are made; got runs={shown(runs)}"
+        )
     seed = whole("seed", seed, 0)
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}

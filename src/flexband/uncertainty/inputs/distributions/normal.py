@@ -116,7 +116,7 @@ class LogNormal(Spread):
 
     def check(self) -> None:
         """Raise `InputError` if a parameter is not positive; find the moments of the number."""
-        if (self.log_mean, self.log_std) != (None, None):
+        if self.log_mean is not None or self.log_std is not None:
             self._check_logarithm()
         if self.mean is None:
             raise InputError(f"{EITHER}; got none")

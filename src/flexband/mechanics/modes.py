@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, instance, known, warn, whole
+from flexband.errors import InputError, finite, flag, instance, known, warn, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
@@ -124,6 +124,7 @@ def modes(
     """
     instance("mechanism", mechanism, Mechanism)
     count, steps = whole("count", count, 1), whole("steps", steps, 1, MOST_STEPS)
+    thickness = flag("thickness", thickness)
     system, found, unbalanced = found_modes(mechanism, count, about, steps, thickness)
     result = _dataset(system, [(one, shapes) for one, shapes, _ in found])
     if unbalanced:
@@ -278,7 +279,7 @@ def _of_thickness(equations: Equations, z: np.ndarray, found: Eigenmodes) -> np.
         stiffness = c[0] * (c[1] + c[2] - 0.5) ** 2 + c[3] + 2 * c[4] + c[5]
         both = c[12] * strain[7] ** 2 + c[13] * strain[8] ** 2 + stiffness * parabola**2
         energy += both.sum(axis=0)
-    return energy > 0.5 * np.abs(found.s) ** 2  # of modal mass 1
+    return (found.s != 0) & (energy > 0.5 * np.abs(found.s) ** 2)  # of modal mass 1
 
 
 def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:

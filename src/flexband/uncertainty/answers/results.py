@@ -83,7 +83,7 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     told = surrogate.diagnostics.attrs
     error, tolerance = told.get("expected_error"), told.get("tolerance", np.inf)
     doubts = [str(told["not_trusted"])] if "not_trusted" in told else []
-    if missed_tolerance(surrogate) and not corrected:
+    if error is not None and missed_tolerance(surrogate) and not corrected:
         doubts.append(
             f"the error expected of the surrogate is {100 * error:.2g} % of the error bar's width, "
             f"above the tolerance of {100 * tolerance:g} %"

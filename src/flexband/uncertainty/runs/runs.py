@@ -216,7 +216,7 @@ class Runs:
                 record.confirmed = True
             self._count_repeated(1)
             return
-        if len(good) < len(values):
+        if not good.all():
             xi, eta, values = xi[good], eta[good], values[good]
         run = middle(values)
 

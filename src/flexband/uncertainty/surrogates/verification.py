@@ -38,12 +38,10 @@ from flexband.uncertainty.evaluations.evaluations import (
     evaluations,
     setting,
 )
-from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
-from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
@@ -232,14 +230,7 @@ def _at_least(square: np.ndarray) -> np.ndarray:
 
 def _left_out(surrogate: Surrogate) -> np.ndarray:
     """Return which interval variables are in no term of the expansions, (m,)."""
-    hybrids = [
-        one.parts if isinstance(one, PhaseExpansion) else one.values
-        for one in surrogate.expansions
-        if isinstance(one, PhaseExpansion | DirectExpansion)
-    ]
-    if len(hybrids) < len(surrogate.expansions):
-        return np.zeros(surrogate.space.interval_dimension, dtype=bool)
-    return np.max([one.interval_orders for one in hybrids], axis=0) == 0
+    return np.max([one.hybrid.interval_orders for one in surrogate.expansions], axis=0) == 0
 
 
 def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test check wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
+.PHONY: install demo test kernels check wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
 install: .venv/installed
 
@@ -19,6 +19,12 @@ demo: install
 test: install
 	$(BIN)/python -m tests.compiled
 	$(BIN)/pytest
+
+# The methods under another kernel of OpenBLAS, whose sums are rounded otherwise.
+KERNEL_TESTS := adaptive constants honesty methods phase_resolved regression repetition
+kernels: install
+	OPENBLAS_CORETYPE="$$($(BIN)/python -m tests.kernels)" \
+		$(BIN)/pytest --dist load $(KERNEL_TESTS:%=tests/uncertainty/test_%.py)
 
 check: install
 	$(BIN)/ruff check

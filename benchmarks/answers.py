@@ -53,6 +53,8 @@ def main() -> None:
         "bands for a tighter tolerance": lambda: surrogate.narrowed(**tighter).bands(),
         "contributions": partial(fb.contributions, surrogate),
         "check_limits": partial(fb.check_limits, surrogate, at),
+        "quantiles": partial(fb.quantiles, surrogate),
+        "sobol_indices": partial(fb.sobol_indices, surrogate),
         "failure_probability": partial(fb.failure_probability, surrogate, at),
     }
     for answer in answers.values():  # also compiles

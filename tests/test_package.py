@@ -19,6 +19,7 @@ ROOMS = [
     "errors",
     "arguments",
     "smoothness",
+    "rounding",
     "files",
     "progress",
     "caching",

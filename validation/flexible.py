@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 from checks import Check, differences
 
 import flexband as fb
@@ -137,32 +138,42 @@ def stiff_pendulum() -> list[Check]:
     return pendulum("stiff pendulum, cable", cable, exact, 5e-4, 1.0)
 
 
-def flexible_slider_crank() -> list[Check]:
-    """Simeon's slider–crank: the crank's end on a circle, an elastic rod, a point mass."""
-    crank, length, speed = 0.15, 0.3, 150.0
+CRANK, ROD, SPEED = 0.15, 0.3, 150.0
+"""Lengths [m] and speed [rad/s] of Simeon's slider–crank."""
+
+START = {
+    "length": ROD, "start": (CRANK, 0.0), "velocity": (0.0, CRANK * SPEED),
+    "rate": -CRANK * SPEED / ROD,
+}  # fmt: skip
+"""The rod's, straight and with the velocities of a rigid one."""
+
+
+def simeon(rod: fb.Beam | fb.Cable, step: float) -> xr.DataArray:
+    """Return the motion of the crank's end on a circle, an elastic rod, and a point mass."""
     model = fb.Mechanism(
-        bodies={
-            "rod": fb.Beam(
-                length=length, height=0.008, width=0.008, density=7870.0, youngs_modulus=2e11,
-                poissons_ratio=0.3, elements=16, start=(crank, 0.0),
-                velocity=(0.0, crank * speed), rate=-crank * speed / length,
-            ),
-            "slider": fb.PointMass(mass=0.075552, position=(crank + length, 0.0)),
-        },
+        bodies={"rod": rod, "slider": fb.PointMass(mass=0.075552, position=(CRANK + ROD, 0.0))},
         joints={
             "crank": fb.PrescribedPath(
                 "rod.start",
-                lambda t: crank * np.cos(speed * t),
-                lambda t: crank * np.sin(speed * t),
+                lambda t: CRANK * np.cos(SPEED * t),
+                lambda t: CRANK * np.sin(SPEED * t),
             ),
             "pin": fb.Revolute("rod.end", "slider"),
             "guide": fb.Slot("slider", (0.0, 0.0)),
         },
-        sensors={"deflection": fb.Deflection("rod")},
-    )  # fmt: skip
-    motion = fb.simulate(
-        model, duration=0.1, step=2e-5, integrator=fb.GeneralizedAlpha(spectral_radius=0.9)
+        sensors={"deflection": fb.Deflection("rod"), "slider": fb.Position("slider")},
     )
+    integrator = fb.GeneralizedAlpha(spectral_radius=0.9)
+    return fb.simulate(model, duration=0.1, step=step, integrator=integrator)
+
+
+def flexible_slider_crank() -> list[Check]:
+    """Simeon's slider–crank with an elastic rod."""
+    rod = fb.Beam(
+        height=0.008, width=0.008, density=7870.0, youngs_modulus=2e11, poissons_ratio=0.3,
+        elements=16, **START,
+    )  # fmt: skip
+    motion = simeon(rod, 2e-5)
     deflection = motion.sel(output="deflection").values
     times = motion.time.values
     peak = float(np.abs(deflection).max())
@@ -174,6 +185,22 @@ def flexible_slider_crank() -> list[Check]:
     return found
 
 
+def slider_crank_of_the_test_set() -> list[Check]:
+    """Compare with the same mechanism in the test set for initial value problem solvers."""
+    area = 0.008**2
+    rod = fb.Cable(
+        mass_per_length=7870.0 * area, axial_stiffness=2e11 * area,
+        bending_stiffness=2e11 * area * 0.008**2 / 12, elements=8, **START,
+    )  # fmt: skip
+    slider = simeon(rod, 1e-5).sel(output="slider_X")[-1]
+    angle = np.arctan2(-CRANK * np.sin(0.1 * SPEED), slider - CRANK * np.cos(0.1 * SPEED))
+    name = "slider–crank of the IVP test set"
+    return [
+        Check(f"{name}, slider at 0.1 s [m]", 0.1697373328, float(slider), 1e-6),
+        Check(f"{name}, angle of the rod at 0.1 s [rad]", -0.3311734988, float(angle), 1e-6),
+    ]
+
+
 PROBLEMS = [
     elastica,
     thin_cantilever,
@@ -181,4 +208,5 @@ PROBLEMS = [
     soft_pendulum,
     stiff_pendulum,
     flexible_slider_crank,
+    slider_crank_of_the_test_set,
 ]

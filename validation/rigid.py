@@ -199,4 +199,51 @@ def andrews() -> list[Check]:
     return found
 
 
-PROBLEMS = [pendulum, four_bar_chain, torque_slider_crank, andrews]
+def car_axis() -> list[Check]:
+    """Two wheels' masses on springs; the left one on a line that turns with the road."""
+    length, rest, bump, rate, mass = 1.0, 0.5, 0.1, 10.0, 0.01**2 * 10.0 / 2
+    start = {"mass": mass, "velocity": (-rest, 0.0)}
+    model = fb.Mechanism(
+        bodies={
+            "road": fb.RigidBody(mass=1.0, inertia=1.0, points={"right": (length, 0.0)}),
+            "left": fb.PointMass(position=(0.0, rest), **start),
+            "right": fb.PointMass(position=(length, rest), **start),
+        },
+        joints={
+            "hub": fb.Revolute("road", (0.0, 0.0)),
+            "tilt": fb.PrescribedRotation(
+                "road", lambda t: np.arcsin(bump * np.sin(rate * t) / length)
+            ),
+            "line": fb.Slot("left", "road", axis=(0.0, 1.0)),
+            "axis": fb.Distance("left", "right", length),
+        },
+        loads={
+            "weight": fb.Gravity(0.0, -1.0),
+            "left": fb.Spring("left", (0.0, 0.0), 1.0, rest),
+            "right": fb.Spring("right", "road.right", 1.0, rest),
+        },
+        sensors={
+            f"{kind} {side}": sensor(side)
+            for kind, sensor in (("place", fb.Position), ("velocity", fb.Velocity))
+            for side in ("left", "right")
+        },
+    )
+    motion = fb.simulate(
+        model, duration=3.0, step=5e-5, integrator=fb.GeneralizedAlpha(spectral_radius=1.0)
+    )
+    exact = {
+        "place left": (0.049345578428, 0.49698946023, 1e-6),
+        "place right": (1.0417425249, 0.37391102727, 1e-6),
+        "velocity left": (-0.077058368, 0.0074468666, 1e-4),
+        "velocity right": (0.0175568157, 0.770341044, 1e-4),
+    }
+    return [
+        check
+        for k, (name, (*reference, tolerance)) in enumerate(exact.items())
+        for check in differences(
+            f"car axis, {name} at 3 s", motion[2 * k : 2 * k + 2, -1].values, reference, tolerance
+        )
+    ]
+
+
+PROBLEMS = [pendulum, four_bar_chain, torque_slider_crank, andrews, car_axis]

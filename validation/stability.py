@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from checks import Check
 
@@ -71,4 +73,63 @@ def rotating_cantilever() -> list[Check]:
     ]
 
 
-PROBLEMS = [beck, rotating_cantilever]
+def held(bodies: dict, joints: dict, point: str, start: tuple, exact: dict) -> list[Check]:
+    """Return checks of the forces that hold a point at travels downwards, travel -> force."""
+    found = []
+    for travel, force in exact.items():
+        lift = fb.PrescribedTravel(point, start, lambda t, travel=travel: -travel, (0.0, 1.0))
+        model = fb.Mechanism(
+            bodies=bodies, joints=joints | {"lift": lift}, sensors={"F": fb.Reaction("lift")}
+        )
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="assembly turned")  # to meet the travel
+            value = -float(fb.equilibrium(model).sel(output="F_Y"))
+        found.append(Check(f"force at a travel of {travel:g}", force, value, 2e-4 * force))
+    return found
+
+
+def lee() -> list[Check]:
+    """Lee's frame past its limit point, by prescribed travel; 8 elements a member."""
+    section = {
+        "section": fb.GeneralSection(6.0, 2.0), "density": 1.0, "youngs_modulus": 720.0,
+        "poissons_ratio": 0.3,
+    }  # fmt: skip
+    members = {
+        "column": fb.Beam(length=120.0, angle=np.pi / 2, elements=8, **section),
+        "near": fb.Beam(length=24.0, start=(0.0, 120.0), elements=2, **section),
+        "far": fb.Beam(length=96.0, start=(24.0, 120.0), elements=6, **section),
+    }
+    joints = {
+        "foot": fb.Revolute("column.start", (0.0, 0.0)),
+        "corner": fb.Weld("near.start", "column.end", -np.pi / 2),
+        "load": fb.Weld("far.start", "near.end"),
+        "end": fb.Revolute("far.end", (120.0, 120.0)),
+    }
+    exact = {10: 0.9626, 20: 1.3447, 30: 1.5940, 40: 1.7794, 50: 1.8523}
+    found = held(members, joints, "near.end", (24.0, 120.0), exact)
+    return [c._replace(name=f"Lee's frame, {c.name}") for c in found]
+
+
+def williams() -> list[Check]:
+    """Williams' toggle past its limit point, by prescribed travel; 8 elements a member."""
+    span, rise = 12.943, 0.386
+    angle = np.arctan2(rise, span)
+    member = {
+        "length": np.hypot(span, rise), "elements": 8, "mass_per_length": 1.0,
+        "axial_stiffness": 1.885e6, "bending_stiffness": 9.27e3,
+    }  # fmt: skip
+    members = {
+        "left": fb.Cable(angle=angle, **member),
+        "right": fb.Cable(angle=-angle, start=(span, rise), **member),
+    }
+    joints = {
+        "left": fb.Weld("left.start", (0.0, 0.0), angle),
+        "right": fb.Weld("right.end", (2 * span, 0.0), -angle),
+        "top": fb.Weld("right.start", "left.end", -2 * angle),
+    }
+    exact = {0.1: 25.201, 0.24: 33.841, 0.4: 31.282, 0.6: 53.282}
+    found = held(members, joints, "left.end", (span, rise), exact)
+    return [c._replace(name=f"Williams' toggle, {c.name}") for c in found]
+
+
+PROBLEMS = [beck, rotating_cantilever, lee, williams]

@@ -30,8 +30,10 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 
 - **IFToMM A01 and A02** belong to the benchmark library of the IFToMM committee for multibody
   dynamics. In A02 all rods lie on a line twice per turn, and there the Jacobian loses rank.
-- **Andrews' mechanism** is taken from the test set for initial value problem solvers (Mazzia and
-  Magherini 2008). Angles and rates are relative, as defined there.
+- **Andrews' mechanism**, the **car axis** and the **slider–crank of the IVP test set** are taken
+  from the test set for initial value problem solvers (Mazzia and Magherini 2008). Angles and rates
+  of Andrews' mechanism are relative, as defined there. The rod of the slider–crank has two modes in
+  the test set, and eight cable elements here.
 - **Thin cantilever**: tolerances are relative to the magnitude of the displacement.
 - **Thick cantilever**: the plain element converges to a stiffness that is too high by 1/(1−ν²); the
   selective element converges to the Reissner beam, 8.099e-4.
@@ -40,6 +42,8 @@ solutions. The tolerances depend on the accuracy of the method and of the mesh.
 - **Beck's column** and the **rotating cantilever** (Wright, Smith, Thresher and Wang 1982) are thin
   cables. The latter's references are frequencies of motions out of the plane, η; in the plane of
   rotation they are √(η² − Ω²).
+- **Lee's frame** (Lee, Manuel and Rossow 1968) and **Williams' toggle** (Williams 1964) have limit
+  points, beyond which the load falls; the travel is prescribed, and the load is its reaction.
 - **Four elements**, the **Princeton beam** (Dowell and Traybar 1975) and **clamped–free** use the
   default beam, whose elements may be far longer than high. The tolerances of the frequencies are
   those of four elements.

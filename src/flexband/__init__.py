@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         StrainWarning,
         ToleranceWarning,
     )
+    from flexband.execution.dask import Dask
     from flexband.execution.processes import Processes
     from flexband.execution.store import Store, open_runs
     from flexband.mechanics.at_rest import static_response

@@ -1,11 +1,22 @@
-"""Files that are written completely or not at all."""
+"""Files that are written completely or not at all, and that tell if they were altered."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import errno
+import json
+import os
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 from uuid import uuid4
+
+import google_crc32c
+
+from flexband.errors import StoreError
+
+BEGIN = '{"checksum": "'
+"""How a JSON file with a checksum begins."""
 
 
 @contextmanager
@@ -13,7 +24,8 @@ def replaced(file: Path) -> Iterator[Path]:
     """Give the path of a new file, which takes the place of `file` once it is written.
 
     The folder is made if it is missing. Several processes may write the same file: one of their
-    files is there in the end, whole. If writing fails, `file` stays as it was.
+    files is there in the end, whole. If writing fails, `file` stays as it was. If it is a symbolic
+    link, the link is replaced, and its target stays as it was.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_name(f"{file.stem[:100]}-{uuid4().hex}.partial")
@@ -25,3 +37,55 @@ def replaced(file: Path) -> Iterator[Path]:
         raise
     finally:
         partial.unlink(missing_ok=True)
+
+
+def open_unlinked(file: str | os.PathLike[str], flags: int) -> int:
+    """Open a file as `os.open` does; raise `OSError` if it is a symbolic link."""
+    if os.path.islink(file):
+        raise OSError(errno.ELOOP, "It is a symbolic link, which is not followed", str(file))
+    return os.open(file, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+
+
+def read_unlinked(file: Path) -> bytes:
+    """Return the content of a file; raise `OSError` if it is a symbolic link."""
+    with open(file, "rb", opener=open_unlinked) as opened:
+        return opened.read()
+
+
+def refuse_links(folder: Path) -> None:
+    """Raise `StoreError` if a folder, or anything in it, is a symbolic link."""
+    links = [str(folder)] if folder.is_symlink() else []
+    for root, folders, files in os.walk(folder):
+        links += filter(os.path.islink, (os.path.join(root, name) for name in (*folders, *files)))
+    if links:
+        raise StoreError(f"{links[0]} is a symbolic link, which is not followed; remove it")
+
+
+def checksum(data: bytes) -> bytes:
+    """Return the CRC-32C of data as eight digits."""
+    return b"%08x" % google_crc32c.value(data)
+
+
+def write_json(file: Path, content: Mapping[str, Any]) -> None:
+    """Write numbers and texts by name as a JSON file that begins with the checksum of the rest."""
+    rest = json.dumps({"checksum": "", **content}, allow_nan=False).removeprefix(BEGIN)
+    with replaced(file) as partial:
+        text = f"{BEGIN}{checksum(rest.encode()).decode()}{rest}"
+        partial.write_text(text, encoding="utf-8")
+
+
+def read_json(file: Path) -> dict[str, Any]:
+    """Return what `write_json` has written.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not as written.
+    """
+    data = read_unlinked(file)
+    digits, rest = data[len(BEGIN) :][:8], data[len(BEGIN) + 8 :]
+    if not data.startswith(BEGIN.encode()) or digits != checksum(rest):
+        raise ValueError(f"{file} is not as written")
+    return json.loads(data)

@@ -281,6 +281,34 @@ def test_a_full_disk_costs_no_results(tmp_path):
             np.testing.assert_array_equal(runs.outputs, wide(*runs.inputs.values.T))
 
 
+@pytest.mark.parametrize("end", [OSError("the disk is gone"), RuntimeError("a defect")])
+@pytest.mark.parametrize("every_time", [False, True])
+def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_path, monkeypatch):
+    """It waited for ever as soon as many runs waited to be written."""
+    rotate, calls = Journal.rotate, []
+
+    def broken(own):
+        if current_thread() is not main_thread():
+            calls.append(1)
+            if every_time or len(calls) == 1:
+                raise end
+        return rotate(own)
+
+    monkeypatch.setattr(Journal, "rotate", broken)
+    monkeypatch.setattr("flexband.execution.record.WAITING", 1e3)  # bytes
+    exact = fb.propagate(wide, INPUTS, LHS)
+    with pytest.warns(fb.FlexbandWarning) as told:
+        found = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)
+    texts = " ".join(str(one.message) for one in told)
+    assert str(end) in texts
+    assert ("could not be recorded" in texts) == (every_time or isinstance(end, RuntimeError))
+    xr.testing.assert_equal(found["mean"], exact["mean"])
+    monkeypatch.undo()
+    again = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)  # the journal has all runs
+    xr.testing.assert_equal(again["mean"], exact["mean"])
+    assert fb.open_runs(tmp_path).sizes["run"] == 40
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch):
     random = np.random.default_rng(seed)

@@ -145,7 +145,7 @@ def test_a_store_is_refused_to_another_response(written, tmp_path):
     with pytest.raises(fb.StoreError, match="version: '' before, 'v2' now"):
         study(written(TEXTS), store=fb.Store(folder, version="v2"))
     study(stateful(), store=tmp_path / "t")
-    with pytest.raises(fb.StoreError, match="made again and differ"):
+    with pytest.raises(fb.StoreError, match="made again and the response differs"):
         study(stateful(), store=tmp_path / "t")
     np.testing.assert_array_equal(study(written(TEXTS), store=folder)["mean"], exact["mean"])
 

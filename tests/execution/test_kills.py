@@ -224,6 +224,26 @@ def test_results_are_the_same_bit_for_bit_with_dask_whose_worker_dies(dask, tmp_
     assert (fb.open_runs(tmp_path / "s").status == 1).all()
 
 
+def stops_once(a, b, once):
+    """Return what `good` does, but for the first call, which stops its process."""
+    try:
+        Path(once).touch(exist_ok=False)
+    except FileExistsError:
+        return good(a, b)
+    os.kill(os.getpid(), signal.SIGSTOP)
+    return good(a, b)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals differ")
+@pytest.mark.filterwarnings("ignore")
+def test_a_run_on_a_dask_worker_that_is_stopped_goes_to_another(dask, tmp_path):
+    response = partial(stops_once, once=str(tmp_path / "once"))
+    options = {"store": tmp_path / "s", "batch": BATCH, "executor": fb.Dask(dask, time_limit=2.0)}
+    found = fb.propagate(response, INPUTS, LHS, **options)
+    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    assert (fb.open_runs(tmp_path / "s").status == 1).all()
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch):
     """A worker on another machine has neither the study's file nor those beside it, or old ones."""

@@ -1,5 +1,7 @@
 """Convergence in step and mesh, energy, long chains of loops, stiff members next to soft ones."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipj
 
 import flexband as fb
+from tests.mechanics.models import slider_crank
 
 
 def run(model, duration, step, radius=0.8):
@@ -52,6 +55,27 @@ def test_a_flexible_closed_loop_converges_with_the_square_of_the_step(radius):
         errors.append(np.abs(off).max(axis=1))
     orders = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     np.testing.assert_allclose(orders, 2.0, atol=0.05)
+
+
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-13])
+def test_reactions_converge_with_the_square_of_tiny_steps(tolerance):
+    """To 1 µs: Newton's tolerance, a length, does not limit accelerations and reactions.
+
+    The link is damped by 0.6 %, since its axial waves from 5.6 kHz on last if it is not.
+    """
+    model = slider_crank()
+    link = replace(model.bodies["link"], retardation=1e-5)
+    model = replace(model, bodies=dict(model.bodies) | {"link": link})
+    model = replace(model, sensors={"A": fb.Reaction("A"), "M": fb.ReactionMoment("motor")})
+    integrator = fb.GeneralizedAlpha(tolerance=tolerance)
+
+    def motion(substeps):
+        run = {"duration": 0.02, "step": 1e-3, "substeps": substeps, "integrator": integrator}
+        return fb.simulate(model, **run).values
+
+    found = np.array([motion(125 * 2**k) for k in range(4)])
+    errors = np.abs(np.diff(found, axis=0)).max(axis=2)
+    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.0, atol=0.02)
 
 
 @settings(max_examples=5, deadline=None)

@@ -1,5 +1,6 @@
 """Fast rotation, spectral radii near 1, small steps, drives, and redundant joints."""
 
+import re
 import warnings
 
 import numpy as np
@@ -142,3 +143,31 @@ def test_a_plate_on_three_cranks_shares_its_weight(longer):
     assert np.abs(forces).max() < 30.0
     up = sum(motion.sel(output=f"{n}_Y") for n in names)
     np.testing.assert_allclose(np.abs(up), np.abs(motion.sel(output="a_Y") + 9.81), atol=1e-4)
+
+
+@pytest.mark.filterwarnings("ignore:.*numerical damping takes")
+@pytest.mark.parametrize("radius", [0.0, 0.5, 0.7, 1.0])
+def test_a_lag_that_adds_up_over_swings_is_warned_of(radius):
+    """A disc on a clock spring that is wound by four turns, √(k/J) = 5 rad/s."""
+    disc = fb.RigidBody(mass=1.0, inertia=0.02)
+    model = fb.Mechanism(
+        bodies={"disc": disc},
+        joints={"pin": fb.Revolute("disc", (0.0, 0.0))},
+        loads={"k": fb.TorsionSpring("disc", (0.0, 0.0), 0.5, rest_angle=-8 * np.pi)},
+        sensors={"angle": fb.Angle("disc")},
+    )
+    step = 1e-3 if radius > 0 else 5e-4
+    integrator = fb.GeneralizedAlpha(spectral_radius=radius)
+    with pytest.warns(fb.ResolutionWarning, match=r"swings by about ± 25\.[12] rad") as told:
+        motion = fb.simulate(model, duration=10.0, step=step, integrator=integrator)
+    text = next(str(w.message) for w in told if "swings" in str(w.message))
+    error = motion[0] / (8 * np.pi) + 1 - np.cos(5 * motion.time)
+    stated = float(re.findall(r"lags by about (\S+) rad", text)[0])
+    assert stated == pytest.approx(float(np.abs(error).max()), rel=0.05)
+    shorter = float(re.findall(r"that is (\S+) times shorter", text)[0])
+    finer = fb.simulate(
+        model, duration=10.0, step=0.1, substeps=int(0.1 * shorter / step) + 1,
+        integrator=integrator,
+    )  # fmt: skip
+    error = finer[0] / (8 * np.pi) + 1 - np.cos(5 * finer.time)
+    assert float(np.abs(error).max()) == pytest.approx(0.01, rel=0.1)

@@ -1,7 +1,10 @@
 """Static equilibrium against closed forms."""
 
+import re
+
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import flexband as fb
 
@@ -137,7 +140,8 @@ def test_huge_and_tiny_mechanisms_settle():
 def test_a_pendulum_upside_down_and_a_column_are_not_stable():
     """Euler's load of a clamped column, π²EI/4L², is 2.467."""
     pendulums = pendulum(np.array([-np.pi / 2, np.pi / 2]))
-    np.testing.assert_array_equal(fb.equilibrium(pendulums)["stable"], [True, False])
+    with pytest.warns(fb.FlexbandWarning, match="equilibrium of 1 of 2 samples is not stable"):
+        np.testing.assert_array_equal(fb.equilibrium(pendulums)["stable"], [True, False])
     cable = fb.Cable(
         length=1.0, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=1.0, elements=8
     )
@@ -146,7 +150,8 @@ def test_a_pendulum_upside_down_and_a_column_are_not_stable():
         joints={"clamp": fb.Weld("c.start", (0.0, 0.0))},
         loads={"P": fb.Force("c.end", x=-np.array([2.466, 2.469]))},
     )
-    np.testing.assert_array_equal(fb.equilibrium(column)["stable"], [True, False])
+    with pytest.warns(fb.FlexbandWarning, match="equilibrium of 1 of 2 samples is not stable"):
+        np.testing.assert_array_equal(fb.equilibrium(column)["stable"], [True, False])
     pushed = fb.Mechanism(
         bodies=column.bodies,
         joints=column.joints,
@@ -160,24 +165,94 @@ def test_a_pendulum_upside_down_and_a_column_are_not_stable():
     assert fb.equilibrium(free)["stable"]
 
 
-def test_a_truss_snaps_through():
-    """Two springs of length ℓ₀ on a height of 0.1 m: 2k (ℓ₀/ℓ − 1) y = P, at most 0.038 N."""
-    load, k = np.array([0.03, 0.04, 0.1]), 100.0
+def truss(load):
+    """Two springs of length ℓ₀ on a height of 0.1 m: 2k (ℓ₀/ℓ − 1) y = P, at most 0.0383 N."""
     rest = np.hypot(1.0, 0.1)
-    model = fb.Mechanism(
+    return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(0.0, 0.1))},
         loads={
-            "a": fb.Spring("m", (-1.0, 0.0), k, rest),
-            "b": fb.Spring("m", (1.0, 0.0), k, rest),
+            "a": fb.Spring("m", (-1.0, 0.0), 100.0, rest),
+            "b": fb.Spring("m", (1.0, 0.0), 100.0, rest),
             "P": fb.Force("m", y=-load),
         },
         sensors={"m": fb.Position("m")},
     )
-    found = fb.equilibrium(model)
-    y = found.sel(output="m_Y").values
-    np.testing.assert_allclose(2 * k * (rest / np.hypot(1.0, y) - 1) * y, load, rtol=1e-7)
-    np.testing.assert_array_equal(y > 0, [True, False, False])
-    assert found["stable"].all()
+
+
+def test_a_truss_snaps_through_at_its_limit_load():
+    def held(y):
+        return 200 * (np.hypot(1.0, 0.1) / np.hypot(1.0, y) - 1) * y
+
+    limit = -minimize_scalar(lambda y: -held(y), bounds=(0, 0.1), method="bounded").fun
+    below = np.array([0.3, 0.9, 0.999]) * limit
+    y = fb.equilibrium(truss(below)).sel(output="m_Y").values
+    np.testing.assert_allclose(held(y), below, rtol=1e-7)
+    assert (y > 0).all()
+    beyond = np.array([0.5, 1.003, 1.2, 3.0]) * limit
+    with pytest.raises(fb.AssemblyError, match=r"snaps through at .* of the loads; Pres") as told:
+        fb.equilibrium(truss(beyond), steps=2)
+    assert sorted(told.value.failures) == [1, 2, 3]
+    for sample, (_, reason) in told.value.failures.items():
+        part = float(re.search(r"at ([\d.]+) of the loads", reason).group(1))
+        assert part == pytest.approx(limit / beyond[sample], abs=2e-3)
+
+
+STRIP = {
+    "length": 1.0, "height": 0.01, "width": 0.01, "density": 1000.0, "youngs_modulus": 1e9,
+    "poissons_ratio": 0.3, "elements": 8,
+}  # fmt: skip
+EI = 1e9 * 0.01**4 / 12
+
+
+def strip(**loads):
+    return fb.Mechanism(
+        bodies={"a": fb.Beam(**STRIP)},
+        joints={"w": fb.Weld("a.start", (0.0, 0.0))},
+        loads=loads,
+        sensors={"phi": fb.Angle("a.end")},
+    )
+
+
+@pytest.mark.parametrize("steps", [1, 3])
+def test_angles_count_turns_on_the_way_to_equilibrium(steps):
+    """A strip under an end moment M turns its end by M L/EI."""
+    turns = np.array([-7.0, 3.2, 4.6, 2 * np.pi, 9.0])
+    angle = fb.equilibrium(strip(M=fb.Moment("a.end", turns * EI)), steps=steps)
+    np.testing.assert_allclose(angle[:, 0], turns, rtol=1e-6)
+
+
+def test_a_column_above_its_buckling_load_is_warned_of():
+    P = 3 * np.pi**2 / 4 * EI
+    with pytest.warns(fb.FlexbandWarning, match="of 1 of 1 sample is not stable"):
+        rest = fb.equilibrium(strip(P=fb.Force("a.end", x=-P)))
+    assert not rest["stable"]
+
+
+def test_members_that_bend_to_assemble_do_so_or_are_refused_by_name():
+    """Lee's frame with prescribed travel: a coarse mesh may assemble the other way round."""
+    section = {"section": fb.GeneralSection(6.0, 2.0), "density": 1.0, "youngs_modulus": 720.0}
+    section |= {"poissons_ratio": 0.3}
+
+    def frame(elements, travel):
+        members = {
+            "c": fb.Beam(length=120.0, elements=elements, angle=np.pi / 2, **section),
+            "b": fb.Beam(length=24.0, elements=1, start=(0.0, 120.0), **section),
+            "d": fb.Beam(length=96.0, elements=elements, start=(24.0, 120.0), **section),
+        }
+        joints = {
+            "p": fb.Revolute("c.start", (0.0, 0.0)),
+            "k": fb.Weld("b.start", "c.end", -np.pi / 2),
+            "m": fb.Weld("d.start", "b.end"),
+            "q": fb.Revolute("d.end", (120.0, 120.0)),
+            "t": fb.PrescribedTravel("b.end", (24.0, 120.0), lambda t: -travel, (0.0, 1.0)),
+        }
+        return fb.Mechanism(bodies=members, joints=joints, sensors={"R": fb.Reaction("t")})
+
+    with pytest.warns(fb.FlexbandWarning, match="assembly turned body"):
+        force = -fb.equilibrium(frame(2, 40.0)).sel(output="R_Y")
+    assert force == pytest.approx(1.7794, rel=5e-3)
+    with pytest.raises(fb.AssemblyError, match="joint 'k' holds its body the wrong way round"):
+        fb.equilibrium(frame(2, 30.0))
 
 
 def test_equal_supports_carry_equal_parts():

@@ -68,3 +68,35 @@ def test_what_is_forced_or_resolved_or_at_rest_is_not_warned_of():
     run(pushed, 20, 25)
     run(mass_on_spring(), 20, 300)
     run(mass_on_spring(1.0), 20, 10)
+
+
+def test_rounding_errors_do_not_vibrate():
+    """Gears at constant speed need no moment, and what is computed of it is rounding."""
+    joints = {
+        "A": fb.Revolute("pinion", (0.0, 0.0)),
+        "B": fb.Revolute("wheel", (0.3, 0.0)),
+        "mesh": fb.Gear("pinion", "wheel", 0.1, 0.2),
+        "motor": fb.PrescribedRotation("pinion", lambda t: 10 * t),
+    }
+    gears = fb.Mechanism(
+        bodies={
+            "pinion": fb.RigidBody(mass=1.0, inertia=0.02, rate=10.0),
+            "wheel": fb.RigidBody(mass=1.0, inertia=0.02, position=(0.3, 0.0), rate=-5.0),
+        },
+        joints=joints,
+        sensors={"M": fb.ReactionMoment("motor"), "F": fb.Reaction("mesh")},
+    )
+    motion = fb.simulate(gears, duration=0.2, step=2e-4)
+    assert np.abs(motion).max() < 1e-6
+    assert "few_steps" not in motion.attrs
+    wheel = fb.Mechanism(
+        bodies={"wheel": fb.RigidBody(mass=1.0, inertia=0.02, rate=100.0)},
+        joints={
+            "pin": fb.Revolute("wheel", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("wheel", lambda t: 100 * t),
+        },
+        sensors={"M": fb.ReactionMoment("motor")},
+    )
+    motion = fb.simulate(wheel, duration=0.2, step=1e-4)  # 2e-5 N m after the first step
+    assert np.ptp(motion.values[:, 1:]) < 1e-6
+    assert "few_steps" not in motion.attrs

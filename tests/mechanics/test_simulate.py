@@ -69,7 +69,7 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
     np.testing.assert_array_equal(divided, together[:, :, ::2])
     assert divided.attrs["halved_step"] == [1, 3]
     with pytest.raises(fb.SimulationError, match=r"steps of 0\.02 s and of 0\.01 s\nTake shorter"):
-        fb.simulate(hardening_spring(22.0), duration=1.0, step=0.02)
+        fb.simulate(hardening_spring(1e6), duration=1.0, step=0.02)
 
 
 def test_a_mechanism_without_sensors_is_refused():
@@ -110,8 +110,8 @@ def test_a_point_between_two_rods_almost_in_line_stands_still_or_is_warned_of(sl
 
 
 def test_a_run_that_fails_in_its_first_step_has_started():
-    with pytest.raises(fb.SimulationError, match="t = 1 s"):
-        fb.simulate(pendulum(-0.3), duration=10.0, step=1.0)
+    with pytest.raises(fb.SimulationError, match=r"t = 0\.02 s"):
+        fb.simulate(hardening_spring(1e6), duration=1.0, step=0.02)
 
 
 def swinging():

@@ -97,12 +97,12 @@ def test_runs_correct_the_probability_of_limits(folder):
     exact = [np.trapezoid(norm.pdf(x) * (curve > limit), x) for limit in (4.05, 3.55)]
     linear = np.ravel(json.loads(run(*options).stdout)["probability"]["probability"])
     assert np.all(linear < 0.5 * np.array(exact))
-    first = run(*options, "--runs", 32).stdout
+    first = run(*options, "--runs", 32, "--trust").stdout
     found = np.ravel(json.loads(first)["probability"]["probability"])
     np.testing.assert_allclose(found, exact, rtol=0.15)
     kept = fb.open_runs(folder).sizes["run"]
     assert kept >= 64
-    assert run(*options, "--runs", 32).stdout == first
+    assert run(*options, "--runs", 32, "--trust").stdout == first
     assert fb.open_runs(folder).sizes["run"] == kept  # none is made twice
 
 

@@ -74,6 +74,9 @@ ANSWERS = (
 SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
 """Options that may move a picture by less than a pixel."""
 
+LOADING = {"narrow", "limits", "allocate"}
+"""Commands that load the study's file, which lies elsewhere here."""
+
 WITHOUT = {"narrow", "tolerance"}
 """Commands that draw nothing."""
 
@@ -109,14 +112,15 @@ def told(folder, command, arguments):
         results = []
         for name in ANSWERS:
             patch.setattr(fb, name, recorded(getattr(fb, name), results))
-        printed = run(command, folder, *arguments)
+        trust = ["--trust"] * (command in LOADING)
+        printed = run(command, folder, *arguments, *trust)
     assert printed.exit_code == 0, printed.output
     pictures = {one.name: one.read_bytes() for one in folder.glob("*.png")}
     with pytest.MonkeyPatch.context() as patch:
         for name in ANSWERS:
             patch.setattr(fb, name, lambda *_, **__: results.pop(0))
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
-        plain = json.loads(run(command, folder, *arguments, "--json").stdout)
+        plain = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
     assert not results
     return printed.stdout, plain, pictures
 
@@ -171,7 +175,7 @@ def test_all_options_are_judged():
         named = {one.opts[0].removeprefix("--") for one in found if one.opts[0].startswith("--")}
         options = {**CASES[name][1], **OF_STUDY_LIMITS.get(name, ((), {}))[1]}
         judged = {option.replace("no-confirm", "confirm") for option in options}
-        assert named - {"json"} == judged
+        assert named - {"json", "trust"} == judged
 
 
 @pytest.mark.parametrize(

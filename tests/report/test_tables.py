@@ -8,7 +8,7 @@ import flexband as fb
 from flexband.cli.messages import print_table
 from flexband.report.numbers import number, percent
 from flexband.report.page.answers import limits_table
-from flexband.report.tables import error_in_words, remarks, summary_table
+from flexband.report.tables import error_in_words, remarks, summary_table, worst_time
 from flexband.uncertainty.surrogates.diagnostics import trust
 
 
@@ -58,6 +58,16 @@ def test_a_small_component_has_the_error_of_its_own_width():
         "over time; for v by 20 % of its own width, smaller than that of the component by which "
         "the tolerance is judged."
     )
+
+
+def test_the_worst_time_is_told_beside_the_mean_over_time():
+    """Errors of u are 2, 2 and 8 % of its mean width, times 1.5 at single times; v is constant."""
+    error = np.array([0.04, 0.04, 0.16]) * np.array([[1.0], [1 / 3]])
+    errors = {f"{k}_expected_error": (("output", "time"), error) for k in ("mean", "error_bar")}
+    own = bands(**errors, pointwise_error=(("output", "time"), 1.5 * error))
+    assert worst_time(own) == "12 % (u at time 2)"
+    assert error_in_words(own).endswith(" At single times it may be up to 12 % (u at time 2).")
+    assert worst_time(own.isel(time=[0])) == ""
 
 
 def test_the_end_of_a_narrow_band_is_told_apart_from_a_limit_that_it_is_close_to():
@@ -142,7 +152,7 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     lines = remarks(told(error, "not estimated", 0))
     assert lines[0] == (
         f"Expected error, mean over time: {100 * error:g} % of the error bar's width "
-        "(16 held-out runs)"
+        "(16 held-out runs, which can miss what happens in 17 % of the space)"
     )
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
     unmet = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]

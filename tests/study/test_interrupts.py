@@ -1,5 +1,6 @@
-"""Ctrl-C ends the command line soon, whatever it is doing, and leaves whole files."""
+"""Ctrl-C or SIGTERM ends the command line soon, whatever it is doing, and leaves whole files."""
 
+import json
 import os
 import signal
 import subprocess
@@ -8,8 +9,10 @@ import time
 
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.cli import app
 from flexband.uncertainty.expansions.threads import in_threads
 
 STUDY = """
@@ -77,6 +80,49 @@ def test_ctrl_c_ends_the_command(state, tmp_path):
     if state == "the report":
         fb.load_surrogate(tmp_path / "out" / "surrogate.npz")
         xr.open_dataset(tmp_path / "out" / "bands.nc", engine="scipy").close()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals differ")
+def test_sigterm_says_how_to_go_on(tmp_path):
+    """One that a process forked by the response gets is none of the command's."""
+    here = "fork(); sleeps()"
+    there = """
+def fork():
+    import multiprocessing
+    child = multiprocessing.get_context("fork").Process(target=time.sleep, args=(30,))
+    child.start()
+    child.terminate()
+    child.join()
+    time.sleep(1.5)
+"""
+    (tmp_path / "study.py").write_text(STUDY.format(here=here, there=there), encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen(
+        [sys.executable, "-m", "flexband", "run", "study.py", "--output", "out"],
+        env=environment, cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        while not (tmp_path / "here").exists() and process.poll() is None:
+            time.sleep(0.02)
+        assert process.poll() is None
+        process.terminate()
+        output = "".join(process.communicate(timeout=30))
+        assert process.returncode == 143, output
+    assert "flexband: stopped; `flexband resume out` goes on" in output
+    assert "Traceback" not in output
+
+
+@pytest.mark.parametrize(
+    ("interrupt", "status", "reason"),
+    [("KeyboardInterrupt", 130, "Ctrl-C"), ("KeyboardInterrupt(15)", 143, "SIGTERM")],
+)
+def test_the_folder_tells_what_stopped_a_study(interrupt, status, reason, tmp_path):
+    text = STUDY.format(here=f"raise {interrupt}", there="")
+    (tmp_path / "study.py").write_text(text, encoding="utf-8")
+    out = tmp_path / "out"
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "study.py"), "--output", str(out)])
+    assert done.exit_code == status
+    about = json.loads((out / "study.json").read_text(encoding="utf-8"))
+    assert (about["state"], about["reason"]) == ("stopped", reason)
 
 
 def test_threads_do_not_outlive_an_error():

@@ -303,7 +303,7 @@ def test_traps_are_right_or_say_how_wrong_they_are(name):
         "a gap that closes in one corner",
         "a pole near a corner",
     )
-    assert bands.attrs["expected_error"] < 0.1
+    assert bands.attrs["expected_error"] < 0.2
 
 
 def test_thirty_intervals_squared():

@@ -5,6 +5,7 @@ import pytest
 
 import flexband as fb
 from flexband.uncertainty.answers.results import expected_error
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 
 NUMBER = np.ones(1)
 INPUTS = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1)}
@@ -68,11 +69,12 @@ def test_bands_of_a_part_have_the_error_at_any_point(surrogate):
     true = float(abs(bands["error_bar"][:, 0] - [-0.5 + 0.025 - 0.2, 0.5 + 0.025 + 0.2]).max())
     assert true == pytest.approx(0.075, rel=1e-3)
     assert float(bands["error_bar_expected_error"][0]) > true / 3
-    assert "pointwise_error" not in bands
+    at_one_time = AT_ONE_TIME * bands["error_bar_expected_error"]
+    np.testing.assert_array_equal(bands["pointwise_error"], at_one_time)
 
 
 def test_many_variables_and_outputs_that_nothing_is_missed_of():
-    """Places between the nodes are chosen where there are many, and no error is zero."""
+    """Places between the nodes are chosen where there are many, and no error is below 2e-5 of σ."""
     inputs = {f"e{k}": fb.Interval(-1, 1) for k in range(6)}
     bands = fb.propagate(
         lambda **e: np.stack([sum(e.values()), sum(e.values()) * 0 + 1], axis=1),
@@ -80,4 +82,4 @@ def test_many_variables_and_outputs_that_nothing_is_missed_of():
         fb.PhaseResolvedPCCI(0, 1),
     )
     assert np.all(np.isfinite(bands["error_bar_expected_error"]))
-    assert bands["error_bar_expected_error"].max() < 1e-12
+    assert bands["error_bar_expected_error"].max() < 1e-4

@@ -1,5 +1,7 @@
 """Distributions: their polynomials against closed forms, moments against quadrature, bad input."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 import scipy.stats as ss
@@ -244,6 +246,43 @@ def test_scipy_distributions_are_inputs(tmp_path):
         assert own.evaluate(g=1.5, e=0.0, s=4.0) == pytest.approx(5.5)
 
 
+BOX = fb.Interval(2.0, 2.4)
+
+
+@pytest.mark.parametrize(
+    "one",
+    [
+        fb.Normal(BOX, fb.Interval(0.1, 0.2)),
+        fb.Normal(BOX, cv=fb.Interval(0.1, 0.2)),
+        fb.LogNormal(BOX, fb.Interval(0.1, 0.2)),
+        fb.LogNormal(BOX, cv=fb.Interval(0.1, 0.2)),
+        fb.LogNormal.of_logarithm(fb.Interval(0.0, 0.2), fb.Interval(0.1, 0.3)),
+        fb.TruncatedNormal(BOX, 0.5, fb.Interval(1.0, 1.2), fb.Interval(3.0, 3.2)),
+        fb.Uniform(fb.Interval(0.0, 0.5), BOX),
+        fb.Triangular(fb.Interval(0.0, 0.2), fb.Interval(1.0, 1.2), BOX),
+        fb.Beta(BOX, fb.Interval(2.5, 2.8), fb.Interval(-1.0, 0.0), fb.Interval(1.0, 1.2)),
+        fb.Beta(mean=fb.Interval(0.4, 0.5), std=fb.Interval(0.15, 0.18)),
+        fb.Weibull(fb.Interval(1.0, 1.2), BOX, fb.Interval(0.0, 0.5)),
+        fb.Weibull(mean=BOX, cv=fb.Interval(0.3, 0.35)),
+        fb.Gumbel(BOX, fb.Interval(0.1, 0.2)),
+        fb.Gumbel(BOX, cv=fb.Interval(0.1, 0.2)),
+        fb.ScipyDistribution("gamma", (("a", BOX), ("loc", 1.0), ("scale", fb.Interval(1, 1.1)))),
+    ],
+    ids=str,
+)
+def test_every_parameter_may_be_an_interval(one, tmp_path):
+    ends = ((box.lower, box.upper) for box in one.intervals.values())
+    means = [
+        one.replaced(dict(zip(one.intervals, corner, strict=True))).frozen.mean()
+        for corner in product(*ends)
+    ]
+    surrogate = fb.expand(lambda x: x, {"x": one}, fb.PCCI(5, 5))
+    fb.save_surrogate(surrogate, tmp_path / "s.npz")
+    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        mean = own.bands()["mean"].values
+        np.testing.assert_allclose(mean, [min(means), max(means)], rtol=1e-3)
+
+
 def test_mean_and_spread_of_samples_are_those_of_the_data():
     for data in (DATA, np.repeat([1.0, 2.0, 2.5, 7.0], 9), np.append(np.zeros(40), 1.0)):
         family = fb.Samples(data).family
@@ -315,6 +354,10 @@ def test_weibull_and_beta_by_their_moments():
         (lambda: fb.LogNormal(1.0, cv=-0.1), "LogNormal cv must be positive; got -0.1"),
         (lambda: fb.LogNormal(1.0, 1e9), "LogNormal std must be 100 times the mean 1 or less"),
         (lambda: fb.LogNormal.of_logarithm(0.0, 1e3), "must be smaller for the LogNormal to be"),
+        (lambda: fb.LogNormal.of_logarithm(0.0, fb.Interval(-1.0, 1.0)), "log_std must be pos"),
+        (lambda: fb.LogNormal(1.0, log_mean=0.0, log_std=1.0), "LogNormal must have either mean"),
+        (fb.LogNormal, "or log_mean and log_std; got none"),
+        (lambda: fb.ScipyDistribution("norm", 3), "pairs of a name, .* and a number; got 3"),
         (lambda: fb.LogNormal(fb.Interval(-1.0, 1.0), 1.0), "LogNormal mean must be positive; got"),
         (lambda: fb.Weibull(0.0, 2.0), "Weibull scale must be positive; got 0"),
         (lambda: fb.Weibull(1.0, 0.1), "Weibull shape must be from 0.2 to 10000; got 0.1"),

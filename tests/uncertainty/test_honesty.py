@@ -1,5 +1,7 @@
 """The benchmark of claimed errors: its references, and how it counts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +11,7 @@ from honesty_rates import Outcome, errors, false, outcome, rates, right, too_sma
 from honesty_references import Term, rule
 from scipy.stats import qmc
 
+import flexband as fb
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
@@ -99,6 +102,7 @@ def test_outcomes_of_known_bands():
             "error_bar": (dims, bar),
             "mean_expected_error": (dims[1:], np.array([[0.004, 0.02, 0.02, 0.0]])),
             "error_bar_expected_error": (dims[1:], np.zeros((1, 4))),
+            "pointwise_error": (dims[1:], np.array([[0.02, 0.04, 0.1, 0.1]])),
         },
         attrs={"expected_error": 0.0055, "runs": 7},
     )
@@ -107,6 +111,10 @@ def test_outcomes_of_known_bands():
     np.testing.assert_allclose(claim[0, 0], [0.002, 0.01, 0.01, 0])
     one = outcome("ring", 0, found, truth)
     assert (one.runs, one.visible, one.missed) == (7, 2, 1)
+    assert (one.points, one.visible_bars, one.exceeded) == (4, 0, 0)
+    bars = found.assign(error_bar=found["error_bar"] + found["mean"])
+    one = outcome("ring", 0, bars, truth)
+    assert (one.points, one.visible_bars, one.exceeded) == (4, 2, 1)
     assert one.true == pytest.approx(0.0125)
     assert one.claim == pytest.approx(0.0055)
     told_less = found.assign_attrs(expected_error=0.001)
@@ -127,9 +135,10 @@ def test_outcomes_of_known_bands():
 )
 def test_verdicts(true, claim, expected):
     one = Outcome("ring", 0, true=true, claim=claim, visible=10, missed=5)
+    one = replace(one, points=20, visible_bars=16, exceeded=4)
     assert (right(one, 0.01), too_small(one), false(one, 0.01)) == expected
     found = [rate.value for rate in rates([one] * 4, 0.01)]
-    assert found == [100 * expected[1], 100 * expected[2], 100 * expected[0], 50]
+    assert found == [100 * expected[1], 100 * expected[2], 100 * expected[0], 50, 25, 20]
 
 
 def test_references_of_a_mechanism_agree_with_samples():
@@ -144,6 +153,34 @@ def test_failures_count_as_not_right():
     good = Outcome("ring", 0, true=0.002, claim=0.001, visible=10)
     failed = Outcome("ring", 1, failure="ValueError: empty")
     found = [rate.value for rate in rates([good, failed], 0.01)]
-    assert found == [0, 0, 50, 0]
+    assert found == [0, 0, 50, 0, 0, 0]
     assert not too_small(failed)
     assert not false(failed, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("family", "seed"), [("chosen pendulum", 21), ("chosen pendulum", 24), ("chosen crank", 24)]
+)
+@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+def test_a_step_that_is_left_out_keeps_the_true_error_below_the_tolerance(family, seed):
+    """References have steps 64 and 256 times as fine as the coarsest; one was too long in all."""
+    case = draw(family, seed)
+    bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))
+    true, _ = errors(bands, case.reference(1))
+    assert "step" in bands.attrs["halved"]
+    assert true.mean(axis=-1).max() < 0.01
+
+
+@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+def test_few_points_in_time_are_twice_as_wrong_as_their_pointwise_error():
+    """Of responses that ring, beat or resonate; it is 1.5 times the error expected there."""
+    found = []
+    for family, seed in (("ring", 106), ("modes", 105), ("beats", 101), ("resonance", 102)):
+        case = draw(family, seed)
+        bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
+        found.append(outcome(family, seed, bands, case.reference(1)))
+        error = 1.5 * bands["error_bar_expected_error"]
+        np.testing.assert_array_equal(bands["pointwise_error"], error)
+    seen = sum(one.visible_bars for one in found)
+    assert seen > 100
+    assert sum(one.exceeded for one in found) < 0.1 * seen

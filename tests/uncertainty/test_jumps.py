@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 from typer.testing import CliRunner
 
 import flexband as fb
@@ -41,7 +40,7 @@ def test_answers_are_marked_where_the_error_is_above_its_tolerance():
     limit = fb.Limit(below=0.5)
     found = fb.failure_probability(surrogate, limit)
     above = r"Not reliable: the error expected of the surrogate is .* above the tolerance of 1 %"
-    assert found["confidence_high"].sel(bound="lower") < norm.sf(0.3)  # absurd
+    assert found["confidence_high"].isnull().all()
     assert fb.value_range(surrogate).attrs["surrogate_not_reliable"] in found.attrs["verdict"]
     assert " ".join(found.attrs["verdict"].split(". ")[-1:]).startswith("Not reliable: the error")
     again = fb.failure_probability(surrogate, limit, response=response, runs=64)

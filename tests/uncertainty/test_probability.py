@@ -8,6 +8,8 @@ import xarray as xr
 from scipy.stats import norm
 
 import flexband as fb
+from flexband.report.figures import is_likely
+from flexband.report.page.answers import limits_table
 from flexband.uncertainty.answers.probability.estimates import clear
 
 NORMAL = fb.Normal(0.0, 1.0)
@@ -234,7 +236,7 @@ def test_several_limits_and_the_expected_error():
     exact = [norm.sf(3.0), norm.sf(3.5), norm.sf(3.0) + norm.sf(3.5)]
     np.testing.assert_allclose(found["probability"][0], exact, rtol=0.08)
 
-    rough = fb.expand(lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.01, 24))
+    rough = fb.expand(lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.05, 24))
     found = fb.failure_probability(rough, fb.Limit(below=0.8))
     looser, value, tighter = (
         float(found[k][0, 0]) for k in ("limit_looser", "probability", "limit_tighter")
@@ -307,7 +309,7 @@ def test_a_limit_that_is_left_for_certain_has_a_probability_of_one(seed):
         np.testing.assert_allclose(found[name].values[1, [0, 2]], 1.0, atol=1e-6)
     assert found["probability"].sel(bound="upper").values[1] < 1e-4
     some = fb.failure_probability(surrogate, fb.Limit("a", below=-1.0001), seed=seed)["probability"]
-    np.testing.assert_allclose(some[:, 0], [norm.cdf(1.0), 1.0], rtol=0.03)
+    np.testing.assert_allclose(some[:, 0], [norm.cdf(1.0), 1.0], rtol=0.05)
 
 
 def test_choices_and_seeds():
@@ -409,3 +411,59 @@ def test_intervals_alone_have_no_probability():
     surrogate = fb.expand(constant_of_x, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1))
     with pytest.raises(fb.InputError, match="must have random inputs"):
         fb.failure_probability(surrogate, fb.Limit(below=0.5))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_interval_of_a_largest_probability_inside_the_box_holds_it(seed):
+    """The maximum of c over the box decides; a search with few samples is 10 % below it."""
+
+    def response(x, y, e, g):
+        return (-2.54 * ((e - 0.61) ** 2 + (g + 0.38) ** 2) + 0.24 * e + 0.62 * x + 0.3 * y)[
+            :, None
+        ]
+
+    intervals = {"e": fb.Interval(-1, 1), "g": fb.Interval(-1, 1)}
+    surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL} | intervals, fb.PCCI(1, 2))
+    limit = fb.Limit(below=2.2805194)
+    exact = norm.sf((2.2805194 - 0.24 * 0.61 - 0.12**2 / 2.54) / np.hypot(0.62, 0.3))
+    found = fb.failure_probability(surrogate, limit, seed=seed)
+    value, low, high = bounds(found)[:, 1]
+    assert low <= exact <= high
+    assert high < 1.12 * low
+    assert value == pytest.approx(exact, rel=0.05)
+    narrow = surrogate.narrowed(e=fb.Interval(0.3, 0.9))
+    narrower = bounds(fb.failure_probability(narrow, limit, seed=seed))[:, 1]
+    assert narrower[0] <= high
+    assert narrower[1] <= exact <= narrower[2]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_corners_are_named_by_common_samples_where_the_probability_hardly_changes(seed):
+    def response(e, x):
+        return constant(x + 2e-3 * e)
+
+    surrogate = fb.expand(response, {"e": fb.Interval(-1, 1), "x": NORMAL}, fb.PCCI(1, 1))
+    found = fb.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed)
+    np.testing.assert_array_equal(found["probability_at"].values.ravel(), [-1.0, 1.0])
+    assert found["probability"].values[0, 0] <= found["probability"].values[1, 0]
+
+
+def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
+    """Unless runs of the model correct it; tables and charts have no number either."""
+
+    def response(x):
+        return constant(np.tanh(2 * x))
+
+    rough = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI(1e-4, 12))
+    assert rough.diagnostics.attrs["expected_error"] > 1e-4
+    limit = fb.Limit(below=0.8)
+    found = fb.failure_probability(rough, limit)
+    names = ("probability", "confidence_high", "between_times", "limit_tighter", "at_each_time")
+    assert all(np.isnan(found[name]).all() for name in names)
+    assert "not given" in found.attrs["verdict"]
+    assert limits_table(fb.check_limits(rough, limit), found)[1][0][-2:] == ["not given"] * 2
+    assert not is_likely(found)
+    by_runs = fb.failure_probability(rough, limit, response=response)
+    agrees(by_runs, norm.sf(np.arctanh(0.8) / 2), 0.15)
+    assert np.isnan(by_runs["at_each_time"]).all()
+    assert "corrected with 64 runs of the model" in by_runs.attrs["verdict"]

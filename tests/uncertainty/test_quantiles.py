@@ -114,6 +114,23 @@ def test_no_place_of_a_brute_force_search_is_beyond_the_bounds():
         assert (upper >= tried.max(axis=1) - slack).all()
 
 
+@pytest.mark.parametrize("method", [fb.PCCI(2, 2), fb.PhaseResolvedPCCI(2, 2)])
+def test_samples_of_series_are_values_of_the_expansion(method):
+    inputs = {name: fb.Normal(0.0, 0.1) for name in "ab"}
+    inputs |= {name: fb.Interval(-1.0, 1.0) for name in "de"}
+    t = np.linspace(0, 1, 200)
+    response = lambda a, b, d, e: (  # noqa: E731
+        np.cos(np.outer(60 + a + e, t)) * (2 + np.outer(b * d, t)) + np.outer(d, t)
+    )
+    surrogate = fb.expand(response, inputs, method)
+    (series,) = SampledSeries.of_outputs(surrogate.expansions[0])
+    xi, eta = samples_of(surrogate.space.families, 1100, 0), np.array([[0.3, -0.8]])
+    times = np.array([0, 71, 199])
+    values = series.values(series.basis(xi), np.repeat(eta, 3, axis=0), times)
+    exact = surrogate.standard(xi, np.repeat(eta, len(xi), axis=0))[:, times]
+    np.testing.assert_allclose(values, exact.T, rtol=0, atol=1e-12)
+
+
 def test_many_inputs():
     names = [f"a{k}" for k in range(12)], [f"e{k}" for k in range(12)]
     inputs = {k: fb.Normal(0.0, 1.0) for k in names[0]}

@@ -9,7 +9,10 @@ import xarray as xr
 from scipy.optimize import brentq
 
 import flexband as fb
+from flexband.report.tables import remarks
+from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.surrogates import verification
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 TIMES = np.linspace(0.0, 2.0, 41)
 INPUTS = {"e": fb.Interval(-1.0, 1.0), "f": fb.Interval(1.0, 2.0), "x": fb.Normal(5.0, 0.5)}
@@ -62,7 +65,8 @@ def test_verdicts_agree_with_their_numbers(surrogate):
         own = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
         for seed in range(6):
             checked = fb.verify(replace(surrogate, diagnostics=own), response, runs=8, seed=seed)
-            text = checked.attrs["verdict"]
+            text, missed = checked.attrs["verdict"].rsplit(". ", 1)
+            assert missed == "8 runs can miss what happens in 31 % of the space of the inputs"
             percents = [float(one) for one in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)]
             words.add(text.split(":")[0])
             if text.startswith("Confirmed:"):
@@ -154,3 +158,52 @@ def test_constants_and_exact_polynomials_are_confirmed():
     checked = fb.verify(surrogate, exact)
     assert checked.attrs["confirmed"] == "yes"
     assert float((checked["implied_error"] / checked["bar_width"]).max()) < 1e-3
+
+
+def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
+    """They move every end of the bands by the sum of their effects, which are linear here."""
+    m, effects = 30, 0.1 / (1 + np.arange(30))
+    inputs = {f"e{k:02d}": fb.Interval(-1.0, 1.0) for k in range(m)} | {"x": fb.Normal(0.0, 0.1)}
+
+    def linear(x, **e):
+        return x + np.stack([e[k] for k in sorted(e)], axis=1) @ effects
+
+    full = fb.expand(linear, inputs, fb.RegressionPCCI(1))
+    assert isinstance(full, Surrogate)
+    expansion = full.expansions[0]
+    assert isinstance(expansion, DirectExpansion)
+    values = expansion.values
+    kept = np.flatnonzero(~values.index[:, 3:m].any(axis=1))  # three intervals and x
+    values = replace(values, index=values.index[kept], coefficients=values.coefficients[kept])
+    few = replace(full, expansions=(replace(expansion, values=values),))
+    true = effects[3:].sum()
+    for runs, ratio in ((16, 2.0), (256, 1.02)):
+        found = [
+            float(fb.verify(few, linear, runs=runs, seed=k)["implied_error"]) for k in range(5)
+        ]
+        assert true * 0.99 < min(found)
+        assert max(found) < ratio * true
+    at = fb.verify(few, linear)["run_values"].values[:m].T
+    assert np.all(np.ptp(at[:2, :3], axis=0) == 0)
+    np.testing.assert_allclose(at[0, 3:], -at[1, 3:])
+
+
+def test_no_verdict_states_less_than_its_runs_can_see():
+    """A kink that 8 % of the samples reach: half of the width is missing there, and no run is."""
+
+    def kink(x, e):
+        values = np.maximum(x - 1 + 0.3 * e, 0)[:, None] + 0.1 * e[:, None] * TIMES
+        return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
+
+    inputs = {"x": fb.Normal(0, 0.5), "e": fb.Interval(-1, 1)}
+    with pytest.warns(fb.FlexbandWarning, match="'x' changes no output"):
+        surrogate = fb.expand(kink, inputs, fb.PhaseResolvedPCCI(1, 1))
+    assert isinstance(surrogate, Surrogate)
+    assert 4e-6 < surrogate.diagnostics.attrs["expected_error"] < 4e-5
+    lines = " ".join(remarks(surrogate.bands()))
+    assert "4 held-out runs, which can miss what happens in 53 % of the space" in lines
+    checked = fb.verify(surrogate, kink)
+    assert "follows is 0.002 % of the error bar's width" in checked.attrs["verdict"]
+    assert "16 runs can miss what happens in 17 % of the space" in checked.attrs["verdict"]
+    assert pytest.approx(0.05, rel=0.02) == 0.83**16  # that all lie elsewhere
+    assert float((checked["implied_error"] / checked["bar_width"]).min()) >= 1.9e-5

@@ -14,7 +14,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.older import mark_older, stale
+from flexband.cli.answers.older import OF_RUN, altered, mark_older, stale
 from flexband.cli.course import Course
 from flexband.cli.files import check_folder, save
 from flexband.cli.messages import (
@@ -37,7 +37,7 @@ from flexband.progress import doing, hearing
 from flexband.report.numbers import percent
 from flexband.report.progress import progress_bars
 from flexband.study.compiling import compile_ahead
-from flexband.study.folder import StudyFolder
+from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.identity import identity
 from flexband.study.points import Points
 from flexband.study.study import Study
@@ -142,10 +142,27 @@ def finished(folder: StudyFolder, own: str) -> dict[str, Any] | None:
         print_remark(str(error))
         return None
     result = about.get("result")
-    same = about.get("identity") == own and about.get("state") == "finished"
+    if about.get("identity") != own or about.get("state") != "finished":
+        return None
     page = folder.path / PAGE  # which answers may have been added to
-    there = page.is_file() and bool(result) and folder.has(result["checksums"])
-    return result if same and there else None
+    there = page.is_file() and folder.is_result(result)
+    return result if there and are_intact(folder.path) else None
+
+
+def are_intact(folder: Path) -> bool:
+    """Return whether what `flexband run` writes for the report, and commands may change, is there.
+
+    Whether it is as written is told by each file.
+    """
+    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.results import read_netcdf  # noqa: PLC0415
+
+    try:
+        if SHARES in read_given(folder)["files"]:
+            read_netcdf(folder / SHARES)
+    except (fb.InputError, OSError, KeyError):
+        return False
+    return not altered(folder, OF_RUN)
 
 
 def forget_failed(study: Study, store: Store) -> None:
@@ -166,7 +183,8 @@ def results(
 
     output, label, where = course.folder.path, study.method.label, plan.where()
     data, model, checks = (output / f for f in ("bands.nc", "surrogate.npz", "verification.nc"))
-    earlier = course.folder.signed([model]) if model.exists() else {}
+    known = model.is_file() and not model.is_symlink()
+    earlier = course.folder.signed([model]) if known else {}
     options = {"batch": plan.batch, "store": store, "executor": where, "failed": plan.policy}
     doing("compiling what is not compiled yet")
     compile_ahead(study)
@@ -177,10 +195,11 @@ def results(
     changed = model not in files or course.folder.signed([model]) != earlier
     if changed:  # before anything may end this process
         mark_older(output)
+    if changed and model in files:
+        forget_page(output)
     if save(lambda: write_netcdf(bands, data)):
         files.append(data)
-        for name in (GIVEN, PAGE):  # of other bands
-            (output / name).unlink(missing_ok=True)
+        forget_page(output)
     checked, new = None, plan.new_runs(study)
     if surrogate is not None and new:
         own = {k: options[k] for k in ("store", "executor", "failed")}
@@ -204,6 +223,7 @@ def results(
         "computed": computed(course.about),
         "seconds": (time.monotonic() - course.begin) / (int(bands.attrs["runs"]) + new),
         "doubts": why,
+        "files": [file.name for file in files],
         "remarks": [*tables.remarks(bands, checked, why), *tables.field_remarks(fields)],
     }
     doing("the report")
@@ -215,7 +235,7 @@ def results(
     older += [shares] * (surrogate is None and shares.exists())
     older += [drawn] * (changed and drawn.exists()) + stale(output)
     written += [f"Older:  {own}, of an earlier run" for own in older]
-    return {
+    result = {
         "title": title,
         "table": table,
         "answer": answer,
@@ -225,6 +245,13 @@ def results(
         "written": written,
         "checksums": course.folder.signed(files),
     }
+    return {**result, "checksum": checksum_of(result)}
+
+
+def forget_page(output: Path) -> None:
+    """Delete a report of other bands, and what is known of it."""
+    for name in (GIVEN, PAGE):
+        (output / name).unlink(missing_ok=True)
 
 
 def made(
@@ -304,7 +331,9 @@ def doubts(bands: xr.Dataset, checked: xr.Dataset | None, *, asked: bool) -> lis
 def tell(result: dict[str, Any], *, as_json: bool) -> None:
     """Print a result, whose table has been printed."""
     if as_json:
-        print_json({k: v for k, v in result.items() if k not in ("checksums", "written")})
+        print_json(
+            {k: v for k, v in result.items() if k not in ("checksum", "checksums", "written")}
+        )
     else:
         answer = result["answer"]
         details = [line for line in result["remarks"] if f"{line}." not in answer]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import shlex
+import signal
 import time
 from collections.abc import Callable
 from typing import Any
 
-from flexband.cli.messages import Ending, in_words, print_remark, print_text
+from flexband.cli.messages import Ending, in_words, print_remark, print_text, signal_of
 from flexband.errors import free_memory
 from flexband.execution.growing import GrowingArrays
 from flexband.progress import Budget, Progress
@@ -45,8 +46,10 @@ class Course:
     def ends(self, error: BaseException, *, recorded: bool) -> None:
         """Write why the study has ended; of one that has no store yet, nothing is left."""
         if recorded and self.opened:
-            stopped = isinstance(error, KeyboardInterrupt)
-            state, reason = ("stopped", "Ctrl-C") if stopped else ("failed", in_words(error))
+            state, reason = "failed", in_words(error)
+            if isinstance(error, KeyboardInterrupt):
+                terminated = signal_of(error) == signal.SIGTERM
+                state, reason = "stopped", "SIGTERM" if terminated else "Ctrl-C"
             self.write(state, reason=reason)
         if self.first and not (self.opened and self.folder.runs.exists()):
             self.folder.forget()

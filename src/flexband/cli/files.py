@@ -11,6 +11,7 @@ import typer
 
 from flexband.cli.messages import print_remark
 from flexband.errors import InputError
+from flexband.files import replaced
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[
@@ -34,9 +35,15 @@ def check_folder(folder: Path) -> None:
 def draw(figure: Callable[[], Any], file: Path, *, wanted: bool = True) -> bool:
     """Write a figure; if none is wanted, delete the one that is there, which is older."""
     if wanted:
-        return save(lambda: figure().savefig(file, dpi=150))
+        return save(lambda: write_figure(figure(), file))
     file.unlink(missing_ok=True)
     return False
+
+
+def write_figure(figure: Any, file: Path, dpi: int = 150) -> None:
+    """Write a figure as a PNG file, which appears only once it is complete."""
+    with replaced(file) as partial:
+        figure.savefig(partial, format="png", dpi=dpi)
 
 
 def save(write: Callable[[], object]) -> bool:

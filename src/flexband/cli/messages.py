@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import sysconfig
 import traceback
 import warnings
@@ -20,9 +21,10 @@ from rich.table import Table as RichTable
 from flexband.arguments import ArgumentError
 from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, StoreError
 
-ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 130
+ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 128
 """Exit statuses besides 0, done: an error; wrong usage; finished, but the result does not meet its
-tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by Ctrl-C."""
+tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by a signal,
+whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
 
 LIBRARIES = Path(__file__).parents[1], *(sysconfig.get_path(k) for k in ("stdlib", "purelib"))
 """Folders of code that is not the user's."""
@@ -32,7 +34,7 @@ OWN = InputError, RunError, StoreError, RunsNeeded
 EXITS = (
     "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
     "result is not trusted, or new runs fail or do not confirm it; 4 points wait to be run "
-    "elsewhere; 130 stopped by Ctrl-C."
+    "elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
 )
 
 
@@ -42,7 +44,7 @@ class Ending:
     Attributes
     ----------
     debug : whether errors are raised with their traceback.
-    stopped : what is printed after Ctrl-C.
+    stopped : what is printed after Ctrl-C or SIGTERM.
     """
 
     debug = False
@@ -77,9 +79,9 @@ def reported_errors() -> Iterator[None]:
             yield
     except (typer.Exit, typer.Abort):
         raise
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         print_text(Ending.stopped, "red", error=True)
-        raise typer.Exit(STOPPED) from None
+        raise typer.Exit(STOPPED + signal_of(error)) from None
     except BaseException as error:  # also SystemExit: of a response, for instance
         if isinstance(error.__context__, BrokenPipeError):  # nobody reads what is printed
             raise typer.Exit(ERROR) from None
@@ -87,6 +89,11 @@ def reported_errors() -> Iterator[None]:
             traceback.print_exception(error)
         print_text(f"flexband: {in_words(error)}", "red", error=True)
         raise typer.Exit(USAGE if isinstance(error, UsageError) else ERROR) from None
+
+
+def signal_of(interrupt: KeyboardInterrupt) -> int:
+    """Return the signal of an interrupt, which is that of Ctrl-C unless it tells another one."""
+    return int(interrupt.args[0]) if interrupt.args else signal.SIGINT
 
 
 def in_words(error: BaseException) -> str:

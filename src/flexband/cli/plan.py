@@ -11,6 +11,7 @@ from typing import Any
 from flexband.cli.messages import usage
 from flexband.cli.methods import METHODS
 from flexband.errors import InputError, StoreError, known, positive, whole
+from flexband.execution.dask import Dask
 from flexband.execution.processes import Processes
 from flexband.study.options import with_options
 from flexband.study.study import Study, load_study
@@ -97,7 +98,14 @@ class Plan:
         """What to do about runs that fail, as `propagate` calls it."""
         return POLICIES[self.failed]
 
-    def where(self) -> Processes | str | None:
+    @property
+    def has_remote_executor(self) -> bool:
+        """Whether the executor is the address of a scheduler on another host."""
+        found = re.fullmatch(r"(?:\w+://)?(.+):\d+/?", self.executor or "")
+        local = ("localhost", "127.0.0.1", "[::1]", "processes")
+        return found is not None and found[1] not in local
+
+    def where(self) -> Processes | Dask | str | None:
         """Return the executor; raise `InputError` if there is none of this name."""
         name, limit = self.executor, self.time_limit
         if limit is not None:
@@ -105,13 +113,14 @@ class Plan:
         own = re.fullmatch(r"processes(?::(\d+))?", name or "", re.ASCII)
         if own:
             return Processes(int(own[1]) if own[1] else None, limit)
-        if limit is not None:
+        if limit is not None and name is None:
             raise InputError(
-                "--time-limit requires --executor processes: only another process can be ended"
+                "--time-limit requires --executor processes, or the address of a Dask scheduler: "
+                "only another process can be ended"
             )
         if name is not None and not re.fullmatch(r"(\w+://)?.+:\d+/?", name):
             raise InputError(
                 "--executor must be processes, processes:4, or the address of a Dask scheduler "
                 f"such as tcp://127.0.0.1:8786; got {name!r}"
             )
-        return name
+        return name if name is None or limit is None else Dask(name, limit)

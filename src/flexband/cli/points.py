@@ -14,7 +14,7 @@ from flexband.cli.files import File, Folder, Output
 from flexband.cli.messages import print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
 from flexband.cli.plan import Plan
-from flexband.cli.runs import Failed, Method, Sigmas, plan_in
+from flexband.cli.runs import Failed, Method, Sigmas, Trust, plan_in
 from flexband.errors import InputError
 from flexband.execution.journal import Finished
 from flexband.execution.store import Store
@@ -57,13 +57,14 @@ def points(
 def ingest(
     folder: Folder,
     results: Annotated[Path, typer.Argument(help="Table with the results (.csv or .nc).")],
+    trust: Trust = False,
 ) -> None:
     """Record the results of points that were run elsewhere.
 
     RESULTS has the number of each point, and a column for every output, such as force or
     force[time=0.5]. A run whose cells are empty has failed; a column "reason" may tell why.
     """
-    plan = plan_in(folder)
+    plan = plan_in(folder, trust=trust)
     study = plan.study()
     response = response_elsewhere(study)
     with StudyFolder(folder).held():

@@ -11,15 +11,18 @@ import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.checking import check
+from flexband.cli.answers.older import OF_RUN, altered
 from flexband.cli.application import app
 from flexband.cli.files import Folder, save
 from flexband.cli.messages import UsageError, print_remark, print_text, reported_errors, usage
 from flexband.errors import InputError, whole
+from flexband.study.folder import StudyFolder
 from flexband.study.study import Study
 
 SHARES = "contributions.nc"
 GIVEN, PAGE = "page.json", "report.html"
-DATA = ("bands.nc", "verification.nc", SHARES)
+BANDS = "bands.nc"
+DATA = (BANDS, "verification.nc", SHARES)
 MODEL = "surrogate.npz"
 
 
@@ -39,8 +42,8 @@ def report_on(
     Parameters
     ----------
     inputs : fields with their domains.
-    about : `title`, `label`, `file`, `computed`, `remarks`, `doubts`, and `seconds` of a
-        run.
+    about : `title`, `label`, `file`, `computed`, `remarks`, `doubts`, `files`, the names of those
+        that were written, and `seconds` of a run.
     """
     from flexband.report.page.given import given_by, write_given  # noqa: PLC0415
     from flexband.report.page.study import uncertain_ones, verdict, write_report  # noqa: PLC0415
@@ -49,14 +52,12 @@ def report_on(
     contributions = contributions_of(surrogate, study.sigmas)
     limits, probability, unchecked = limits_of(study, surrogate, folder)
     add_path(surrogate, bands, folder)
-    if contributions is not None:
-        save(lambda: write_netcdf(contributions, folder / SHARES))
-    found = bands, checked, contributions
-    names = [name for name, one in zip(DATA, found, strict=True) if one is not None]
-    names += [MODEL] * (surrogate is not None)
+    signed = StudyFolder(folder).signed([folder / name for name in about["files"]])
+    if contributions is not None and save(lambda: write_netcdf(contributions, folder / SHARES)):
+        about["files"].append(SHARES)  # another command writes it as well
     seconds = about.pop("seconds")
     found = given_by(study, inputs, surrogate, Path(about["file"]), seconds=seconds)
-    given = {**about, **found, "files": names, "unchecked": unchecked}
+    given = {**about, **found, "unchecked": unchecked, "signed": signed}
     save(lambda: write_given(folder, given))
     page = write_report(folder, given, bands, checked, contributions, surrogate)
     uncertain = uncertain_ones(contributions, given["inputs"])
@@ -121,25 +122,40 @@ def report(
     Nothing is run. report.html is one file with all that it needs, which can be sent. Distribution
     functions take about a second each; they are kept in p_boxes.nc.
     """
-    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.page.given import RESTORED, read_given  # noqa: PLC0415
     from flexband.report.page.study import write_report  # noqa: PLC0415
+    from flexband.report.results import read_netcdf  # noqa: PLC0415
 
     given = read_given(folder)
     if not given:
         raise InputError(f"folder must have results of `flexband run`; got '{folder}'")
     if missing := [name for name in given["files"] if not (folder / name).is_file()]:
         raise InputError(f"'{folder}' has lost {', '.join(missing)}; `flexband run` makes it again")
+    if BANDS not in given["files"]:
+        raise InputError(f"'{folder}' has no {BANDS} of its study; {RESTORED}")
     bands, *more = (folder / name for name in DATA)
-    data = read(bands)
-    checked, contributions = (read(one) if one.name in given["files"] else None for one in more)
+    data = read_netcdf(bands)
+    checked, contributions = (
+        read_netcdf(one) if one.name in given["files"] else None for one in more
+    )
     surrogate = fb.load_surrogate(folder / MODEL) if MODEL in given["files"] else None
     sigmas = float(data.attrs["sigmas"])
     if contributions is not None and contributions.attrs["sigmas"] != sigmas:  # asked for since
         contributions = contributions_of(surrogate, sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)
+    check_answers(folder)
     page = write_report(folder, given, data, checked, contributions, surrogate)
     print_text(f"Report: {page}")
+
+
+def check_answers(folder: Path) -> None:
+    """Raise `InputError` if an answer in a folder is not as written."""
+    from flexband.report.page.given import RESTORED  # noqa: PLC0415
+
+    for name in altered(folder):
+        restored = RESTORED if name in OF_RUN else "ask again, or delete it"
+        raise InputError(f"{folder / name}.nc is not as written; {restored}")
 
 
 def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> None:
@@ -153,12 +169,3 @@ def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> 
     if found is None:
         raise UsageError("--p-boxes requires a surrogate with random inputs, over one variable")
     save(lambda: write_netcdf(found, folder / "p_boxes.nc"))
-
-
-def read(file: Path) -> xr.Dataset:
-    """Return a dataset that `write_netcdf` has written."""
-    try:
-        with xr.open_dataset(file, engine="scipy", decode_times=False) as found:
-            return found.load()
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"{file} is no result of flexband: {error}") from None

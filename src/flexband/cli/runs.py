@@ -36,7 +36,12 @@ Executor = Annotated[
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(help="Time [s] that one call of the response may take, in processes."),
+    typer.Option(
+        help="Time [s] that one call of the response may take, in processes or on a cluster."
+    ),
+]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
 ]
 Insist = Annotated[
     bool, typer.Option("--insist", help="Use runs in the folder that are of another response.")
@@ -95,12 +100,13 @@ def resume(
     failed: Annotated[
         str | None, typer.Option(help=f"Instead of what was given: {', '.join(POLICIES)}.")
     ] = None,
+    trust: Trust = False,
     insist: Insist = False,
     as_json: Json = False,
 ) -> None:
     """Go on with the study in FOLDER that was stopped or killed, or that failed."""
     changes = {"executor": executor, "time_limit": time_limit, "failed": failed}
-    carry_out(plan_in(folder, **changes), folder, insist=insist, as_json=as_json)
+    carry_out(plan_in(folder, trust=trust, **changes), folder, insist=insist, as_json=as_json)
 
 
 @app.command()
@@ -110,18 +116,31 @@ def rerun(
     failed: Annotated[bool, typer.Option("--failed", help="Make failed runs again.")] = False,
     executor: Executor = None,
     time_limit: TimeLimit = None,
+    trust: Trust = False,
     insist: Insist = False,
     as_json: Json = False,
 ) -> None:
     """Make the failed runs of the study in FOLDER again, and go on with it."""
     if not failed:
         raise UsageError("rerun requires --failed; runs that succeeded are not made again")
-    plan = plan_in(folder, executor=executor, time_limit=time_limit)
+    plan = plan_in(folder, trust=trust, executor=executor, time_limit=time_limit)
     carry_out(plan, folder, insist=insist, again=True, as_json=as_json)
 
 
-def plan_in(folder: Path, **changes: Any) -> Plan:
-    """Return the plan of the study in a folder."""
+def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
+    """Return the plan of the study in a folder.
+
+    Parameters
+    ----------
+    trust : whether to run a file, or connect to a scheduler, that only the folder names.
+
+    Raises
+    ------
+    StoreError
+        If there is no study in the folder.
+    UsageError
+        If `trust` is required.
+    """
     about = StudyFolder(folder).read()
     if not about:
         runs = ". `flexband run` with the study's file and this folder uses the runs that are there"
@@ -130,4 +149,30 @@ def plan_in(folder: Path, **changes: Any) -> Plan:
             f"{str(folder)!r}{runs if StudyFolder(folder).recorded else ''}"
         )
     with usage():
-        return Plan.of(about, **changes)
+        plan = Plan.of(about, **changes)
+    if trust:
+        return plan
+    if not is_near(Path(plan.file), folder):
+        raise UsageError(
+            f"the study of {folder} is {plan.file}, which is neither below the working "
+            "directory nor beside the folder. If you know this file, give --trust to run it, or "
+            "use `flexband run` with the file"
+        )
+    if changes.get("executor") is None and plan.has_remote_executor:
+        raise UsageError(
+            f"the executor of {folder} is {plan.executor}, on another host. If you know "
+            "it, give --trust to connect to it, or --executor"
+        )
+    return plan
+
+
+def is_near(file: Path, folder: Path) -> bool:
+    """Return whether a file is below the working directory or beside a folder.
+
+    A file in the folder may have come with it. It counts only where that is the working directory,
+    or above.
+    """
+    file, folder, current = file.resolve(), folder.resolve(), Path.cwd()
+    if file.is_relative_to(folder) and not current.is_relative_to(folder):
+        return False
+    return file.is_relative_to(current) or file.parent == folder.parent

@@ -21,7 +21,7 @@ from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import AGAIN, DONE, FAILED
 from flexband.report.progress import duration
-from flexband.study.folder import StudyFolder
+from flexband.study.folder import StudyFolder, checksum_of
 from flexband.words import are, number_of
 
 PERIOD = 1.0
@@ -112,10 +112,20 @@ def state_of(folder: Path) -> dict[str, Any]:
         "rate": rate,
         "elapsed": elapsed,
         "left": left,
-        "doubts": about.get("result", {}).get("doubts"),
+        "doubts": doubts_in(about),
         "points": about.get("points"),
         "failures": runs["failures"],
     }
+
+
+def doubts_in(about: dict[str, Any]) -> list[str] | None:
+    """Return the doubts about the result in a study.json; None without one."""
+    result = about.get("result")
+    if not result:
+        return None
+    if result.get("checksum") != checksum_of(result):
+        return ["the result in study.json is not as written; `flexband run` restores it"]
+    return result["doubts"]
 
 
 def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:

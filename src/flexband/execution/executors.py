@@ -153,6 +153,13 @@ def dumped_with_modules(response: Callable[..., Any]) -> bytes:
             cloudpickle.unregister_pickle_by_value(module)
 
 
+def sent_by(response: Callable[..., Any]) -> tuple[bytes, tuple[bytes, str]]:
+    """Return a response for another process, and what `unpickled` takes besides."""
+    pickled, whole = dumped(response), dumped_with_modules(response)
+    by_value = whole if whole != pickled else b""
+    return pickled, (by_value, fingerprint(response) if by_value else "")
+
+
 def with_executor(executor: Executor) -> Performing:
     """Return what performs tasks by an executor, with up to `IN_FLIGHT` of them at a time.
 
@@ -164,10 +171,7 @@ def with_executor(executor: Executor) -> Performing:
         response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
     ) -> Generator[tuple[int, Outcome], None, None]:
         shared = isinstance(executor, ThreadPoolExecutor)
-        pickled = b"" if shared else dumped(response)
-        whole = b"" if shared else dumped_with_modules(response)
-        by_value = whole if whole != pickled else b""
-        sent = by_value, fingerprint(response) if by_value else ""
+        pickled, sent = (b"", (b"", "")) if shared else sent_by(response)
         running: dict[Future, int] = {}
         waiting, lost = iter(range(len(tasks))), list[int]()
 
@@ -190,7 +194,7 @@ def with_executor(executor: Executor) -> Performing:
             while running:
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
-                    number, found = running.pop(future), _outcome(future, shared=shared)
+                    number, found = running.pop(future), outcome_of(future, shared=shared)
                     if isinstance(found, Outcome):
                         yield number, found
                     else:
@@ -200,7 +204,7 @@ def with_executor(executor: Executor) -> Performing:
             for number in lost:
                 submit(number)
                 future = next(iter(running))
-                found = _outcome(future, shared=shared)
+                found = outcome_of(future, shared=shared)
                 running.clear()
                 yield number, found if isinstance(found, Outcome) else Outcome(None, found, 0.0)
         finally:
@@ -210,7 +214,7 @@ def with_executor(executor: Executor) -> Performing:
     return performing
 
 
-def _outcome(future: Future, *, shared: bool) -> Outcome | RuntimeError:
+def outcome_of(future: Any, *, shared: bool = False) -> Outcome | RuntimeError:
     """Return the outcome of a task, or an error which tells that workers died of it."""
     try:
         return future.result() if shared else received(future.result())
@@ -241,20 +245,20 @@ def performing(executor: Any) -> Iterator[Performing]:
         with executor.open() as found:
             yield found
     elif isinstance(executor, str) or hasattr(executor, "get_executor"):
-        with _dask(executor) as found:
-            yield with_executor(found)
+        with dask_client(executor) as client:
+            yield with_executor(client.get_executor(pure=False))
     else:
         raise InputError(
-            "executor must be None, Processes(…), an executor of concurrent.futures, or a Dask "
-            f"client or its address; got {executor!r}"
+            "executor must be None, Processes(…), Dask(…), an executor of concurrent.futures, or a "
+            f"Dask client or its address; got {executor!r}"
         )
 
 
 @contextmanager
-def _dask(client: Any) -> Iterator[Executor]:
-    """Give the executor of a Dask client, or of a new client for an address."""
+def dask_client(client: Any) -> Iterator[Any]:
+    """Give a Dask client, or a new one for an address."""
     if not isinstance(client, str):
-        yield client.get_executor(pure=False)
+        yield client
         return
     try:
         from dask.distributed import Client  # noqa: PLC0415
@@ -267,4 +271,4 @@ def _dask(client: Any) -> Iterator[Executor]:
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"executor {client!r} is no Dask scheduler: {error}") from None
     with opened:
-        yield opened.get_executor(pure=False)
+        yield opened

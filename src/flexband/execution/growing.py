@@ -24,6 +24,7 @@ import numpy as np
 from flexband.errors import StoreError
 from flexband.execution.chunks import CODES, Array
 from flexband.execution.synced import write_synced
+from flexband.files import refuse_links
 
 FORMAT = 1
 """Of the store; a program refuses stores with a larger number."""
@@ -42,6 +43,7 @@ class GrowingArrays:
         self.arrays: dict[str, Array] = {}
         self._last: dict[str, np.ndarray] = {}
         self._blank: set[Path] = set()  # chunks of empty texts that are on disk
+        refuse_links(folder)
         reason = None
         for name in (GROUP, COPY):
             try:

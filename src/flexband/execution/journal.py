@@ -15,6 +15,8 @@ from typing import NamedTuple
 import google_crc32c
 import numpy as np
 
+from flexband.files import read_unlinked
+
 FRAME = struct.Struct("<QI")
 """Length and checksum of a record."""
 
@@ -43,7 +45,7 @@ class Journal:
         """Return the records of runs from this number on, without those that are damaged."""
         found = []
         for file in self._files():
-            data, place = file.read_bytes(), 0
+            data, place = read_unlinked(file), 0
             while place + FRAME.size <= len(data):
                 length, checksum = FRAME.unpack_from(data, place)
                 body = data[place + FRAME.size : place + FRAME.size + length]
@@ -62,7 +64,9 @@ class Journal:
             checksum = google_crc32c.extend(checksum, part)
         if self._file is None:
             self.number += 1
-            self._file = (self.folder / f"journal-{self.number:06d}").open("ab", buffering=0)
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+            handle = os.open(self.folder / f"journal-{self.number:06d}", flags, 0o666)
+            self._file = os.fdopen(handle, "ab", buffering=0)
         end = os.fstat(self._file.fileno()).st_size
         try:
             for part in [FRAME.pack(sum(part.nbytes for part in body), checksum), *body]:
@@ -77,9 +81,9 @@ class Journal:
 
     def rotate(self) -> list[Path]:
         """Begin a new file with the next record; return the files that there are."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        file, self._file = self._file, None  # also if it cannot be closed
+        if file is not None:
+            file.close()
         return self._files()
 
     def _files(self) -> list[Path]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from weakref import WeakSet
 
 from flexband.errors import StoreError
+from flexband.files import open_unlinked, read_unlinked, replaced
 
 if os.name == "posix":
     import fcntl
@@ -37,9 +38,9 @@ class Lock:
         StoreError
             If another process has it.
         OSError
-            If the file cannot be written to.
+            If the file cannot be written to, or is a symbolic link.
         """
-        self._handle = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o666)
+        self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
         holder = folder / "holder"
         end = time.monotonic() + WAITING
         while not (mine := _locked(self._handle)) and time.monotonic() < end:
@@ -47,12 +48,13 @@ class Lock:
         if not mine:
             self.release()
             try:
-                who = holder.read_text(encoding="utf-8")
-            except OSError:
+                who = read_unlinked(holder).decode()
+            except (OSError, ValueError):
                 who = "another process"
             raise StoreError(f"{folder} is in use by {who}") from None
         try:
-            holder.write_bytes(this_process().encode())
+            with replaced(holder) as partial:
+                partial.write_bytes(this_process().encode())
         except BaseException:
             self.release()
             raise
@@ -69,8 +71,8 @@ class Lock:
 def is_locked(file: Path) -> bool:
     """Return whether a process has the folder of this file."""
     try:
-        handle = os.open(file, os.O_RDWR)
-    except OSError:  # there is none, or it may only be read
+        handle = open_unlinked(file, os.O_RDWR)
+    except OSError:  # there is none, or it is a link, or may only be read
         return False
     try:
         return not _locked(handle)

@@ -98,7 +98,7 @@ class Record:
         self._safe = 0  # number of those that are in the journal
         self._writing = False
         self._changed = threading.Condition()
-        self._error: Exception | None = None
+        self._error: BaseException | None = None
         self._told = self._closing = self._hurry = False
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
@@ -224,33 +224,45 @@ class Record:
             first += len(one.inputs)
 
     def _write_all(self) -> None:
-        while True:
+        """Write to the arrays from time to time; `add` and `close` tell what ends this."""
+        try:
+            while self._write():
+                pass
+        except BaseException as error:  # this thread has no caller
             with self._changed:
-                self._changed.wait_for(lambda: self._closing or self._hurry, timeout=PERIOD)
-                self._hurry = False
-                batch, closing = list(self._waiting), self._closing
-                older = self.journal.rotate() if batch else []
-                self._writing = bool(batch)
-            error = None
-            if batch:
-                try:
-                    self._begin_outputs()
-                    session = len(self.arrays.attrs["sessions"]) - 1
-                    self.arrays.append(columns(batch, session, self._shape))
-                    _remove(older)
-                except Exception as raised:  # it is told by `add` and `close`
-                    error = raised
-            with self._changed:
-                self._writing = False
-                if batch:
-                    self._error = error
-                if batch and error is None:
-                    del self._waiting[: len(batch)]
-                    self._bytes -= sum(map(_size, batch))
-                    self._safe = max(0, self._safe - len(batch))
+                self._error, self._writing = error, False
                 self._changed.notify_all()
-                if closing:
-                    return
+
+    def _write(self) -> bool:
+        """Write the runs that wait; return whether to go on."""
+        error, older = None, []
+        with self._changed:
+            self._changed.wait_for(lambda: self._closing or self._hurry, timeout=PERIOD)
+            self._hurry = False
+            batch, closing = list(self._waiting), self._closing
+            try:
+                older = self.journal.rotate() if batch else []
+            except OSError as raised:
+                error = raised
+            self._writing = bool(batch)
+        if batch and error is None:
+            try:
+                self._begin_outputs()
+                session = len(self.arrays.attrs["sessions"]) - 1
+                self.arrays.append(columns(batch, session, self._shape))
+                _remove(older)
+            except Exception as raised:  # it is told by `add` and `close`
+                error = raised
+        with self._changed:
+            self._writing = False
+            if batch:
+                self._error = error
+            if batch and error is None:
+                del self._waiting[: len(batch)]
+                self._bytes -= sum(map(_size, batch))
+                self._safe = max(0, self._safe - len(batch))
+            self._changed.notify_all()
+        return not closing
 
     def flush(self) -> None:
         """Wait until all runs are in the arrays, as far as that is possible."""

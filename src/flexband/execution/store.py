@@ -14,6 +14,7 @@ import xarray as xr
 from flexband.errors import InputError, StoreError, shown
 from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
 from flexband.execution.names import RUNS
+from flexband.files import refuse_links
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
 INSIST = "insist=True of the Store uses them; on the command line, --insist"
@@ -144,11 +145,12 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     InputError
         If the folder is no path.
     StoreError
-        If the folder has no runs.
+        If the folder has no runs, or they have a symbolic link among their files.
     """
     if not isinstance(folder, str | os.PathLike):
         raise InputError(f"folder must be the path of a folder; got {shown(folder)}")
     path = Path(folder) / RUNS
     if not (path / "zarr.json").exists():
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
+    refuse_links(path)
     return xr.open_zarr(path, chunks=None, consolidated=True)  # pyright: ignore[reportArgumentType]

@@ -125,7 +125,7 @@ class StaticResponse(AtRest):
                 "not stable, so "
                 "that bands would mix different ones; start nearer to the stable one"
             )
-        return found.drop_vars("stable").drop_attrs()
+        return found.drop_vars("stable").drop_attrs(deep=False)
 
 
 def static_response(

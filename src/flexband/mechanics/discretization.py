@@ -9,17 +9,16 @@ import xarray as xr
 
 from flexband.errors import without_warnings
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.engine.ringing import SMALLEST_SCALE
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
+from flexband.rounding import Units
 
 EXTRAPOLATED = 4 / 3
 """The error over its change at half the step and twice the elements, at second order."""
 
 WINDOW = 0.05
 """Part of the duration over which errors are averaged."""
-
-SMALLEST_SCALE = 1e-6
-"""Of the scale of an output, relative to the largest output of the same unit, or to one radian."""
 
 
 def discretization_error(
@@ -104,10 +103,10 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     an angle with one radian.
     """
     size = abs(motion).max("time")
-    same = size["unit"].values[:, None] == size["unit"].values
-    angle = np.where(size["unit"].values == "rad", 1.0, 0.0)
-    largest = np.where(same, size.values[..., None, :], 0.0).max(axis=-1, initial=0.0)
-    scale = np.maximum(motion.std("time").values, SMALLEST_SCALE * np.maximum(largest, angle))
+    units, angle = Units.along(motion, ("output",)), size["unit"].values == "rad"
+    sizes = np.maximum(size.values, angle).reshape(-1, len(angle))
+    least = [units.least_variation(own, SMALLEST_SCALE) for own in sizes]
+    scale = np.maximum(motion.std("time").values, np.reshape(least, size.shape))
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 
 

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, numbers, whole
+from flexband.errors import InputError, instance, numbers, warn, whole
 from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import begin, derive, run
@@ -16,17 +17,25 @@ from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.redundancy import dependent, warn_of_shared
-from flexband.mechanics.engine.settle import NOT_SETTLED
+from flexband.mechanics.engine.settle import ITERATIONS, NOT_SETTLED
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
+from flexband.mechanics.linearization.load_path import raised, snap_throughs
 from flexband.mechanics.mechanism import Mechanism
+from flexband.rounding import rounding_attributes
+from flexband.words import number_of
 
 MOST_STEPS = 100_000
 LONGEST_TIME = 1e9
 """Time [s] at which functions can still be differentiated."""
+
+UNSTABLE = (
+    "the equilibrium of {} of {} is not stable: the smallest disturbance makes the mechanism leave "
+    "it, as a column above its buckling load"
+)
 
 
 def equilibrium(
@@ -34,8 +43,11 @@ def equilibrium(
 ) -> xr.DataArray:
     """Compute a static equilibrium of a mechanism under its loads.
 
-    The search starts from the assembled guess. If there are several equilibria it finds one of
-    them, if possible a stable one; the result says whether it is.
+    The search starts from the assembled guess, and angles count turns on the way from there. If
+    there are several equilibria it finds one of them, if possible a stable one; the result says
+    whether it is, and a warning if it is not. Where the loads cannot be raised without a
+    snap-through, the equilibrium is refused: prescribe the travel instead of the force, by
+    `PrescribedTravel`, to follow it.
 
     Parameters
     ----------
@@ -59,7 +71,8 @@ def equilibrium(
     InputError
         If a number is out of its range or numbers of samples do not fit.
     AssemblyError
-        If the constraints cannot be met or no equilibrium is found for a sample.
+        If the constraints cannot be met, no equilibrium is found for a sample, or a snap-through
+        is on the way to it.
     """
     instance("mechanism", mechanism, Mechanism)
     steps = whole("steps", steps, 1, MOST_STEPS)
@@ -81,11 +94,12 @@ def equilibrium(
 
     def settle(block: int) -> int:
         own = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
-        rows, failure, found, start = rest(system, packed(block), steps, [at_rest] * len(own))
+        rows, failure, balances, start = rest(system, packed(block), steps, [at_rest] * len(own))
         firsts[:, own] = start[:, : len(own)]
-        outputs[own] = derive(system, rows[:, None])[:, 0].T[: len(own)]
+        with np.errstate(all="ignore" if failure[0].any() else None):
+            outputs[own] = derive(system, rows.transpose(1, 0, 2))[:, -1].T[: len(own)]
         failures[own] = failure.T[: len(own)]
-        for sample, balance in zip(own, found, strict=True):
+        for sample, balance in zip(own, balances, strict=True):
             if failures[sample, 0] == 0:
                 stable[sample] = balance.stable()
                 states[0, :, sample] = balance.z[: len(states[0])]
@@ -97,6 +111,8 @@ def equilibrium(
         while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
+    if not stable.all():
+        warn(UNSTABLE.format(np.sum(~stable), number_of(len(stable), "sample")))
     strains = Members(system).largest(states, np.arange(system.samples))
     warn_of_large_strains(system, strains, failures[:, 0] > 0)
     result = xr.DataArray(
@@ -104,7 +120,7 @@ def equilibrium(
         dims=("sample", "output"),
         coords={
             "output": system.outputs,
-            "unit": ("output", system.units),
+            "unit": ("output", system.units, rounding_attributes(rounding_errors(system))),
             "stable": ("sample", stable),
         },
         attrs=report(system, corrections(system, firsts, np.arange(system.samples))),
@@ -121,42 +137,40 @@ def rest(
 ) -> tuple[np.ndarray, np.ndarray, list[Balance], np.ndarray]:
     """Find the equilibria of the first samples of one block, each in its own steady rotation.
 
-    Returns the sensors' rows (rows, WIDTH), failures (4, WIDTH), the balance of each sample, and
-    the state at the start, (rows, WIDTH).
+    Returns the sensors' rows on the way to the equilibria, (states, rows, WIDTH), failures
+    (4, WIDTH), the balance of each sample, and the state at the start, (rows, WIDTH).
     """
     work, failure = begin(system, values)
-    rows = np.zeros((system.sensed, WIDTH))
     state = system.structure.state
     work.z[state.multiplier : state.angle] = 0.0
-    start, failed = work.z.copy(), failure.copy()
-    for k in range(1, steps + 1):
-        if not any(spin.rate for spin in spins):
-            run(SETTLE, system, _raised(values, k / steps), work, rows[None], failure)
-    found = []
+    start, failed, on_way = work.z.copy(), failure.copy(), []
+    if not any(spin.rate for spin in spins):
+        snap_throughs(system, values, start, failed)
+        for k in range(1, steps + 1):
+            rows = np.full((ITERATIONS + 1, system.sensed, WIDTH), np.nan)
+            run(SETTLE, system, raised(values, k / steps), work, rows, failure)
+            on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
+    balances: list[Balance] = []
     for lane, spin in enumerate(spins):
-        z = work.z[:, lane]
-        if failed[0, lane] or not np.isfinite(z).all():
-            z = start[:, lane]
+        if failed[0, lane]:
+            balances.append(Balance(Equations(system, values, lane), start[:, lane], spin))
+            continue
+        z = work.z[:, lane] if np.isfinite(work.z[:, lane]).all() else start[:, lane]
         for k in range(1, steps if spin.rate else 1):
-            equations = Equations(system, _raised(values, k / steps), lane)
+            equations = Equations(system, raised(values, k / steps), lane)
             z = find_rest(equations, z, spin.raised(k / steps), z)[0].z
         first = z if spin.rate else start[:, lane]
         balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
-        found.append(balance)
-        if not failed[0, lane]:
-            failed[0, lane] = 0.0 if settled else NOT_SETTLED
-            failed[2, lane] = -1.0 if settled else balance.weakest
-            balance.equations.residual(balance.z)
-            if balance.equations.failure[0, 0]:
-                failed[:, lane] = balance.equations.failure[:, 0]
+        balances.append(balance)
+        failed[0, lane] = 0.0 if settled else NOT_SETTLED
+        failed[2, lane] = -1.0 if settled else balance.weakest
+        balance.equations.residual(balance.z)
+        if balance.equations.failure[0, 0]:
+            failed[:, lane] = balance.equations.failure[:, 0]
         work.z[:, lane] = balance.z
-    run(SENSE, system, values, work, rows[None], failed)
+    rows = np.zeros((1, system.sensed, WIDTH))
+    run(SENSE, system, values, work, rows, failed)
     for condition in range(len(system.conditions)):
-        wrong = rows[system.sensed - len(system.conditions) + condition] < 0
+        wrong = rows[0, system.sensed - len(system.conditions) + condition] < 0
         failed[:3, wrong & (failed[0] == 0)] = [[WRONG_BRANCH], [0.0], [condition]]
-    return rows, failed, found, start
-
-
-def _raised(values: Values, part: float) -> Values:
-    """Return the numbers with a part of gravity, forces, moments and distributed loads."""
-    return values._replace(weight=part * values.weight, forces=part * values.forces)
+    return np.concatenate([*on_way, rows]), failed, balances, start

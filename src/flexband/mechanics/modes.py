@@ -18,21 +18,23 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, instance, known, warn, whole
+from flexband.errors import InputError, finite, flag, instance, known, warn, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Point, point
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE, statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import MOST_STEPS, rest
+from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
-from flexband.mechanics.linearization.linearize import Equations, Spin
+from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 from flexband.mechanics.linearization.rotation import check_rotation
 from flexband.mechanics.mechanism import Mechanism
 
@@ -75,6 +77,7 @@ def modes(
     *,
     about: Literal["start", "equilibrium"] | SteadyRotation = "equilibrium",
     steps: int = 1,
+    thickness: bool = False,
 ) -> xr.Dataset:
     """Compute the modes of lowest frequency of a mechanism, with damping.
 
@@ -89,6 +92,9 @@ def modes(
         the given rate, whatever the velocities at the start; frequencies and shapes are those that
         an observer sees who turns with it.
     steps : as in `equilibrium`; centrifugal forces are raised as well.
+    thickness : whether to list modes of thickness, too: vibrations of the sections of beams across
+        their axis, which Timoshenko's beam does not have. Their frequencies depend on the mesh, and
+        are high in slender beams.
 
     Returns
     -------
@@ -99,6 +105,7 @@ def modes(
       oscillating, 0 if it is free;
     - `damping_ratio`, −Re s/|s|, negative if the motion grows;
     - `unstable`, whether the motion grows;
+    - `thickness`, whether most of the elastic energy is in changes of the sections' thickness;
     - `shape`, dims (mode, output), the change of the sensors' outputs with a mode φ of modal mass
       φᴴMφ = 1 kg. It is complex if parts of the mechanism move out of phase.
 
@@ -117,7 +124,8 @@ def modes(
     """
     instance("mechanism", mechanism, Mechanism)
     count, steps = whole("count", count, 1), whole("steps", steps, 1, MOST_STEPS)
-    system, found, unbalanced = found_modes(mechanism, count, about, steps)
+    thickness = flag("thickness", thickness)
+    system, found, unbalanced = found_modes(mechanism, count, about, steps, thickness)
     result = _dataset(system, [(one, shapes) for one, shapes, _ in found])
     if unbalanced:
         result.attrs["unbalanced"] = unbalanced
@@ -129,9 +137,12 @@ Found = tuple[Eigenmodes, np.ndarray, np.ndarray]
 
 
 def found_modes(
-    mechanism: Mechanism, count: int, about: object, steps: int
+    mechanism: Mechanism, count: int, about: object, steps: int, thickness: bool = False
 ) -> tuple[System, list[Found], list[int]]:
-    """Return the modes of every sample, and which samples are not in equilibrium."""
+    """Return the modes of every sample, and which samples are not in equilibrium.
+
+    `thickness` is whether those of thickness are among them.
+    """
     system, spins = assemble(mechanism), None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
@@ -143,7 +154,9 @@ def found_modes(
     for block in range(-(-system.samples // WIDTH)):
         own = np.arange(system.samples)[block * WIDTH :][:WIDTH]
         own_spins = None if spins is None else spins[own[0] : own[-1] + 1]
-        solve = partial(_solve, system, packed(block), about, steps, own, own_spins, count)
+        solve = partial(
+            _solve, system, packed(block), about, steps, own, own_spins, count, thickness
+        )
         wait = interruptible if statics.signatures else while_compiling
         failure, results, forced, moves = wait(solve)
         failures[own] = failure.T[: len(own)]
@@ -184,6 +197,7 @@ def _solve(
     own: np.ndarray,
     spins: Sequence[Spin] | None,
     count: int,
+    thickness: bool,
 ) -> tuple[np.ndarray, list[Found], list[int], bool]:
     """Return failures (4, WIDTH), modes with shapes, unbalanced samples, and whether they move."""
     work, failure = begin(system, values)
@@ -215,12 +229,57 @@ def _solve(
             linear = balance.equations.linear(z, still)  # with the multipliers of the motion
             if balance.excess > UNBALANCED:
                 unbalanced.append(sample)
-        found = eigenmodes(linear, balance.basis, count)
+        found = _eigenmodes(linear, balance, z, count, thickness)
         if spins is not None and spins[lane].rate:
             check_rotation(system, sample, balance, found, spins[lane])
         shapes = _shapes(balance.equations, z, found.vectors)
         results.append((found, shapes, linear.M @ found.vectors))
     return failure, results, unbalanced, moving
+
+
+def _eigenmodes(
+    linear: Linear, balance: Balance, z: np.ndarray, count: int, thickness: bool
+) -> Eigenmodes:
+    """Return the modes of lowest frequency, with those of thickness or without."""
+    asked = count
+    while True:
+        found = eigenmodes(linear, balance.basis, asked)
+        across = _of_thickness(balance.equations, z, found)
+        found = found._replace(thickness=across)
+        listed = np.flatnonzero(thickness | ~across)
+        if len(listed) >= count or len(found.s) < asked:
+            return found.selected(listed[:count])
+        asked *= 2
+
+
+def _of_thickness(equations: Equations, z: np.ndarray, found: Eigenmodes) -> np.ndarray:
+    """Return whether most of the elastic energy of each mode makes no section force of a `Beam`.
+
+    It is in b = (r_y · r_y − 1)/2, or in a parabola of Γ without mean and slope: both are changes
+    of the length of the section's direction, in nodes and between them.
+    """
+    structure, values = equations.system.structure, equations.values
+    members = equations.system.mechanism.bodies.values()
+    beam = next((b for b in members if isinstance(b, Beam) and b.integration is None), None)
+    if beam is None:
+        return np.zeros(len(found.s), dtype=bool)
+    rows = structure.beams.first + np.arange(12)[:, None]
+    length = 1 / values.beams.inverse_length[:, :1]
+    c = values.beams.stiffness.reshape(-1, BEAM_NUMBERS, WIDTH)[:, :14, :1].transpose(1, 0, 2)
+    energy = np.zeros(len(found.s))
+    for part in (np.real(found.vectors), np.imag(found.vectors)):
+        largest = np.abs(part / equations.size[:, None]).max(axis=0)
+        size = NUDGE / np.where(largest > 0, largest, 1.0)
+        above, below = (
+            beam.element_strains(z[rows][..., None] + sign * size * part[rows - 1], length)
+            for sign in (1, -1)
+        )
+        strain = (above - below) / (2 * size)
+        parabola = (strain[0] - 2 * strain[1] + strain[2]) / 3  # Legendre's
+        stiffness = c[0] * (c[1] + c[2] - 0.5) ** 2 + c[3] + 2 * c[4] + c[5]
+        both = c[12] * strain[7] ** 2 + c[13] * strain[8] ** 2 + stiffness * parabola**2
+        energy += both.sum(axis=0)
+    return (found.s != 0) & (energy > 0.5 * np.abs(found.s) ** 2)  # of modal mass 1
 
 
 def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -249,6 +308,7 @@ def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.D
         "frequency": (float, lambda modes: modes.frequency, {"units": "Hz"}),
         "damping_ratio": (float, lambda modes: modes.damping_ratio, {}),
         "unstable": (bool, lambda modes: modes.unstable, {}),
+        "thickness": (bool, lambda modes: modes.thickness, {}),
     }
     variables = {}
     for name, (kind, of, attrs) in kinds.items():

@@ -21,11 +21,12 @@ from flexband.errors import (
     warn,
     whole,
 )
+from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
-from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
 from flexband.mechanics.engine.ringing import remark_on_few_steps, warn_of_large_steps
@@ -35,6 +36,7 @@ from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.parts import check_sensors
 from flexband.progress import heard, hearing
+from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 
 MOST_SUBSTEPS = 1_000_000
@@ -135,22 +137,25 @@ def simulated(
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
-    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, LAW_FAILED)))
+    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, CONTRADICTED, LAW_FAILED)))
     if len(again) and complete:
         halves, every = _times(duration, step, 2 * substeps), 2 * substeps
-        finer = run_samples(system, halves, integrator, samples=again, every=every, threads=threads)
+        finer = run_samples(
+            system, halves, integrator, samples=again, every=every, attempts=2, threads=threads
+        )
         interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
         for own, new in zip(batch.strains, finer.strains, strict=True):
             own[..., again] = new
+    errors = rounding_attributes(rounding_errors(system, step / substeps))
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
         coords={
             "output": system.outputs,
-            "unit": ("output", system.units),
+            "unit": ("output", system.units, errors),
             "time": ("time", _times(duration, step, 1), {"units": "s"}),
         },
     )

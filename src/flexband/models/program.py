@@ -86,6 +86,8 @@ class ExternalProgram(OneByOne):
         instance("standard_input", self.standard_input, str, "a text")
         if self.time_limit is not None:
             positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
+        if self.keep is not None:
+            instance("keep", self.keep, str | os.PathLike, "the path of a folder")
         instance("files", self.files, Mapping, "a dict of names and texts")
         program, *arguments = [os.fspath(part) for part in self.command]
         own = {

@@ -19,6 +19,12 @@ from flexband.errors import InputError, finite, shown
 from flexband.models.umbridge_client import PROTOCOL
 from flexband.words import number_of
 
+MAX_BYTES = 2**28
+"""Of a request."""
+
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]", "::1")
+"""Names of this computer for itself."""
+
 UNSUPPORTED = ("Gradient", "ApplyJacobian", "ApplyHessian")
 
 
@@ -125,21 +131,29 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     disable_nagle_algorithm = True
 
-    def __init__(self, offered: _Offered, *arguments: Any):
-        self.offered = offered
+    def __init__(self, offered: _Offered, listening: str, *arguments: Any):
+        self.offered, self.listening = offered, listening
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
         self._reply("")
 
     def do_POST(self) -> None:
-        self._reply(self.rfile.read(int(self.headers.get("Content-Length", 0))))
+        text = self.headers.get("Content-Length", "0")
+        size = int(text) if text.isdecimal() and len(text) < 10 else MAX_BYTES + 1
+        if size > MAX_BYTES:  # which is not read, so that nothing can follow
+            self.close_connection = True
+            kind, told = "InvalidInput", f"Content-Length must be {MAX_BYTES} or less; got {text}"
+            self._answer(413, {"error": {"type": kind, "message": shown(told)}})
+            return
+        self._reply(self.rfile.read(size))
 
     def _reply(self, body: bytes | str) -> None:
         try:
+            self._check_host()
             try:
                 asked = json.loads(body or "{}")
-            except ValueError as error:
+            except (ValueError, RecursionError) as error:
                 raise _RefusedError("InvalidInput", f"the request must be JSON: {error}") from None
             if not isinstance(asked, dict):
                 raise _RefusedError(
@@ -149,6 +163,21 @@ class _Handler(BaseHTTPRequestHandler):
         except _RefusedError as error:
             status = error.status
             answer = {"error": {"type": error.kind, "message": str(error)}}
+        self._answer(status, answer)
+
+    def _check_host(self) -> None:
+        """Refuse requests that a web page of another host makes a browser send to this computer.
+
+        A server that other computers reach has names of which it cannot know.
+        """
+        listening = self.listening
+        host = self.headers.get("Host", listening).rpartition(":")
+        name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)
+        if listening in LOOPBACK and name not in LOOPBACK:
+            told = f"the host must be {' or '.join(LOOPBACK)}; got {shown(name)}"
+            raise _RefusedError("InvalidInput", told, 403)
+
+    def _answer(self, status: int, answer: Any) -> None:
         data = json.dumps(answer).encode()
         self.send_response(status)
         self.send_header("Content-Type", "application/json")
@@ -206,7 +235,7 @@ class UMBridgeServer:
         offered = _Offered(name, function, values)
         first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))
         offered.output_sizes.extend(len(one) for one in first)
-        self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered))
+        self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered, host))
         self._server.daemon_threads = True
         self.url = f"http://{host}:{self._server.server_port}"
 

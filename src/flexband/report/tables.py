@@ -9,11 +9,13 @@ import numpy as np
 import xarray as xr
 
 from flexband.report.numbers import digits_for, number, percent
+from flexband.rounding import ROUNDING, rounding_levels
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import MET
 from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.surrogates.axes import ROUNDING, axes_of
+from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.uncertainty.surrogates.sigmas import (
     bars_vary,
     relative_errors,
@@ -129,8 +131,12 @@ def _unit(one: xr.Dataset) -> str:
 
 
 def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
-    """Return the largest size of the error bars of all outputs of a unit, by `_unit`."""
-    found: dict[str, float] = {}
+    """Return the largest size of the error bars of all outputs of a unit, by `_unit`.
+
+    Its rounding errors are not above `ROUNDING` times that.
+    """
+    levels = rounding_levels(bands["unit"]) if "unit" in bands.coords else {}
+    found = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
     for name in outputs_of(bands):
         one = select(bands, name)
         found[_unit(one)] = max(found.get(_unit(one), 0.0), float(abs(one["error_bar"]).max()))
@@ -191,7 +197,34 @@ def error_in_words(bands: xr.Dataset) -> str:
         )
     if len(shares) > 1 + len(small):
         told += "; for the other outputs by less"
-    return f"The ends of the error bars are expected to be off by {told}."
+    text = f"The ends of the error bars are expected to be off by {told}."
+    return (
+        f"{text} At single times it may be up to {worst}." if (worst := worst_time(bands)) else text
+    )
+
+
+def worst_time(bands: xr.Dataset) -> str:
+    """Return by how much an error bar may be off at the worst time, with output and time, in words.
+
+    It is in parts of the width by which the method judges the output, mean over time. The text is
+    empty without times, or without an estimate.
+    """
+    axes, shares = axes_of(bands["error_bar"].transpose("bound", ...)), judged_errors(bands)
+    if axes.times == 1 or "pointwise_error" not in bands or not any(shares.values()):
+        return ""
+    time, parts = axes.time, {}
+    for name, share in shares.items():
+        one, of_mean = select(bands, name), ("mean_expected_error", "error_bar_expected_error")
+        mean = max(float(one[band].mean(time).max()) for band in of_mean)
+        own = one["pointwise_error"] * (share / mean if mean else 0.0)
+        parts[name] = own.max([dim for dim in own.dims if dim != time])
+    worst = max(parts, key=lambda name: float(parts[name].max()))
+    at = int(np.argmax(parts[worst].values))
+    unit = "" if time not in bands.coords else bands[time].attrs.get("units", "")
+    value = bands[time].values[at] if time in bands.coords else at
+    stamp = number(value) if np.issubdtype(np.asarray(value).dtype, np.number) else value
+    of_output = f"{worst} at " * (len(shares) > 1)
+    return f"{percent(float(parts[worst].max()))} ({of_output}{time} {stamp} {unit}".rstrip() + ")"
 
 
 def averaged(bands: xr.Dataset) -> str:
@@ -227,8 +260,10 @@ def remarks(
         own = bands.attrs
         lines.append(
             f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
-            f"bar's width ({number_of(own['runs_checked'], 'held-out run')})"
+            f"bar's width ({number_of(own['runs_checked'], 'held-out run')}, which "
+            f"can miss what happens in {percent(unseen(own['runs_checked']))} of the space)"
         )
+        lines += [f"At single times it may be up to {one}" for one in [worst_time(bands)] if one]
         if own.get("refined"):
             told = ", ".join(f"{k} {percent(own[f'{k}_error'])}" for k in own["refined"])
             lines.append(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,16 +16,25 @@ from typing import Any
 
 import google_crc32c
 
-from flexband.errors import StoreError
+from flexband.errors import StoreError, shown
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.names import DOMAINS, DONE, LEDGER, POINTS, RUNS
-from flexband.files import replaced
+from flexband.files import read_unlinked, replaced
 
 FORMAT = 1
 """Of study.json; a program refuses larger numbers."""
 
 FILE = "study.json"
+
+KINDS = {
+    "file": str, "method": str, "values": dict, "sigmas": int | float, "verify": int,
+    "failed": str, "batch": int, "executor": str, "time_limit": int | float, "command": str,
+    "identity": str, "process": str, "started": str, "session": int, "done": int,
+    "total": int, "each": int, "most": bool, "ran": int | float, "elapsed": int | float,
+    "state": str, "reason": str, "now": str, "result": dict, "points": dict,
+}  # fmt: skip
+"""Of what study.json may have; each may be missing, or null."""
 
 OWNER = "results.json"
 """Tells of which study the results are."""
@@ -83,11 +92,14 @@ class StudyFolder:
         """
         file = self.path / FILE
         try:
-            found = json.loads(file.read_text(encoding="utf-8"))
+            found = json.loads(read_unlinked(file))
             newest = int(found["format"])
+            for name, kind in KINDS.items():
+                if not isinstance(found.get(name), kind | None):
+                    raise ValueError(f"{name!r} is {shown(found[name])}")
         except FileNotFoundError:
             return {}
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise StoreError(
                 f"{file} cannot be read: {error}. `flexband run` with the study's file and this "
                 "folder writes it again, and makes none of its runs again"
@@ -172,7 +184,7 @@ class StudyFolder:
     def _claimed(self) -> dict[str, Any]:
         """Return whose results are here; nothing if there are none."""
         with suppress(OSError, ValueError, TypeError):
-            return dict(json.loads((self.path / OWNER).read_text(encoding="utf-8")))
+            return dict(json.loads(read_unlinked(self.path / OWNER)))
         with suppress(StoreError):
             if found := self.read():
                 return {"file": found.get("file")}
@@ -182,16 +194,29 @@ class StudyFolder:
         """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
         for name in (FILE, OWNER, DOMAINS, LEDGER, POINTS):
             (self.path / name).unlink(missing_ok=True)
-        if self.runs.exists():
+        if self.runs.is_symlink():
+            self.runs.unlink()
+        elif self.runs.exists():
             shutil.rmtree(self.runs)
 
     def signed(self, files: Sequence[Path]) -> dict[str, int]:
         """Return the checksums of files in this folder."""
-        return {file.name: google_crc32c.value(file.read_bytes()) for file in files}
+        return {file.name: google_crc32c.value(read_unlinked(file)) for file in files}
 
-    def has(self, signed: dict[str, int]) -> bool:
+    def has(self, signed: Mapping[str, int]) -> bool:
         """Return whether all files are as they were when they were signed."""
         try:
             return self.signed([self.path / name for name in signed]) == signed
         except OSError:
             return False
+
+    def is_result(self, result: Any) -> bool:
+        """Return whether a result in study.json, and the files that it names, are as written."""
+        known = isinstance(result, dict) and result.get("checksum") == checksum_of(result)
+        return known and self.has(result["checksums"])
+
+
+def checksum_of(result: Mapping[str, Any]) -> int:
+    """Return the checksum of a result in study.json, which has it as "checksum"."""
+    content = {name: value for name, value in result.items() if name != "checksum"}
+    return google_crc32c.value(json.dumps(content, sort_keys=True).encode())

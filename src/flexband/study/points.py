@@ -13,7 +13,7 @@ import xarray as xr
 
 from flexband.errors import InputError, RunsNeeded, StoreError
 from flexband.execution.names import LEDGER, POINTS
-from flexband.files import replaced
+from flexband.files import read_unlinked, replaced
 from flexband.study.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
@@ -42,7 +42,7 @@ class Points:
         """Return the points in a folder; raise `StoreError` if the file is damaged."""
         file = folder / LEDGER
         try:
-            found = json.loads(file.read_text(encoding="utf-8"))
+            found = json.loads(read_unlinked(file))
             asked = [(str(setting), tuple(map(float, row))) for setting, row in found["asked"]]
             return cls(folder, list(found["names"]), asked)
         except FileNotFoundError:

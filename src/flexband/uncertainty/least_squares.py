@@ -21,7 +21,7 @@ from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import MAX_ORDER, Evaluate, earlier_runs
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, share, trust
+from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import are, number_of
 
@@ -128,9 +128,10 @@ class RegressionPCCI:
         coefficients /= term_scales(index, space.families)[:, None]
         outputs = np.arange(signal.shape[1])
         expansion = DirectExpansion(outputs, HybridExpansion(space.families, index, coefficients))
-        missed = factor * left_out.reshape(signal.shape)
-        error = share(m) * np.sqrt(np.mean(missed**2, axis=0))
-        error = np.maximum(error, np.finfo(float).eps * rms(signal)[:, None])
+        left_out *= factor
+        missed = left_out.reshape(signal.shape)
+        error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))
+        error = np.maximum(error, least_error(signal, units_of(values))[:, None])
         error = error.reshape(values.shape[1:])
         trusted = trust(
             values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"

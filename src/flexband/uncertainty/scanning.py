@@ -56,7 +56,8 @@ class Scanning:
         """Return which samples and points take at most so many runs, as text."""
         m, sampled = space.interval_dimension, space.random_dimension > 0
         most = most_runs // (self.samples if sampled else 1)
-        points = next((p for p in range(self.points, 1, -1) if p**m <= most), 2)
+        largest = min(self.points, int(most ** (1 / m)) + 1) if m else self.points
+        points = next((p for p in range(largest, 1, -1) if p**m <= most), 2)
         samples = min(self.samples, most_runs // points**m) if sampled else 1
         if points**m > most_runs or (sampled and samples < 2):
             return (
@@ -92,7 +93,7 @@ class Scanning:
                 "choose intervals without such points",
                 {},
             )
-        samples = [v[own] for v, own in zip(flat, good, strict=True)]
+        samples = [v if own.all() else v[own] for v, own in zip(flat, good, strict=True)]
         mean = np.stack([v.mean(axis=0) for v in samples])
         std = np.stack(
             [v.std(axis=0, ddof=self.lost) if len(xi) > 1 else 0 * v[0] for v in samples]

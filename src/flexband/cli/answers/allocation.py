@@ -19,6 +19,7 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
+from flexband.cli.runs import Trust
 from flexband.uncertainty.answers.allocation.allocate import checked_probability
 from flexband.uncertainty.answers.allocation.costs import checked_costs
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
@@ -50,6 +51,7 @@ def allocate(
     confirm: Annotated[
         bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")
     ] = True,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
@@ -66,7 +68,7 @@ def allocate(
 
     surrogate, place = saved(folder)
     k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
-    limits = limits_of(below or [], above or [], during, place, surrogate, only or [])
+    limits = limits_of(below or [], above or [], during, place, surrogate, only or [], trust=trust)
     if isinstance(surrogate, fb.Surrogate):
         with usage():
             checked_sigmas(k)
@@ -74,7 +76,7 @@ def allocate(
             if probability is not None:
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
-    options = runs_in(place, purpose) if confirm else {}
+    options = runs_in(place, purpose, trust=trust) if confirm else {}
     found = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)
     check_folder(place)
     save(lambda: write_netcdf(found, place / "allocation.nc"))

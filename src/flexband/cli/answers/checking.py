@@ -19,11 +19,15 @@ OF_STUDY = "the study"
 
 
 def has_limits_of_study(place: Path) -> bool:
-    """Return whether the limits that were checked in a folder are those of its study."""
+    """Return whether the limits that were checked in a folder are those of its study.
+
+    Raise `InputError` if the file is not as written.
+    """
+    from flexband.report.results import read_netcdf  # noqa: PLC0415
+
     try:
-        with xr.open_dataset(place / "limits.nc", engine="scipy", decode_times=False) as found:
-            return found.attrs.get("of") == OF_STUDY
-    except (OSError, ValueError, TypeError):  # missing, or no such file
+        return read_netcdf(place / "limits.nc").attrs.get("of") == OF_STUDY
+    except FileNotFoundError:
         return False
 
 

@@ -22,7 +22,7 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
-from flexband.cli.runs import plan_in
+from flexband.cli.runs import Trust, plan_in
 from flexband.errors import whole
 from flexband.report.progress import progress_bars
 from flexband.uncertainty.answers.limits import corridors
@@ -65,6 +65,7 @@ def limits(
         int,
         typer.Option(help="New runs that correct each bound of a probability; 0 for none."),
     ] = 0,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Check whether outputs keep limits, and how likely they leave them, by default without runs.
@@ -79,7 +80,7 @@ def limits(
     surrogate, place = saved(folder)
     with usage():
         checked_sigmas(sigmas)
-    wanted = limits_of(below or [], above or [], during, place, surrogate, only or [])
+    wanted = limits_of(below or [], above or [], during, place, surrogate, only or [], trust=trust)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
         raise UsageError(
@@ -89,7 +90,7 @@ def limits(
         with usage():
             whole("--runs", runs, LEAST_RUNS, MOST_RUNS, or_zero=True)
         purpose = "corrects probabilities; --runs 0 does without"
-        options |= {**runs_in(place, purpose), "runs": runs}
+        options |= {**runs_in(place, purpose, trust=trust), "runs": runs}
     check_folder(place)
     with progress_bars() as task:
         if runs:
@@ -112,6 +113,8 @@ def limits_of(
     place: Path,
     surrogate: Any,
     only: list[str],
+    *,
+    trust: bool,
 ) -> list[fb.Limit]:
     """Return one limit per output, or those of the study in a folder if none is given.
 
@@ -134,7 +137,7 @@ def limits_of(
             own[side] = value
     if not sides:
         known = during is None and (place / "study.json").is_file()
-        if known and (own := plan_in(place).study().limits):
+        if known and (own := plan_in(place, trust=trust).study().limits):
             return selected(own, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"

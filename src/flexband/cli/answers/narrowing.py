@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
+from math import isnan
 from typing import Annotated, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
+from flexband.cli.runs import Trust
 from flexband.errors import InputError
 from flexband.report.numbers import number, percent_to_tenth
 from flexband.report.tables import (
@@ -35,6 +37,7 @@ from flexband.report.tables import (
     select,
 )
 from flexband.uncertainty.answers.margins import labels_of
+from flexband.uncertainty.answers.probability.texts import NOT_GIVEN
 from flexband.uncertainty.inputs.correlated import Score
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of
@@ -60,6 +63,7 @@ def narrow(
         bool,
         typer.Option("--probability", help="Also how likely the study's limits are left."),
     ] = False,
+    trust: Trust = False,
     as_json: Json = False,
 ) -> None:
     """Show the bands for tighter tolerances or less scatter, without new runs.
@@ -78,7 +82,7 @@ def narrow(
         wanted = changes_of(surrogate, changes)
         both = surrogate, surrogate.narrowed(**wanted)
         before, after = (one.bands(sigmas) for one in both)
-    limits = limits_before_and_after(both, study_limits(place), likely=probability)
+    limits = limits_before_and_after(both, study_limits(place, trust=trust), likely=probability)
     check_folder(place)
     changed = "; ".join(f"{name}: {known_of(name, one)[1]}" for name, one in wanted.items())
     after = after.assign_attrs(changes=changed)
@@ -157,9 +161,16 @@ def limits_table(limits: list[dict[str, Any]]) -> tuple[list[str], list[list[str
         changed = before if before == after else f"{before} → {after}"
         row = [one["limit"], *margins, changed]
         if likely:
-            row += ["" if p is None else number(p, 3) for p in one["probability"]]
+            row += [_likely(p) for p in one["probability"]]
         rows.append(row)
     return header, rows
+
+
+def _likely(probability: float | None) -> str:
+    """Return a probability as text; none where no input scatters."""
+    if probability is None:
+        return ""
+    return NOT_GIVEN if isnan(probability) else number(probability, 3)
 
 
 @app.command("tolerance")

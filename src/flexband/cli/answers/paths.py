@@ -10,7 +10,7 @@ import typer
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, one_of, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder, save, write_figure
 from flexband.cli.messages import print_json, print_text, reported_errors, usage
 from flexband.report.tables import deviations
 
@@ -46,7 +46,7 @@ def path(
         )  # fmt: skip
     check_folder(place)
     save(lambda: write_netcdf(found, place / "path.nc"))
-    save(lambda: path_figure(found).savefig(place / "path.png", dpi=120))
+    save(lambda: write_figure(path_figure(found), place / "path.png", dpi=120))
     radius = found["radius"]
     widest, last = int(np.argmax(radius.values)), str(radius.dims[0])
     at = float(found[last][widest]) if last in found.coords else float(widest)

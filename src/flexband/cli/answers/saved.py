@@ -59,8 +59,8 @@ def saved(folder: Path) -> tuple[Any, Path]:
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
             f"{written}, which may be that of an earlier run"
         )
-    surrogate = fb.load_surrogate(file)
     doubts = read_given(file.parent).get("doubts", [])
+    surrogate = fb.load_surrogate(file)
     for one in unreliable(doubts):
         print_remark(f"what follows is NOT reliable: {one}")
     if UNMET in doubts:
@@ -68,23 +68,28 @@ def saved(folder: Path) -> tuple[Any, Path]:
     return surrogate, file.parent
 
 
-def study_limits(place: Path) -> list[fb.Limit]:
-    """Return the limits of the study in a folder; print a remark if it cannot be read."""
+def study_limits(place: Path, *, trust: bool) -> list[fb.Limit]:
+    """Return the limits of the study in a folder; print a remark if it cannot be read.
+
+    Raise `UsageError` if its file is run only with `trust`.
+    """
     if not (place / FILE).is_file():
         return []
     try:
-        return list(plan_in(place).study().limits)
+        return list(plan_in(place, trust=trust).study().limits)
+    except UsageError:
+        raise
     except Exception as error:  # the study is a program
         print_remark(f"limits of the study are left out: {in_words(error)}")
         return []
 
 
-def runs_in(place: Path, purpose: str) -> dict[str, Any]:
+def runs_in(place: Path, purpose: str, *, trust: bool) -> dict[str, Any]:
     """Return the response of the study in a folder, and the store of its runs if there is one.
 
-    Raise `InputError` if there is no study.
+    Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
     """
     if not (place / FILE).is_file():
         raise InputError(f"there is no study in '{place}' whose response {purpose}")
     store = place if (place / RUNS).is_dir() else None
-    return {"response": plan_in(place).study().response, "store": store}
+    return {"response": plan_in(place, trust=trust).study().response, "store": store}

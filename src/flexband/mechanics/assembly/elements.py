@@ -78,6 +78,7 @@ class ContinuumTable(ElementTable):
 
     def take(self, body: Beam | Cable, first: int) -> None:
         """Append the elements of a beam; only curved ones have strains at the start."""
+        assert isinstance(body, Beam)
         self._take(body, first)
         self.stiffness += _by_point([np.moveaxis(c, 0, -1) for c in body.stiffness()])
         rows = [] if body.straight else _by_point(body.initial_strains(POSITIONS))

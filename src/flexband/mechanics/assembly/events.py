@@ -14,7 +14,7 @@ import numpy as np
 from flexband.errors import ResolutionWarning, named, returned, warn
 from flexband.mechanics.forms import TimeFunction
 
-POINTS, MOST_POINTS, MOST_CALLS = 64, 2**22, 2**16
+POINTS, MOST_POINTS, MOST_CALLS = 64, 2**18, 2**14
 """Points per step, and the most points of a run with one call for many of them or for each."""
 
 POINTS_AT_ONCE = 2**20
@@ -30,7 +30,7 @@ RESOLVED_FALL = 0.6
 It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or
 above half the frequency of the steps."""
 
-AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
+AVERAGING_POINTS, AVERAGING_CALLS = 2048, 64
 """Points per step of averages, with one call for many of them or for each."""
 
 SAME = 1e-12

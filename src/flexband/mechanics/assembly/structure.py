@@ -193,7 +193,8 @@ class Work(NamedTuple):
     blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
-    turned: np.ndarray  # Σ φ⁴ of the angle φ of each turning vector in a step, see `ringing`
+    turned: np.ndarray  # of the angle φ of each turning vector in a step Σ φ⁴, Σ φ, its max, −min
+    before: np.ndarray  # z and a before a step
     reached: np.ndarray  # number of the last step, one row
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
@@ -205,5 +206,5 @@ class Work(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, 1, 1, vectors, 1, KEPT * (1 + state.coordinates))
+        rows += (blocks, 1, 1, 4 * vectors, sum(rows[:2]), 1, KEPT * (1 + state.coordinates))
         return Work(*(zeros(count) for count in rows))

@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, ResolutionWarning, returned, warn
+from flexband.errors import InputError, ResolutionWarning, named, returned, warn
 from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
 from flexband.mechanics.assembly.products import ProductTable, TermTable
@@ -167,6 +167,10 @@ def assemble(mechanism: Mechanism) -> System:
         **{name: table.values() for name, table in tables.items()},
     )
     driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]
+    for f, value in zip(functions, driven, strict=True):
+        if value.ndim > 1:
+            shapes = "a number or one per sample, shape (n,)"
+            raise InputError(f"{named(f)} must return {shapes}; got shape {value.shape}")
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
     return System(
@@ -288,12 +292,12 @@ def _metric(mechanism: Mechanism, mass: dict, scale: list) -> list[np.ndarray]:
     """Return the mass matrix with moments of inertia of rigid bodies that outweigh all masses."""
     rigid = [name for name, body in mechanism.bodies.items() if isinstance(body, RigidBody)]
     turned = {mechanism.first_coordinates[name] + k for name in rigid for k in (2, 3)}
-    masses = sum(mass[n, n] for n in _nodes(mechanism))
-    inertia = TURNING * masses / np.square(scale[_nodes(mechanism)[0]])
+    masses = sum(mass[n, n] for n in node_rows(mechanism))
+    inertia = TURNING * masses / np.square(scale[node_rows(mechanism)[0]])
     return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]
 
 
-def _nodes(mechanism: Mechanism) -> list[int]:
+def node_rows(mechanism: Mechanism) -> list[int]:
     """Return the row of z of the first coordinate of each node."""
     first = mechanism.first_coordinates
     return [first[name] + k for name, body in mechanism.bodies.items() for k in body.nodes]
@@ -304,7 +308,7 @@ def _inverse_scale(mechanism: Mechanism, start: list, mass: dict) -> list:
 
     The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
     """
-    nodes = _nodes(mechanism)
+    nodes = node_rows(mechanism)
     x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
     none = np.zeros(())
     gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]

@@ -2,6 +2,11 @@
 
 With more points an element whose axis can hardly change its length locks: its axial strains would
 outnumber the degrees of freedom that can make them vanish.
+
+The axial strain is right where it is the mean of an element, and at the two Gauss points of a line.
+Between them its parabola makes up for what the others miss: the shear strains at the ends alone,
+and the change of curvature, do work where the axis is stretched at the ends and compressed in the
+middle, which no section force does.
 """
 
 from __future__ import annotations
@@ -9,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flexband.mechanics.kernels.elements.hermite import (
     POSITIONS,
@@ -44,12 +50,22 @@ def stiffness(shapes: np.ndarray, number: np.ndarray) -> list[np.ndarray]:
     return [np.sum(number * shapes[a] * shapes[b], axis=-1) for a, b in pairs]
 
 
-def line_stiffness(EA: np.ndarray, EI: np.ndarray, length: np.ndarray) -> list[np.ndarray]:
+def line_stiffness(
+    EA: np.ndarray, EI: np.ndarray, length: np.ndarray, held: ArrayLike = 0.0
+) -> list[np.ndarray]:
     """Return E_m, α, β, E_ii, E_ij, E_jj, B_0, ρ and B_1, see `kernels.elements.centre_line`.
 
     EA [N], EI [N m²] and the result are as in `stiffness`; `length` [m] is that of an element.
+    `held` is added to EA where the axis is stretched at the ends and compressed in the middle, so
+    that its mean strain and the slope of it vanish; it has the shape of EA.
     """
-    ii, im, ij, mm, mj, jj = stiffness(interpolation(AXIAL, POSITIONS), EA)
+    more = np.sum(held * np.ones_like(EA), axis=-1) / 45  # of Legendre's parabola
+    ii, im, ij, mm, mj, jj = (
+        number + factor * more
+        for number, factor in zip(
+            stiffness(interpolation(AXIAL, POSITIONS), EA), (1, -2, 1, 4, -2, 1), strict=True
+        )
+    )
     axial = [mm, im / mm, mj / mm, ii - im**2 / mm, ij - im * mj / mm, jj - mj**2 / mm]
     mean, mixed, change = (c / length[..., None] ** 2 for c in stiffness(bending(POSITIONS), EI))
     return [*axial, mean, mixed / mean, change - mixed**2 / mean]
@@ -67,6 +83,29 @@ def bent(angle: np.ndarray, q: np.ndarray, length: np.ndarray) -> list[np.ndarra
 def interpolated(points: Sequence[float], strains: np.ndarray, xi: float) -> np.ndarray:
     """Return the polynomial through the strains at some points, shape (points, …), at ξ."""
     return np.tensordot(interpolation(points, xi), strains, axes=1)
+
+
+def axial_strain(
+    xi: float, axial: np.ndarray, bent: np.ndarray, shear: np.ndarray, pull: ArrayLike
+) -> np.ndarray:
+    """Return N/EA at ξ, shape (…).
+
+    It is the line through the axial strain at the two Gauss points, and the parabola beside it that
+    N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′².
+
+    Parameters
+    ----------
+    axial : strains at `AXIAL`, shape (3, …), less those at the start.
+    bent : the strains of bending, shape (2, …), with those at the start.
+    shear : Q/EA in the middle.
+    pull : change of N/EA along the element that the line misses, 5 times that of Qγ/EA: where the
+        axis shears by γ, Γ at the ends is that of N − 5 Qγ, in the middle that of N + 5/2 Qγ.
+    """
+    first, last = (interpolated(AXIAL, axial, point) for point in GAUSS)
+    middle, (angle, change) = 0.5 * (first + last), bent
+    curved = np.sqrt(3) * shear * change - angle**2 * middle
+    line = middle + (np.sqrt(3) * (last - first) + pull) * (xi - 0.5)
+    return line + 0.5 * curved * (xi**2 - xi + 1 / 6)
 
 
 def slope(q: np.ndarray, xi: float, length: np.ndarray) -> np.ndarray:

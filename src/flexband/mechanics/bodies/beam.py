@@ -18,11 +18,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, poissons_ratio, positive, shown
+from flexband.errors import InputError, finite, poissons_ratio, positive, shown
 from flexband.mechanics.bodies.assumed_strains import (
-    AXIAL,
     ENDS,
+    axial_strain,
     bending,
     bent,
     interpolated,
@@ -42,8 +43,9 @@ from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
     Elasticity,
     SectionIntegration,
+    SectionStiffness,
 )
-from flexband.mechanics.bodies.sections import Rectangle, Section
+from flexband.mechanics.bodies.sections import Rectangle, Section, curved_second_moment
 from flexband.mechanics.forms import Frame, Vector, add, scale, subtract
 from flexband.mechanics.kernels.elements.continuum_strains import strains
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
@@ -76,11 +78,13 @@ class Beam(CentreLine):
         A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
     angle : from the X axis to the beam's axis at the start [rad].
-    curvature : κ₀ of the undeformed axis [1/m], positive to the left. Terms of the order of height
-        times κ₀ are neglected.
+    curvature : κ₀ of the undeformed axis [1/m], positive to the left, less than 2/height. Terms of
+        the order of height times κ₀ are neglected in the stiffness, but not in `Stress`.
     velocity, rate : velocity of the start [m/s] and rate of the angle [rad/s], as of a rigid bar.
     shear_factor : shear correction factor k, or None for that of the section.
-    rotary_inertia : of the section [kg m], or None for density times second moment of area.
+    rotary_inertia : of the section [kg m], or None for density times second moment of area. Of a
+        beam with an `integration` it should not be more: its sections are as soft as their
+        material, and grow as it turns.
     integration : None for the default element, which is Reissner's beam of any slenderness; or
         `SelectiveIntegration` or `FullIntegration` for the continuum element of Omar and Shabana,
         which needs many elements if it is thin.
@@ -106,7 +110,12 @@ class Beam(CentreLine):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _ = self.profile  # refuses a beam without a section
+        profile = self.profile  # refuses a beam without a section
+        given = self.curvature, *vars(profile).values()
+        if not any(callable(value) or np.ndim(value) for value in given):
+            _check_arc(
+                np.asarray(self.curvature), profile.across(lambda _, value, __: np.asarray(value))
+            )
         integration = self.integration
         if integration is not None and (
             isinstance(integration, type) or not hasattr(integration, "stiffness")
@@ -143,6 +152,10 @@ class Beam(CentreLine):
             own.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, positive))
         return own
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        return (9, 3) if self.integration is None else (12, 9)
+
     def coordinates(self) -> list[np.ndarray]:  # r, r_x and r_y of each node
         nodes = []
         for x, y, angle in zip(*(column.T for column in self.axis()), strict=True):
@@ -167,9 +180,21 @@ class Beam(CentreLine):
         across = self.profile.across(along)
         plausible_section(across)
         plausible_length("a beam", np.asarray(self.length), across)
+        _check_arc(along("Beam curvature [1/m]", self.curvature, finite), across)
         if self.integration is not None:
             return self.integration.stiffness(Elasticity(E, nu, k), moments)
         return E * moments[0], E * moments[1], k * E / (2 * (1 + nu)) * moments[0]
+
+    def curved(self, y: ArrayLike, along: Along) -> tuple[np.ndarray, np.ndarray]:
+        """Return a and b in ε(y) = N/EA + (a − y b)(κ − κ₀) at the positions of `along`.
+
+        Winkler's theory: fibres inside an arc are shorter than its axis by the factor 1 − κ₀y, so
+        σ = (N + κ₀M)/A − M y/(Z (1 − κ₀y)), where Z = ∫y²/(1 − κ₀y) dA.
+        """
+        curvature = along("Beam curvature [1/m]", self.curvature, finite)
+        area, second, _ = self.profile.moments(along)
+        ratio = curved_second_moment(self.profile, curvature, along)
+        return curvature * second / area, 1 / (ratio * (1 - curvature * np.asarray(y)))
 
     def elasticity(self, along: Along) -> Elasticity:
         """Return E [Pa], ν and k at the positions of `along`."""
@@ -182,39 +207,115 @@ class Beam(CentreLine):
         """Return the stiffness by the strains of an element [J], see `kernels.elements.beams`."""
         EA, EI, kGA = self.stiffness()
         ends = interpolation(ENDS, POSITIONS)
-        thickness = [np.sum(EA * share, axis=-1) for share in ends]
-        return line_stiffness(EA, EI, self.element_length) + stiffness(ends, kGA) + thickness
+        held = self._held * EA
+        thickness = [np.sum(held * share, axis=-1) for share in ends]
+        line = line_stiffness(EA, EI, self.element_length, held - EA)
+        return line + stiffness(ends, kGA) + thickness
+
+    @property
+    def _rotary(self) -> np.ndarray:
+        """The rotary inertia [kg m] at the Gauss points."""
+        if self.rotary_inertia is None:
+            return self._sections_own
+        name = "Beam rotary_inertia [kg m]"
+        return self.at_gauss_points(name, self.rotary_inertia, positive)
+
+    @property
+    def _sections_own(self) -> np.ndarray:
+        """The rotary inertia ρI [kg m] of the section at the Gauss points."""
+        density = self.at_gauss_points(*self.properties()[0])
+        return density * self.profile.moments(self.at_gauss_points)[1]
+
+    @property
+    def _held(self) -> np.ndarray | float:
+        """Factor of EA in the stiffness that holds |d| = 1, at the Gauss points.
+
+        As the beam turns, the rotary inertia pulls at the direction d of the section: at r_y, and
+        at r_x, whose stretch at the nodes against that of the chord makes d longer between them.
+        More than the inertia of the section is held by as much more.
+        """
+        if self.rotary_inertia is None:
+            return 1.0
+        return np.maximum(1.0, self._rotary / self._sections_own)
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return the nine strains of the default element, shape (9, …); `q` as in `strains`."""
+        """Return the nine strains of the default element, or the coordinates of a continuum's.
+
+        See `CentreLine.element_strains`.
+        """
+        if self.integration is not None:
+            return q
         nodes = q.reshape(6, 2, *q.shape[1:])
         axis, sections = nodes[[0, 1, 3, 4]], nodes[[2, 5]]
-        axial, shear, gammas, angles = [], [], [], []
+        axial, shear, angles = [], [], []
         for g, d in zip(axis[[1, 3]], sections, strict=True):
             e = d / np.hypot(*d)
             axial.append(g[0] * e[1] - g[1] * e[0] - 1)
             shear.append(g[0] * e[0] + g[1] * e[1])
-            gammas.append(np.arctan2(shear[-1], axial[-1] + 1))
             angles.append(np.arctan2(e[1], e[0]))
-        middle = np.hypot(*slope(axis, 0.5, length)) * np.cos(0.5 * (gammas[0] + gammas[1])) - 1
+        gamma = np.arctan2(shear, np.add(axial, 1))
+        middle = np.hypot(*slope(axis, 0.5, length)) * np.cos(0.5 * (gamma[0] + gamma[1])) - 1
         curved = bent(angles[1] - angles[0], axis, length)
         thickness = [0.5 * (d[0] ** 2 + d[1] ** 2 - 1) for d in sections]
         return np.stack([axial[0], middle, axial[1], *curved, *shear, *thickness])
 
-    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        """Return the strains at ξ: six of a continuum, or Γ, κ [1/m], Q and b.
+    def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
+        """Return the strains of a continuum at these ξ at the start, (elements, points, n or 1)."""
+        q, length = self.at_start, self.element_length
+        at_points = [strains.py_func(self.vectors(q, xi, length)) for xi in points]
+        return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
+
+    def strains(
+        self,
+        q: np.ndarray,
+        xi: float,
+        length: np.ndarray,
+        initial: np.ndarray,
+        section: Sequence[np.ndarray] | np.ndarray,
+    ) -> Sequence[np.ndarray]:
+        """Return the strains at ξ: six of a continuum, or N/EA, κ − κ₀ [1/m], Q and b.
 
         See `CentreLine.strains`.
         """
         if self.integration is not None:
-            return strains.py_func(self.vectors(q, xi, length))
-        own = self.element_strains(q, length)
+            return self._continuum_strains(q, xi, length, initial, SectionStiffness(*section))
+        now, (EA, _, kGA) = self.element_strains(q, length), section
+        own = now - initial
+        axial, bent, shear, thickness = own[:3], own[3:5], kGA / EA * own[5:7], own[7:]
+        pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
+        pull = 5 * (pulls[1] - pulls[0])
         return (
-            interpolated(AXIAL, own[:3], xi),
-            np.tensordot(bending(xi), own[3:5], 1) / length,
+            axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull),
+            np.tensordot(bending(xi), bent, 1) / length,
             interpolated(ENDS, own[5:7], xi),
-            interpolated(ENDS, own[7:], xi),
+            interpolated(ENDS, thickness, xi),
         )
+
+    def _continuum_strains(
+        self,
+        q: np.ndarray,
+        xi: float,
+        length: np.ndarray,
+        initial: np.ndarray,
+        c: SectionStiffness,
+    ) -> Sequence[np.ndarray]:
+        """Return the strains of a continuum at ξ.
+
+        The bending strain a₁ is constant in an element, and accurate in the middle. From there it
+        is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
+        """
+        strain, middle = (
+            [
+                now - start
+                for now, start in zip(
+                    *(strains.py_func(self.vectors(z, place, length)) for z in (q, initial)),
+                    strict=True,
+                )
+            ]
+            for place in (xi, 0.5)
+        )
+        strain[1] = middle[1] + c.s0 * middle[4] / c.c11 * (xi - 0.5) * length
+        return strain
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray
@@ -225,13 +326,9 @@ class Beam(CentreLine):
         return p, (dj - di) / length, (1 - xi) * di + xi * dj
 
     def mass_entries(self) -> MassEntries:  # ∫ρ ṙ·ṙ dA ds with r = r₀ + y d
-        area, second, _ = self.profile.moments(self.at_gauss_points)
-        density = self.at_gauss_points(*self.properties()[0])
-        entries = self.axis_mass(density * area)
-        rotary = density * second
-        if self.rotary_inertia is not None:
-            name = "Beam rotary_inertia [kg m]"
-            rotary = self.at_gauss_points(name, self.rotary_inertia, positive)
+        area, density = self.profile.moments(self.at_gauss_points)[0], self.properties()[0]
+        entries = self.axis_mass(self.at_gauss_points(*density) * area)
+        rotary = self._rotary
         across = np.stack([1 - POSITIONS, POSITIONS])
         if self.integration is not None:
             blocks = np.einsum("neg,ig,jg->nije", rotary * self.weights, across, across)
@@ -260,6 +357,19 @@ class Beam(CentreLine):
                         for e in range(self.elements):
                             key = 6 * e + i, 6 * e + j
                             entries[key] = entries.get(key, 0.0) + factor * blocks[:, a, b, e]
+
+
+def _check_arc(curvature: np.ndarray, height: np.ndarray) -> None:
+    """Raise `InputError` if the inside of an arc lies beyond its centre."""
+    bent = np.abs(curvature) * height / 2
+    if np.any(bent >= 1):
+        worst = np.argmax(bent)
+        most = float(np.ravel(2 / np.broadcast_to(height, bent.shape))[worst])
+        value = float(np.ravel(np.broadcast_to(curvature, bent.shape))[worst])
+        raise InputError(
+            f"Beam curvature [1/m] must be between -2/height and 2/height, {-most:g} and {most:g}, "
+            f"so that the inside of the arc does not reach its centre; got {value:g}"
+        )
 
 
 def _turned(a: Vector) -> Vector:

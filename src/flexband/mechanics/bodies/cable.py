@@ -19,9 +19,9 @@ import numpy as np
 from flexband.errors import positive
 from flexband.mechanics.bodies.assumed_strains import (
     AXIAL,
+    axial_strain,
     bending,
     bent,
-    interpolated,
     line_stiffness,
     slope,
 )
@@ -71,6 +71,10 @@ class Cable(CentreLine):
 
     per_node: ClassVar[int] = 4
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        return 5, 2
+
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
         return (
             ("Cable mass_per_length [kg/m]", self.mass_per_length, positive),
@@ -100,17 +104,22 @@ class Cable(CentreLine):
         return line_stiffness(EA, EI, self.element_length)
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return the five strains of elements, shape (5, …); `q` as in `strains`."""
         ends = q.reshape(4, 2, *q.shape[1:])
         axial = [np.hypot(*slope(ends, xi, length)) - 1 for xi in AXIAL]
         angle = np.arctan2(ends[3, 1], ends[3, 0]) - np.arctan2(ends[1, 1], ends[1, 0])
         return np.stack(axial + bent(angle, ends, length))
 
-    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        # |p| − 1 and κ [1/m]
-        own = self.element_strains(q, length)
-        return interpolated(AXIAL, own[:3], xi), np.tensordot(bending(xi), own[3:], 1) / length
-
-    def curvature_slope(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return dκ/ds [1/m²], shape (…); `q` as in `strains`."""
-        return np.sqrt(3) * self.element_strains(q, length)[4] / length**2
+    def strains(
+        self,
+        q: np.ndarray,
+        xi: float,
+        length: np.ndarray,
+        initial: np.ndarray,
+        section: Sequence[np.ndarray] | np.ndarray,
+    ) -> Sequence[np.ndarray]:
+        """Return ε, κ − κ₀ [1/m] and its derivative by length [1/m²], see `CentreLine.strains`."""
+        now, (EA, EI) = self.element_strains(q, length), section
+        own = now - initial
+        by_length = np.sqrt(3) * own[4] / length**2
+        axial = axial_strain(xi, own[:3], now[3:], -EI / EA * by_length, 0.0)
+        return axial, np.tensordot(bending(xi), own[3:], 1) / length, by_length

@@ -113,11 +113,33 @@ class CentreLine(Body):
         """Return the stiffness numbers of the section at the positions of `along`."""
 
     @abstractmethod
-    def strains(self, q: np.ndarray, xi: float, length: np.ndarray) -> Sequence[np.ndarray]:
-        """Return the generalized strains of the section at ξ, each of shape (…).
+    def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """Return the strains of elements, or what determines them, shape (strains, …).
 
-        `q` holds the coordinates of elements of this length [m], shape (element coordinates, …).
+        `q` as in `strains`. The member is free of stress at those of the undeformed elements. They
+        contain the curvature and the error of the Hermite cubics, which follow a curve closely but
+        not exactly.
         """
+
+    @abstractmethod
+    def strains(
+        self,
+        q: np.ndarray,
+        xi: float,
+        length: np.ndarray,
+        initial: np.ndarray,
+        section: Sequence[np.ndarray] | np.ndarray,
+    ) -> Sequence[np.ndarray]:
+        """Return the generalized strains of the section at ξ less those at the start, each (…).
+
+        `q` holds the coordinates of elements of this length [m], shape (element coordinates, …),
+        `initial` their `element_strains` at the start, `section` the `section_stiffness` at ξ.
+        """
+
+    @property
+    @abstractmethod
+    def counts(self) -> tuple[int, int]:
+        """How many `element_strains` and numbers of `section_stiffness` there are."""
 
     @property
     def size(self) -> int:
@@ -230,15 +252,6 @@ class CentreLine(Body):
     def straight(self) -> bool:
         """Whether the undeformed axis is straight."""
         return not callable(self.curvature) and not np.any(np.asarray(self.curvature))
-
-    def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
-        """Return the strains at these ξ before deformation, each (elements, points, n or 1).
-
-        They contain the curvature and the error of the Hermite cubics, which follow a curve closely
-        but not exactly. The body is free of stress at these strains.
-        """
-        at_points = [self.strains(self.at_start, xi, self.element_length) for xi in points]
-        return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
 
     @property
     def at_start(self) -> np.ndarray:

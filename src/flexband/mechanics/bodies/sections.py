@@ -158,3 +158,20 @@ class GeneralSection(_Given):
 
     def shear_factor(self, nu: np.ndarray, along: Along) -> np.ndarray:
         return np.broadcast_to(self.shear, nu.shape)
+
+
+def curved_second_moment(section: Section, curvature: np.ndarray, along: Along) -> np.ndarray:
+    """Return ∫y²/(1 − κ₀y) dA over ∫y² dA of a section of an arc of curvature κ₀ [1/m].
+
+    A section that is neither a rectangle nor a circle counts as a rectangle of its height.
+    """
+    x = curvature * section.across(along) / 2
+    if not isinstance(section, Circle):
+        small = np.abs(x) < 0.1
+        series = 3 * sum(x ** (2 * k) / (2 * k + 3) for k in range(8))
+        large = np.where(small, 0.5, x)
+        return np.where(small, series, 3 * (np.arctanh(large) - large) / large**3)
+    full, hole = section.across(along) ** 4, section._hole(along) ** 4
+    inside = curvature * section._hole(along) / 2
+    full_part, hole_part = (4 / (1 + np.sqrt(1 - part**2)) ** 2 for part in (x, inside))
+    return (full * full_part - hole * hole_part) / (full - hole)

@@ -47,7 +47,7 @@ class Batch(NamedTuple):
     failures: np.ndarray  # (samples, 4), see `entries`
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
-    turned: np.ndarray  # (samples, bodies), see `Work`
+    turned: np.ndarray  # (samples, bodies, 4), see `Work`
     strains: Largest
 
 
@@ -58,22 +58,25 @@ def run_samples(
     *,
     samples: np.ndarray | None = None,
     every: int = 1,
+    attempts: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
     """Run all samples of a system, or those with these numbers, over equidistant times [s].
 
-    The outputs are those of `every` such time.
+    The outputs are those of `every` such time. If two `attempts` are made at each step, the second
+    one damps Newton's method, and leaves out no constraint that is independent of the others.
     """
     packed = pack(system, times, samples)
     chosen = np.arange(system.samples) if samples is None else samples
-    method, tolerance = integrator.coefficients(times[1] - times[0]), float(integrator.tolerance)
+    method = integrator.coefficients(times[1] - times[0])._replace(attempts=attempts)
+    tolerance = float(integrator.tolerance)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
     failures = np.zeros((len(chosen), 4))
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
     firsts = np.empty((system.structure.state.rows, len(chosen)))
-    turned = np.zeros((len(chosen), len(system.turning)))
+    turned = np.zeros((len(chosen), len(system.turning), 4))
     members, strains = Members(system), [Largest.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of steps of all blocks so far, which grow
 
@@ -89,7 +92,7 @@ def run_samples(
         outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
         conditions = series[:, system.sensed - len(system.conditions) :]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
-        turned[here] = work.turned.T[: len(own)]
+        turned[here] = work.turned.T[: len(own)].reshape(len(own), *turned.shape[1:])
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             lanes = chosen[np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)]
@@ -137,33 +140,45 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     Flexible members start unbent where loops close so. What fails is tried again from where loops
     are as near to closing as they get so.
     """
-    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
-    work.smallest[:] = SMALLEST_PIVOT
     guess = guessed(system, values)
     if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
         near, misfit = closed(system, values)
         guess = np.where(
             np.abs(misfit).max(axis=0, initial=0.0) < CONSTRAINT_TOLERANCE, near, guess
         )
-    _start(system, values, work, failure, guess)
+    work, failure = _started(system, values, guess)
     failed = failure[0] > 0
     if failed.any():
-        before, guess = failure.copy(), np.where(failed, closed(system, values)[0], guess)
-        _start(system, values, work, failure, guess)
+        before, guess = failure, np.where(failed, closed(system, values)[0], guess)
+        work, failure = _started(system, values, guess)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any():
         independent = failure[3] > rank_deficiency(system, values, work.z)
         if independent.any():
-            work.smallest[:, independent] = ZERO_PIVOT
-            _start(system, values, work, failure, guess)
+            pivots = np.where(independent, ZERO_PIVOT, SMALLEST_PIVOT)
+            work, failure = _started(system, values, guess, pivots)
     return work, failure
 
 
-def _start(
-    system: System, values: Values, work: Work, failure: np.ndarray, guess: np.ndarray
-) -> None:
+def _started(
+    system: System,
+    values: Values,
+    guess: np.ndarray,
+    smallest_pivots: np.ndarray | float = SMALLEST_PIVOT,
+) -> tuple[Work, np.ndarray]:
+    """Return the state of a block that START finds from a guess, and its failures.
+
+    The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
+    it is the guess.
+    """
+    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
     run(START, system, values, work, failure=failure)
+    lost = ~np.isfinite(work.z).all(axis=0)
+    work.z[:, lost] = 0.0
+    work.z[: len(guess), lost] = guess[:, lost]
+    return work, failure
 
 
 def run(

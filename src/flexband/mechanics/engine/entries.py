@@ -41,13 +41,13 @@ def dynamics(task, structure, method, number, values, work, outputs, failure, st
 def statics(task, structure, method, number, values, work, outputs, failure, stop):
     """Perform a task for one block of samples at rest; parameters are those of `dynamics`.
 
-    SETTLE moves to an equilibrium and reads the sensors, as SENSE does; only the first outputs are
-    filled. RESIDUAL and LOADS set `work.r`. LINEARIZE sets the matrix to
+    SETTLE moves to an equilibrium and reads the sensors on its way, see `settle`; SENSE reads them
+    and fills the first outputs. RESIDUAL and LOADS set `work.r`. LINEARIZE sets the matrix to
     [M + K + number × C, Φ_qᵀ; Φ_q, 0].
     """
     now = np.int64(0)
     if task == SETTLE:
-        settle(structure, values, work, outputs[0], failure, stop)
+        settle(structure, values, work, outputs, failure, stop)
     elif task == SENSE:
         sense(structure, values, now, work.z, outputs[0], work.blocks)
     elif task == LOADS:

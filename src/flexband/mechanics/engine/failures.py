@@ -22,7 +22,7 @@ SHORTER = (
 MOST_SHOWN = 5
 """Causes in a message, and samples of a cause."""
 
-WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH = 5.0, 7.0, 8.0
+WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH, SNAPPED_THROUGH = 5.0, 7.0, 8.0, 9.0
 
 
 def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
@@ -48,7 +48,7 @@ def raise_failures(
 
     `halved` tells whether those that diverged were run again with half the step.
     """
-    code, number, row, _ = failures.T
+    code, number, row, part = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):
         return
@@ -78,6 +78,8 @@ def raise_failures(
             ),
             LAW_FAILED: where,
             CONTRADICTED: f"constraints contradict each other; the worst is {where}",
+            SNAPPED_THROUGH: f"the mechanism snaps through at {part[sample]:.3g} of the loads; "
+            "PrescribedTravel in place of the force follows it",
             OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)

@@ -18,9 +18,10 @@ import numpy as np
 
 from flexband.errors import InputError, numbers, positive, warn
 from flexband.mechanics.assembly.structure import KEPT
-from flexband.mechanics.engine.projection import project, share
+from flexband.mechanics.engine.projection import ZERO_PIVOT, light, project, share
 from flexband.mechanics.kernels.angles import angle_rate
 from flexband.mechanics.kernels.equations import (
+    clear,
     residual,
     sense,
     tangent,
@@ -30,6 +31,7 @@ from flexband.mechanics.kernels.equations import (
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
 from flexband.mechanics.kernels.lanes import (
     any_true,
+    compiled,
     filled,
     inlined,
     less,
@@ -42,6 +44,10 @@ from flexband.mechanics.kernels.lanes import (
 
 FACTORIZATIONS, ITERATIONS_PER_FACTORIZATION = 6, 5
 """The most per step, and the most iterations of Newton's method with each."""
+
+DAMPED_ITERATIONS, LONGEST_CORRECTION = 100, 0.1
+"""The most of a second attempt at a step, and the largest correction of each, relative to the size
+of the mechanism."""
 
 INITIAL_RATE = 0.1
 """Rate of convergence of Newton's method that is assumed before it has been observed."""
@@ -116,6 +122,7 @@ class Coefficients(NamedTuple):
     gamma: float
     dq_da: float  # 1/β', ∂q/∂q̈ [s²]
     dv_da: float  # γ'/β', ∂q̇/∂q̈ [s]
+    attempts: int = 1  # at a step, from the second one on with damped corrections
 
 
 @inlined
@@ -125,7 +132,7 @@ def predict(structure, method, values, z, a):
     Where the accelerations would move a coordinate by more than `LONGEST_FALL` they are those of
     vibrations that the step does not resolve. The coordinate then moves with its velocity alone.
     """
-    h, alpha_m, alpha_f, beta, gamma, _, _ = method
+    h, alpha_m, alpha_f, beta, gamma, _, _, _ = method
     state = structure.state
     velocity, acceleration = state.velocity, state.acceleration
     for i in range(1, state.coordinates + 1):
@@ -162,6 +169,19 @@ def correct(structure, method, values, z, a, x, active):
 
 
 @inlined
+def shorten(structure, method, values, x):
+    """Shorten Newton's corrections to `LONGEST_CORRECTION`."""
+    largest = filled(0.0)
+    for i in range(1, structure.state.coordinates + 1):
+        largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
+    largest = method.dq_da * largest
+    short = less(largest, filled(LONGEST_CORRECTION))
+    part = where(short, filled(1.0), LONGEST_CORRECTION / largest)
+    for i in range(1, structure.state.angle):
+        store(x, i, part * load(x, i))
+
+
+@inlined
 def turn_of_jacobian(structure, method, values, x):
     """Return the largest scaled change of the coordinates that Φ_q depends on."""
     curved, largest = structure.terms.curved, filled(0.0)
@@ -172,20 +192,22 @@ def turn_of_jacobian(structure, method, values, x):
 
 
 @inlined
-def solve_step(structure, method, tolerance, values, now, work, alive):
+def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
 
     Returns two lanes: the mask of those that diverged, and the number of multipliers left out.
 
     A lane that has converged is frozen, so that no sample depends on its neighbours. The error
     that remains after a correction is estimated from the rate of convergence, stored in `rate`.
+    If `damped`, each iteration has its own factorization and a correction of limited length.
     """
     z, a, r, rate = work.z, work.a, work.r, work.rate
     matrix, none = work.matrix, filled(0.0)
     weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     age, first = 0, True  # iterations since the factorization, and whether this is the first one
-    for _ in range(FACTORIZATIONS * ITERATIONS_PER_FACTORIZATION):
+    most = 1 if damped else ITERATIONS_PER_FACTORIZATION
+    for _ in range(DAMPED_ITERATIONS if damped else FACTORIZATIONS * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         if age == 0:
@@ -197,6 +219,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
             forward(structure.pattern.below, matrix, (r,))
         backward(structure.pattern, matrix, (r,))
         age += 1
+        if damped:
+            shorten(structure, method, values, r)
         moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
         change = correct(structure, method, values, z, a, r, active)
         if not first:
@@ -205,7 +229,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
         q = maximum(load(rate, 0), filled(1e-3))
         left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
         active = where(less(left, filled(tolerance)), none, where(solved, none, active))
-        if any_true(active) and age < ITERATIONS_PER_FACTORIZATION:
+        if any_true(active) and age < most:
             continue
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
@@ -218,12 +242,16 @@ def solve_step(structure, method, tolerance, values, now, work, alive):
 
 @inlined
 def add_turns(structure, method, values, work):
-    """Add φ⁴ to `work.turned`, where φ is the angle that a body or a rod turns in this step."""
-    vectors = structure.vectors
+    """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
+    vectors, turned = structure.vectors, work.turned
     for k in range(len(vectors.start) - 1 - vectors.turning):
         rate = angle_rate(vectors, values.vectors, structure.state, work.z, vectors.turning + k)
-        square = (method.step * rate) * (method.step * rate)
-        store(work.turned, k, load(work.turned, k) + square * square)
+        turn, angle = method.step * rate, load(turned, 4 * k + 1) + method.step * rate
+        square = turn * turn
+        store(turned, 4 * k, load(turned, 4 * k) + square * square)
+        store(turned, 4 * k + 1, angle)
+        store(turned, 4 * k + 2, maximum(load(turned, 4 * k + 2), angle))
+        store(turned, 4 * k + 3, maximum(load(turned, 4 * k + 3), -angle))
 
 
 @inlined
@@ -243,6 +271,58 @@ def keep(structure, z, kept, k):
         store(kept, k * rows + i, load(z, i))
 
 
+@compiled
+def keep_state(structure, work):
+    """Keep z and a, for a second attempt at a step."""
+    for row in range(structure.state.rows):
+        store(work.before, row, load(work.z, row))
+    for i in range(1, structure.state.coordinates + 1):
+        store(work.before, structure.state.rows + i, load(work.a, i))
+
+
+@compiled
+def stand_still(structure, method, work, failed):
+    """Set what has `failed` to the state before the step with accelerations that undo its motion.
+
+    A prediction from velocities may be far off where a fine mesh vibrates faster than the step.
+    """
+    h, alpha_m, alpha_f, beta, gamma, _, _, _ = method
+    state, z, a, before = structure.state, work.z, work.a, work.before
+    for row in range(state.rows):
+        store(z, row, where(failed, load(before, row), load(z, row)))
+    for i in range(1, state.coordinates + 1):
+        old, v = load(before, state.rows + i), load(before, state.velocity + i)
+        new = (0.5 - beta) * old + v / h
+        new = -new / beta
+        rate = v + h * ((1.0 - gamma) * old + gamma * new)
+        second = (1.0 - alpha_m) * new + alpha_m * old
+        second = (second - alpha_f * load(before, state.acceleration + i)) / (1.0 - alpha_f)
+        store(z, state.velocity + i, where(failed, rate, load(z, state.velocity + i)))
+        store(z, state.acceleration + i, where(failed, second, load(z, state.acceleration + i)))
+        store(a, i, where(failed, new, load(a, i)))
+    store(work.rate, 0, where(failed, filled(INITIAL_RATE), load(work.rate, 0)))
+    clear(work.r, state.velocity + 1)  # and of what is not finite
+    clear(work.s, state.velocity + 1)
+
+
+@inlined
+def examine(structure, values, now, work, known, left_out):
+    """Return the code of lanes that violate a constraint that is left out, and its multiplier.
+
+    Constraints that are left out only because bodies are light count from the next attempt on.
+    `known` is the number of redundant constraints at the start.
+    """
+    none = filled(0.0)
+    violated = violated_constraint(structure, values, now, work.z, work.r, REDUNDANT_TOLERANCE)
+    violated = where(left_out, violated, none)
+    code, more = where(violated, filled(CONTRADICTED), none), less(known, left_out)
+    if any_true(more):
+        more = where(more, light(structure, values, now, work, left_out), none)
+        store(work.smallest, 0, where(more, filled(ZERO_PIVOT), load(work.smallest, 0)))
+        code = where(more, where(violated, filled(DIVERGED), none), code)
+    return code, violated
+
+
 @inlined
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
@@ -260,19 +340,31 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
         now = n * structure.functions
+        failed, worst, redundant = alive, filled(0.0), filled(0.0)
+        if method.attempts > 1:
+            keep_state(structure, work)
         predict(structure, method, values, z, a)
-        diverged, redundant = solve_step(structure, method, limit, values, now, work, alive)
-        code, worst = diverged * DIVERGED, filled(0.0)
-        if any_true(redundant):
-            violated = violated_constraint(structure, values, now, z, work.r, REDUNDANT_TOLERANCE)
-            worst = where(redundant, violated, filled(0.0))
-            code = where(diverged, code, where(worst, filled(CONTRADICTED), filled(0.0)))
-        new = where(alive, code, filled(0.0))
-        store(failure, 0, load(failure, 0) + new)
-        store(failure, 1, where(new, filled(float(n)), load(failure, 1)))
+        for attempt in range(method.attempts):
+            if attempt > 0:
+                stand_still(structure, method, work, failed)
+            diverged, left_out = solve_step(
+                structure, method, limit, values, now, work, failed, attempt > 0
+            )
+            left_out = where(diverged, filled(0.0), where(failed, left_out, filled(0.0)))
+            code = where(diverged, filled(DIVERGED), filled(0.0))
+            redundant = where(failed, left_out, redundant)
+            if any_true(left_out):
+                contradicted, violated = examine(structure, values, now, work, known, left_out)
+                code, worst = code + contradicted, where(worst, worst, violated)
+            first = code if attempt == 0 else failed
+            failed = where(code, first, filled(0.0))
+            if not any_true(failed):
+                break
+        store(failure, 0, load(failure, 0) + failed)
+        store(failure, 1, where(failed, filled(float(n)), load(failure, 1)))
         blame = worst - float(state.multiplier)
-        store(failure, 2, where(new, blame, load(failure, 2)))
-        alive = where(new, filled(0.0), alive)
+        store(failure, 2, where(failed, blame, load(failure, 2)))
+        alive = where(failed, filled(0.0), alive)
         add_turns(structure, method, values, work)
         shared = where(redundant, redundant, known)
         if any_true(shared):

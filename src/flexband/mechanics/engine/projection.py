@@ -31,6 +31,7 @@ from flexband.mechanics.kernels.factorization import (
 )
 from flexband.mechanics.kernels.lanes import (
     add_to,
+    compiled,
     filled,
     inlined,
     less,
@@ -152,6 +153,31 @@ def project(structure, method, values, now, work, solved, moved):
     return here
 
 
+@compiled
+def mass_matrix(structure, values, now, z, matrix):
+    """Set the matrix to [M, Φ_qᵀ; Φ_q, 0]."""
+    none = filled(0.0)
+    clear_matrix(structure.pattern, matrix)
+    add_mass(structure.mass, values.mass, matrix)
+    add_constraint_tangent(structure.terms, values.terms, values.functions, now, z, none, matrix)
+    add_angle_tangent(
+        structure.vectors, values.vectors, structure.terms, values.terms, structure.state,
+        values.functions, now, z, none, matrix,
+    )  # fmt: skip
+
+
+@inlined
+def light(structure, values, now, work, left_out):
+    """Return where fewer constraints are left out in the metric M than `left_out`.
+
+    In that of the integrator a constraint of a body that is much lighter than what stiffness and
+    damping add to its neighbour looks as if it were redundant.
+    """
+    mass_matrix(structure, values, now, work.z, work.matrix)
+    redundant = factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
+    return less(redundant, left_out)
+
+
 @inlined
 def share(structure, values, now, work, shared):
     """Replace the multipliers of the lanes in `shared` by the least ones with the same forces.
@@ -160,14 +186,8 @@ def share(structure, values, now, work, shared):
     the mass that it moves, whatever its unit.
     """
     state, z, r, least, matrix = structure.state, work.z, work.r, work.s, work.matrix
-    clear_matrix(structure.pattern, matrix)
-    add_mass(structure.mass, values.mass, matrix)
     none = filled(0.0)
-    add_constraint_tangent(structure.terms, values.terms, values.functions, now, z, none, matrix)
-    add_angle_tangent(
-        structure.vectors, values.vectors, structure.terms, values.terms, state, values.functions,
-        now, z, none, matrix,
-    )  # fmt: skip
+    mass_matrix(structure, values, now, z, matrix)
     soften(structure.pattern, matrix, SMALLEST_PIVOT)
     factorize(structure.pattern, matrix, none, r)
     for k in range(state.multiplier, state.angle):

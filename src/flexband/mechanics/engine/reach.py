@@ -30,7 +30,7 @@ def find_out_of_reach(
     """
     if not np.any(system.structure.terms.f > 0):
         return
-    method = integrator.coefficients(times[1] - times[0])
+    method = integrator.coefficients(times[1] - times[0])._replace(attempts=2)
     for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MOST_EXAMINED]:
         number, own = int(failures[place, 1]), np.full(WIDTH, samples[place])
         values = pack(system, times, own)(0)

@@ -15,6 +15,7 @@ from flexband.errors import ResolutionWarning, returned, warn
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.mechanism import Mechanism
+from flexband.rounding import Units
 
 LARGEST_LOSS = 0.01
 """Of the speed of a body over a run, or lag of its angle, without a warning."""
@@ -33,6 +34,9 @@ CONTRAST = 2.0
 
 FEWEST_PERIODS, FEWEST_TIMES = 6, 24
 """In the record."""
+
+FEWEST_SWINGS = 1.5
+"""To and fro in a run, of a part whose lag adds up over them."""
 
 FEWEST_TURNS = 3
 """Periods of a function of time in the record, of those that force vibrations."""
@@ -80,15 +84,17 @@ def warn_of_large_steps(
 
     Parameters
     ----------
-    turned : Σ φ⁴ over the run, shape (samples, parts).
+    turned : of each part, see `Work`, shape (samples, parts, 4).
     """
     if not turned.size:
         return
-    rho = float(integrator.spectral_radius)
+    rho, count = float(integrator.spectral_radius), len(times) - 1
+    _warn_of_swings(turned, system, count, rho)
+    turned = turned[..., 0]
     sample, part = np.unravel_index(np.argmax(turned), turned.shape)
     most = float(turned[sample, part])
     loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * most / 8)
-    angle = (most / (len(times) - 1)) ** 0.25
+    angle = (most / count) ** 0.25
     lag = angle**2 / 12
     if max(loss, lag) > LARGEST_LOSS:
         warn(
@@ -96,6 +102,29 @@ def warn_of_large_steps(
             f"damping takes about {loss:.2%} of its speed and its angle lags by about {lag:.2%}, "
             "unless a drive holds it; take a shorter step"
             + (" or a spectral_radius nearer to 1" if loss > LARGEST_LOSS else ""),
+            ResolutionWarning,
+        )
+
+
+def _warn_of_swings(turned: np.ndarray, system: System, count: int, rho: float) -> None:
+    """Warn of the part whose swings are late by the most, if it is by more than 4 %.
+
+    A part that swings by A cos ωt turns by up to φ = Aωh in a step. To the leading order it lags
+    by 3/32 (1 + 3 δ²) φ² of the phase ωt, in addition to what a small vibration lags.
+    """
+    reach = np.maximum(turned[..., 2] + turned[..., 3], 1e-300)
+    angle = (turned[..., 0] / count * 8 / 3) ** 0.25
+    phase = count * angle / (reach / 2)
+    lag = 3 / 32 * (1 + 3 * ((1 - rho) / (1 + rho)) ** 2) * angle**2 * phase
+    lag = np.where(phase > 2 * np.pi * FEWEST_SWINGS, lag, 0.0)
+    sample, part = np.unravel_index(np.argmax(lag), lag.shape)
+    most = float(lag[sample, part])
+    if most > LARGEST_ERROR:
+        warn(
+            f"{system.turning[part]} swings by about ± {reach[sample, part] / 2:.3g} rad and turns "
+            f"by up to {angle[sample, part]:.2g} rad per step: its phase lags by about "
+            f"{most:.2g} rad at the end, unless a drive holds it; a step that is "
+            f"{np.sqrt(most / WANTED):.2g} times shorter would make it 0.01 rad",
             ResolutionWarning,
         )
 
@@ -112,21 +141,23 @@ def remark_on_few_steps(
     motion : of which the first sample is judged, computed with steps of h.
     """
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
-    outputs, units, times = first.values, first["unit"].values, first["time"].values
+    outputs, times = first.values, first["time"].values
     count = len(times)
-    if count < FEWEST_TIMES or not len(outputs) or 0 in motion.attrs.get("halved_step", ()):
+    if count < FEWEST_TIMES or not len(outputs):
         return ""
+    h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
     rho, dt = float(integrator.spectral_radius), times[1] - times[0]
-    size = np.where(units[:, None] == units, np.abs(outputs).max(axis=-1), 0.0).max(axis=-1)
-    size = np.where(units == "rad", np.maximum(size, 1.0), size)
-    varies = outputs.std(axis=-1) > SMALLEST_SCALE * np.maximum(size, 1e-300)
+    size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
+    units, std = Units.along(first, ("output",)), outputs.std(axis=-1)
+    varies = std > units.least_variation(size, SMALLEST_SCALE)
+    scale = np.maximum(std, units.rounding / LARGEST_ERROR)  # errors are above rounding
     free = np.ones(count // 2 + 1, dtype=bool)
-    worst = worst_vibration(outputs, varies, free, dt, h, rho)
+    worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
     if worst is not None and worst.error > LARGEST_ERROR:
         functions = assemble(mechanism).functions
         values = [[float(np.ravel(returned(f, t))[0]) for t in times] for f in functions]
         free = not_driven(np.array(values).reshape(-1, count))
-        worst = worst_vibration(outputs, varies, free, dt, h, rho)
+        worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
     if worst is None or worst.error <= LARGEST_ERROR:
         return ""
     name = str(first["output"].values[worst.output])
@@ -139,13 +170,20 @@ def remark_on_few_steps(
 
 
 def worst_vibration(
-    outputs: np.ndarray, varies: np.ndarray, free: np.ndarray, dt: float, h: float, rho: float
+    outputs: np.ndarray,
+    varies: np.ndarray,
+    scale: np.ndarray,
+    free: np.ndarray,
+    dt: float,
+    h: float,
+    rho: float,
 ) -> Vibration | None:
     """Return the free vibration with the largest error, integrated at steps of h and ρ∞.
 
     Parameters
     ----------
     outputs : at times dt apart, and whether each of them varies.
+    scale : what errors are parts of, the standard deviation of each output or more.
     free : whether each frequency of the record may be that of a free vibration.
     """
     count, factor = outputs.shape[-1], (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
@@ -159,7 +197,7 @@ def worst_vibration(
     lag = omega * count * dt * factor * (omega * h) ** 2
     tonal = (band > CONTRAST * beside) & free[k] & varies[:, None]
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
-    total = (window @ window) * count / 2 * np.maximum(outputs.var(axis=-1), 1e-300)
+    total = (window @ window) * count / 2 * np.maximum(scale**2, 1e-300)
     found = []
     rough = np.sqrt(weight.max(axis=-1) / total)
     for o in np.argsort(-rough)[:CANDIDATES]:
@@ -175,7 +213,7 @@ def worst_vibration(
         inside = np.clip(np.arange(count), middle[0], middle[-1])
         amplitude = (np.abs(np.fft.ifft(spectrum)) / np.maximum(window, MIDDLE))[inside]
         lag = omega * dt * np.arange(count) * factor * (omega * h) ** 2
-        share = amplitude / 2**0.5 / outputs[o].std()
+        share = amplitude / 2**0.5 / scale[o]
         error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
         steps = 2 * np.pi / (omega * h) * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / WANTED)
         found.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))

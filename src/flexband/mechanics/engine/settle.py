@@ -41,7 +41,8 @@ NOT_SETTLED = 6.0
 def settle(structure, values, work, outputs, failure, stop):
     """Move from the state in `work.z` to an equilibrium under the loads of `values`.
 
-    Fills `outputs`, shape (rows, WIDTH), with the sensors' rows, and updates `failure`.
+    Fills `outputs`, shape (`ITERATIONS` + 1, rows, WIDTH), with the sensors' rows at the start and
+    after every iteration that is made, and updates `failure`.
     """
     state = structure.state
     z, r, matrix = work.z, work.r, work.matrix
@@ -51,8 +52,9 @@ def settle(structure, values, work, outputs, failure, stop):
         store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
     least, w = load(values.rigidity, 0), load(values.rigidity, 0)
-    for _ in range(ITERATIONS):
-        if any_true(load(stop, 0)):
+    for n in range(ITERATIONS + 1):
+        sense(structure, values, now, z, outputs[n], work.blocks)
+        if n == ITERATIONS or any_true(load(stop, 0)) or not any_true(moving):
             break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
@@ -73,7 +75,4 @@ def settle(structure, values, work, outputs, failure, stop):
         done = where(grown, filled(0.0), less(largest, filled(TOLERANCE)))
         moving = where(done, filled(0.0), moving)
         w = where(short, where(grown, GROWTH * w, w), w)
-        if not any_true(moving):
-            break
-    sense(structure, values, now, z, outputs, work.blocks)
     store(failure, 0, where(moving, filled(NOT_SETTLED), load(failure, 0)))

@@ -130,9 +130,10 @@ class Balance:
     @property
     def unresolved(self) -> bool:
         """Whether forces act along directions whose stiffness is lost in rounding errors."""
-        H = self.basis.T @ (self.linear.K + self.linear.L) @ self.basis
-        scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(H)), np.finfo(float).tiny))
-        _, sizes, directions = np.linalg.svd(H * scale * scale[:, None])
+        matrix, scale = _scaled(self.basis.T @ (self.linear.K + self.linear.L) @ self.basis)
+        if _factored(matrix) is not None:
+            return False
+        _, sizes, directions = np.linalg.svd(matrix)
         lost = directions[sizes <= SINGULAR * sizes.max(initial=0.0)] * scale
         reach = np.abs(lost @ self.basis.T / self.equations.size).max(axis=1, initial=0.0)
         allowed = LOST * self.largest_force * reach
@@ -145,10 +146,9 @@ class Balance:
         back = np.zeros(len(size))
         if len(self.rows):
             back = -np.linalg.lstsq(self.rows, self.violation, rcond=RANK)[0] * size
-        H = self.basis.T @ (K + self.linear.M / weight) @ self.basis
+        matrix, scale = _scaled(self.basis.T @ (K + self.linear.M / weight) @ self.basis)
         right = -self.forces - self.basis.T @ (K @ back)
-        scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(H)), np.finfo(float).tiny))
-        y = scale * _solution(H * scale * scale[:, None], scale * right)
+        y = scale * _solution(matrix, scale * right)
         return (back + self.basis @ y) / size
 
     def moved(self, step: np.ndarray) -> Balance:
@@ -181,16 +181,31 @@ class Balance:
         return is_stable(self.linear._replace(K=self.linear.K + np.diag(floor)), self.basis)
 
 
+def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a matrix with its rows and columns over the roots of its diagonal, and these."""
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
+    return matrix * scale * scale[:, None], scale
+
+
+def _factored(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return LU factors and the order of rows, or None if the matrix is singular."""
+    if not len(matrix):
+        return matrix, np.zeros(0, dtype=np.int32)
+    (getrf,) = get_lapack_funcs(("getrf",), (matrix,))
+    lu, order, _ = getrf(matrix)
+    pivots = np.abs(np.diag(lu))
+    return (lu, order) if pivots.min() > SINGULAR * pivots.max() else None
+
+
 def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return x of least norm with matrix @ x = right, where directions without stiffness rest."""
     if not len(right):
         return right
-    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (matrix,))
-    lu, order, _ = getrf(matrix)
-    pivots = np.abs(np.diag(lu))
-    if pivots.min() > SINGULAR * pivots.max():
-        return getrs(lu, order, right)[0]
-    return np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0]
+    factors = _factored(matrix)
+    if factors is None:
+        return np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0]
+    (getrs,) = get_lapack_funcs(("getrs",), (matrix,))
+    return getrs(*factors, right)[0]
 
 
 def is_stable(linear: Linear, basis: np.ndarray) -> bool:

@@ -36,6 +36,11 @@ class Eigenmodes(NamedTuple):
 
     s: np.ndarray
     vectors: np.ndarray
+    thickness: np.ndarray = np.zeros(0, dtype=bool)  # whether each is of the thickness of beams
+
+    def selected(self, chosen: np.ndarray) -> Eigenmodes:
+        """Return some of the modes."""
+        return Eigenmodes(*(part[..., chosen] for part in self))
 
     @property
     def frequency(self) -> np.ndarray:

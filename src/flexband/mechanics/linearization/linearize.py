@@ -173,7 +173,7 @@ class Equations:
     def _matrix(self, z: np.ndarray, rate: float) -> np.ndarray:
         self.work.z[:] = z[:, None]
         self._run(LINEARIZE, self._bare, rate)
-        return to_dense(self.system.structure.pattern, self.work.matrix)[0]
+        return to_dense(self.system.structure.pattern, self.work.matrix[:, :1])[0]
 
     def loads(self, z: np.ndarray) -> np.ndarray:
         """Return the generalized forces Q of products and force laws for eight states."""

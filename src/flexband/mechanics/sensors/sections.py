@@ -18,7 +18,7 @@ from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.bodies.section_stiffness import Elasticity, SectionStiffness
+from flexband.mechanics.bodies.section_stiffness import Elasticity
 from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form
 from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants
@@ -40,7 +40,7 @@ class _Local(Sensor):
         return member, first, element, place - element
 
     def rows(self, model: Model) -> Sequence[Form]:
-        """Return the element's coordinates, its length, the strains at the start and `_numbers`.
+        """Return the element's coordinates, its length and strains at the start, and `_numbers`.
 
         Raises
         ------
@@ -53,36 +53,31 @@ class _Local(Sensor):
         def along(name: str, value: Property, check: Callable) -> np.ndarray:
             return member.evaluated(at, name, value, check)[:, 0]
 
-        initial = member.initial_strains(np.array([xi, 0.5]))
+        initial = member.element_strains(member.at_start, member.element_length)
         return [
             *(Form.variable(first + k) for k in range(member.element_coordinates)),
             Form.constant(member.element_length),
-            *(Form.constant(strain[element, point]) for point in range(2) for strain in initial),
+            *(Form.constant(strain[element]) for strain in initial),
+            *map(Form.constant, member.section_stiffness(along)),
             *map(Form.constant, self._numbers(member, along)),
         ]
 
     def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
-        """Return the properties of the member at the place that the sensor needs."""
-        raise NotImplementedError
+        """Return what the sensor needs beside the stiffness of the section."""
+        return []
 
     def _read(self, rows: np.ndarray, model: Model):
         """Return the member, q, ξ, length, strains less those at the start, and the numbers.
 
-        In a continuum element the bending strain a₁ is constant, and accurate in the middle. From
-        there it is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
+        The numbers are the stiffness of the section, and those of the sensor.
         """
         member, _, _, xi = self._located(model)
         count = member.element_coordinates
         q, length, rest = rows[:count], rows[count], rows[count + 1 :]
-        here, middle = (member.strains(q, place, length) for place in (xi, 0.5))
-        each = len(here)
-        strain = [a - b for a, b in zip(here, rest[:each], strict=True)]
-        numbers = rest[2 * each :]
-        if isinstance(member, Beam) and member.integration is not None:
-            c, at_start = SectionStiffness(*numbers[:9]), rest[each : 2 * each]
-            shear = c.s0 * (middle[4] - at_start[4])
-            strain[1] = middle[1] - at_start[1] + shear / c.c11 * (xi - 0.5) * length
-        return member, q, xi, length, strain, numbers
+        of_element, of_section = np.cumsum(member.counts)
+        initial, section = rest[:of_element], rest[of_element:of_section]
+        strain = member.strains(q, xi, length, initial, section)
+        return member, q, xi, length, strain, section, rest[of_section:]
 
 
 @dataclass(frozen=True)
@@ -103,21 +98,16 @@ class SectionForces(_Local):
     place: str = "middle"
     units = (("_N", "N"), ("_Q", "N"), ("_M", "N m"))
 
-    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
-        return member.section_stiffness(along)
-
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        member, q, xi, length, strain, numbers = self._read(rows, model)
+        member, q, xi, length, strain, section, _ = self._read(rows, model)
         if isinstance(member, Cable):
-            EA, EI = numbers
-            return np.stack(
-                [EA * strain[0], -EI * member.curvature_slope(q, length), EI * strain[1]]
-            )
+            EA, EI = section
+            return np.stack([EA * strain[0], -EI * strain[2], EI * strain[1]])
         if member.integration is None:
-            EA, EI, kGA = numbers
+            EA, EI, kGA = section
             return np.stack([EA * strain[0], kGA * strain[2], EI * strain[1]])
         p, w, d = member.vectors(q, xi, length)
-        force, couple, _ = gradient.py_func(resultants.py_func(numbers, strain), (p, w, d))
+        force, couple, _ = gradient.py_func(resultants.py_func(section, strain), (p, w, d))
         size = np.hypot(*d)
         normal = (force[0] * d[1] - force[1] * d[0]) / size
         across = (force[0] * d[0] + force[1] * d[1]) / size
@@ -128,9 +118,10 @@ class SectionForces(_Local):
 class Strain(_Local):
     """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
 
-    They are E_xx, E_yy and 2E_xy in the section's axes. Those of a beam are ε − y (κ − κ₀), −ν
-    times this, since the section contracts freely, and the shear strain. Those of a beam with an
-    `integration` are Green–Lagrange strains. Those of a cable are ε − y (κ − κ₀), 0 and 0.
+    They are E_xx, E_yy and 2E_xy in the section's axes. Those of a beam are ε − y (κ − κ₀), or
+    Winkler's in an arc (see `Stress`), −ν times this, since the section contracts freely, and the
+    shear strain. Those of a beam with an `integration` are Green–Lagrange strains. Those of a cable
+    are ε − y (κ − κ₀), 0 and 0.
 
     Parameters
     ----------
@@ -160,17 +151,17 @@ class Strain(_Local):
         if np.any(np.abs(self.y) > half * (1 + 1e-12)):
             worst = np.ravel(self.y)[np.argmax(np.abs(self.y))]
             raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
-        return [*member.section_stiffness(along), self.y, *member.elasticity(along)]
+        return [self.y, *member.elasticity(along), *member.curved(self.y, along)]
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        member, *_, strain, numbers = self._read(rows, model)
+        member, *_, strain, _, numbers = self._read(rows, model)
         if isinstance(member, Cable):
             axial = strain[0] - numbers[0] * strain[1]
             return np.stack([axial, 0.0 * axial, 0.0 * axial])
-        y, material = numbers[-4], Elasticity(*numbers[-3:])
+        y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
         if member.integration is None:
             axial, bending, shear, thickness = strain
-            along = axial - y * bending
+            along = axial + (a - y * b) * bending
             return np.stack([along, thickness - material.nu * along, shear])
         a0, a1, a2, b, g0, g1 = strain
         return np.stack([a0 + y * a1 + y**2 * a2, b, g0 + y * g1])
@@ -188,7 +179,8 @@ class Stress(Strain):
     widest one. The bands of "_yy" of a slender beam, and often those of "_xy", are therefore wrong
     by far more than the tolerance in parts of their own widths, as the table of results tells. Of a
     beam without an `integration`, "_xx" is N/A − M y/I with the `SectionForces`, for a section of
-    the area A and the second moment of area I.
+    the area A and the second moment of area I. In an arc it is Winkler's
+    (N + κ₀M)/A − M y/(Z (1 − κ₀y)) with Z = ∫y²/(1 − κ₀y) dA.
 
     Parameters and errors are those of `Strain`; a cable, which has no section, is refused.
     """
@@ -202,10 +194,12 @@ class Stress(Strain):
         return super()._numbers(member, along)
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        member, *_, strain, numbers = self._read(rows, model)
-        y, material = numbers[-4], Elasticity(*numbers[-3:])
+        member, *_, strain, _, numbers = self._read(rows, model)
+        y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
         rule = cast("Beam", member).integration
         if rule is not None:
             return np.stack(rule.stress(material, strain, y))
         (E, nu, k), (axial, bending, shear, thickness) = material, strain
-        return np.stack([E * (axial - y * bending), E * thickness, k * E / (2 * (1 + nu)) * shear])
+        return np.stack(
+            [E * (axial + (a - y * b) * bending), E * thickness, k * E / (2 * (1 + nu)) * shear]
+        )

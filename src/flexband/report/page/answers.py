@@ -8,8 +8,11 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from flexband.errors import InputError
+from flexband.files import read_unlinked
 from flexband.report.figures import is_likely
 from flexband.report.numbers import number
+from flexband.report.results import read_netcdf
 from flexband.report.tables import Table, deviations, summary_table
 from flexband.uncertainty.answers.probability.texts import told
 
@@ -54,6 +57,9 @@ LIKELY = (
 STALE = "stale"
 """Attribute of answers of earlier results."""
 
+OLDER, ALTERED = "of earlier results", "that are not as written"
+"""Why answers are left out."""
+
 
 class Answer(NamedTuple):
     """A part of a report."""
@@ -67,21 +73,27 @@ class Answer(NamedTuple):
 def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Dataset | None]:
     """Return the answers in a folder, with the limits and the probabilities of leaving them.
 
-    Answers of earlier results are left out, and named.
+    Answers of earlier results, and those that are not as written, are left out, and named.
     """
-    found, older = [], []
-    limits, probability = (read_answer(folder, name, older) for name in ("limits", "probability"))
+    found, unusable = [], dict[str, str]()
+    limits, probability = (
+        read_answer(folder, name, unusable) for name in ("limits", "probability")
+    )
     for name, title in TITLES.items():
-        answer = read_answer(folder, name, older)
+        answer = read_answer(folder, name, unusable)
         if answer is not None:
             found.append(_part(folder, name, title, answer))
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
     told = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
     if limits is not None and (pictures := _pictures(folder, "limits", ". ".join(told).strip())):
         found.insert(0, Answer("Limits over time", None, [], pictures))
-    if older:
-        text = f"Answers of earlier results are left out: {', '.join(older)}. Ask again."
-        found.append(Answer("Left out", None, [text], []))
+    texts = [
+        f"Answers {reason} are left out: {', '.join(names)}. Ask again."
+        for reason in (OLDER, ALTERED)
+        if (names := [name for name, why in unusable.items() if why == reason])
+    ]
+    if texts:
+        found.append(Answer("Left out", None, texts, []))
     return found, limits, probability
 
 
@@ -99,22 +111,23 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     return Answer(title, table, remarks, _pictures(folder, name, _caption(name, answer)))
 
 
-def read_answer(folder: Path, name: str, older: list[str] | None = None) -> xr.Dataset | None:
-    """Return an answer in a folder; None if it is missing, or one of earlier results.
+def read_answer(
+    folder: Path, name: str, unusable: dict[str, str] | None = None
+) -> xr.Dataset | None:
+    """Return an answer in a folder; None if it is missing, altered, or one of earlier results.
 
-    The name of such a one is added to `older`.
+    The name of one that is there, with the reason, is added to `unusable` then.
     """
-    file = folder / f"{name}.nc"
     try:
-        with xr.open_dataset(file, engine="scipy", decode_times=False) as found:
-            answer = found.load()
-    except (OSError, ValueError, TypeError):  # missing, or no such file
+        answer = read_netcdf(folder / f"{name}.nc")
+        reason = OLDER if STALE in answer.attrs else ""
+    except FileNotFoundError:
         return None
-    if STALE in answer.attrs:
-        if older is not None:
-            older.append(name)
-        return None
-    return answer
+    except InputError:
+        answer, reason = None, ALTERED
+    if reason and unusable is not None:
+        unusable[name] = reason
+    return None if reason else answer
 
 
 def _caption(name: str, answer: xr.Dataset) -> str:
@@ -145,7 +158,7 @@ def _pictures(folder: Path, name: str, caption: str) -> list[tuple[str, str]]:
     file = folder / f"{name}.png"
     if not file.is_file():
         return []
-    return [(caption, f"data:image/png;base64,{b64encode(file.read_bytes()).decode()}")]
+    return [(caption, f"data:image/png;base64,{b64encode(read_unlinked(file)).decode()}")]
 
 
 def allocation_table(found: xr.Dataset) -> Table:

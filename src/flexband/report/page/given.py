@@ -7,14 +7,13 @@ code.
 from __future__ import annotations
 
 import ast
-import json
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from flexband.errors import warn, without_warnings
-from flexband.files import replaced
+from flexband.errors import InputError, warn, without_warnings
+from flexband.files import read_json, write_json
 from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
@@ -24,12 +23,16 @@ from flexband.report.page.inputs import inputs_table
 from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
+from flexband.study.folder import StudyFolder
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
 
 FILE = "page.json"
+
+RESTORED = "`flexband run` restores it"
+"""What can be done about a result that was altered."""
 
 SLOW, VERY_SLOW = 3.0, 60.0
 """Mean times [s] of a run from which on the motion is shown without samples of the inputs, and not
@@ -143,15 +146,30 @@ def _docstring(file: Path | None) -> str:
 
 
 def write_given(folder: Path, given: dict[str, Any]) -> None:
-    """Write page.json into the folder of a study."""
-    with replaced(folder / FILE) as partial:
-        partial.write_text(json.dumps(given, allow_nan=False), encoding="utf-8")
+    """Write page.json into the folder of a study.
+
+    `given["signed"]` are the checksums of the results that it belongs to, by the files' names.
+    """
+    write_json(folder / FILE, given)
 
 
 def read_given(folder: Path) -> dict[str, Any]:
-    """Return what page.json has, or nothing."""
+    """Return what page.json has, nothing if there is none.
+
+    Raises
+    ------
+    InputError
+        If it, or one of the results that it belongs to, is not as written.
+    """
+    file = folder / FILE
     try:
-        found = json.loads((folder / FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        given = read_json(file)
+    except FileNotFoundError:
         return {}
-    return found if isinstance(found, dict) else {}
+    except (OSError, ValueError):
+        raise InputError(f"{file} is not as written; {RESTORED}") from None
+    for name, checksum in given["signed"].items():
+        there = (folder / name).exists()
+        if there and not StudyFolder(folder).has({name: checksum}):
+            raise InputError(f"{folder / name} is not as written; {RESTORED}")
+    return given

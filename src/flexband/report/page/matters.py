@@ -59,12 +59,12 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     outputs = tables.outputs_of(contributions["mean_share"])
     count = limits.sizes["limit"]
     own = limits["output"].values if "output" in limits.coords else outputs[0]
-    for k, name in enumerate(np.broadcast_to(own, count).tolist()):
+    for k, name in enumerate(np.broadcast_to(own, count).astype(str).tolist()):
         if not varies(contributions, name if len(outputs) > 1 else outputs[0]):
             continue
         width = _select(contributions["width"], outputs, name)
         size = float(width.mean()) or np.inf
-        found.append((float(limits["least_margin"][k]) / size, k, str(name)))
+        found.append((float(limits["least_margin"][k]) / size, k, name))
     if not found:
         return "No input matters for the limits: their outputs are constant."
     told = [

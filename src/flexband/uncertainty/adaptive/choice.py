@@ -22,6 +22,9 @@ GAIN = 0.8
 MOST_TIMES = 128
 """Times at which growth at rare values is seen."""
 
+MIN_RELATIVE_GAIN = 1e-9
+"""A fit of more runs is better if its error is smaller by more than this part."""
+
 
 class Doubted(NamedTuple):
     """The fit that misses least in the held-out runs.
@@ -89,9 +92,10 @@ class Choice(NamedTuple):
             after = np.sqrt(fit.missed_later(fitted, weights))
             alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
-            better = (error < least[fit.outputs]) | (k == 0)
-            if len(alone) == shape[1] and np.sum(alone / size) < fewest:
-                closest, fewest, doubted = k, np.sum(alone / size), (alone, beyond, values)
+            better = (error < (1 + MIN_RELATIVE_GAIN) * least[fit.outputs]) | (k == 0)
+            total = np.sum(alone / size[fit.outputs])
+            if len(alone) == shape[1] and total < (1 - MIN_RELATIVE_GAIN) * fewest:
+                closest, fewest, doubted = k, total, (alone, beyond, values)
             own = fit.outputs[better]
             least[own], best[own] = error[better], k
             later[own], overshoot[own] = after[better], far[better]

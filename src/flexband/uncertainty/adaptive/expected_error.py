@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
+from flexband.rounding import ROUNDING, Units
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.surrogates.axes import ROUNDING
 from flexband.uncertainty.surrogates.diagnostics import (
     Quantities,
     missed_part,
@@ -126,7 +126,7 @@ class ExpectedError:
         F: np.ndarray,
         dt: float,
         m: int,
-        units: np.ndarray,
+        units: Units,
         quantities: Quantities,
     ) -> ExpectedError:
         """Return the error expected.
@@ -136,7 +136,7 @@ class ExpectedError:
         generic : number of held-out runs at generic points, which are the first.
         F : all runs, shape (runs, outputs, times), at steps of dt.
         m : number of interval variables.
-        units : of each output, as numbers.
+        units : of the outputs.
         quantities : of which each output is a component.
         """
         groups = np.split(choice.missed, [generic])

@@ -18,6 +18,9 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 APART = 0.3
 """New places of extremes that are nearer to each other than this, in units of η, are run once."""
 
+TIE_DIGITS = 6
+"""Digits of the sizes and distances that choose a place, so that rounding decides nothing."""
+
 
 def generic_points(
     first: int, count: int, m: int, families: Sequence[Family]
@@ -37,7 +40,8 @@ def extreme_places(
     """Return the η of some bounds of the error bar, far from each other, shape (≤ count, m).
 
     Bounds that are reached at places that were run need no further run. Of the others, the first
-    belongs to the widest bound, each further one is the farthest from all before.
+    belongs to the widest bound, each further one is the farthest from all before. A bound that no
+    interval moves has its place in the middle.
 
     Parameters
     ----------
@@ -51,10 +55,14 @@ def extreme_places(
     width = (high - low).mean(axis=-1, keepdims=True) + 1e-300
     beyond = np.stack([middle - low, high - middle]) / width
     beyond[np.stack([reached[0] - low, high - reached[1]]) <= tolerance * width] = -np.inf
+    beyond = beyond.round(TIE_DIGITS)
+    moved = np.stack([lower.values[1] - low, high - upper.values[0]]) / width
     order = np.argsort(-beyond.ravel(), kind="stable")[: np.isfinite(beyond).sum()]
-    waiting = np.stack([lower.places[0], upper.places[1]]).reshape(beyond.size, -1)[order]
+    waiting = np.stack([lower.places[0], upper.places[1]])
+    waiting[moved.round(TIE_DIGITS) == 0] = 0.0
+    waiting = waiting.reshape(beyond.size, -1)[order]
     near, chosen = np.full(len(waiting), np.inf), []
     while len(chosen) < count and near.max(initial=0.0) > APART:
-        chosen.append(waiting[np.argmax(near)])
+        chosen.append(waiting[np.argmax(near.round(TIE_DIGITS))])
         near = np.minimum(near, np.abs(waiting - chosen[-1]).max(axis=1))
     return np.array(chosen).reshape(-1, waiting.shape[1])

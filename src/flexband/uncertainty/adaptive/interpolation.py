@@ -19,6 +19,7 @@ from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import (
+    ROUNDING_DIGITS,
     Orders,
     TermSizes,
     above,
@@ -158,7 +159,7 @@ class NestedDesign:
         added = added - predict @ self._values(index, *self.points)
         held = slice(len(self), None)
         missed = split.rows(lambda runs: runs[held] - predict @ runs[: len(self)])
-        rest = principal(missed.reshape(len(missed), -1))
+        rest = principal(missed.reshape(len(missed), -1).round(ROUNDING_DIGITS))
         least, merit = EXPLAINED * np.sum(rest**2), MERIT_PER_ORDER ** index.sum(axis=1)
         chosen: list[Orders] = []
         needed = [list(lower_terms(tuple(nu))) for nu in index.tolist()]
@@ -170,7 +171,7 @@ class NestedDesign:
             gain[(runs == 0) | (runs > count - len(chosen)) | (gain < least)] = 0.0
             if not gain.any():
                 break
-            best = int(np.argmax(merit * gain))
+            best = int(np.argmax((merit * gain / np.max(merit * gain)).round(ROUNDING_DIGITS)))
             chosen += needed[best]
             known.update(needed[best])
             q = added[:, best] / np.sqrt(size[best])

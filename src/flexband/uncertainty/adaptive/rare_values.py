@@ -38,6 +38,10 @@ MARGIN, GROWTH = 1.5, 2
 out it is than the runs."""
 
 
+TIE_DIGITS = 6
+"""Digits of shares and slopes that count, so that rounding decides nothing."""
+
+
 class RareValues(NamedTuple):
     """Rare values of random variables, and values of the interval variables there.
 
@@ -65,14 +69,21 @@ class RareValues(NamedTuple):
         """Return rare values to both sides in the directions in which series vary most.
 
         A function of a few sums of random variables, such as a linear one, shows along them alone
-        what it does at rare values. The m interval variables are in the middle.
+        what it does at rare values. Where no series has a slope, all variables count alike. The m
+        interval variables are in the middle.
 
         Parameters
         ----------
         slopes : of series, shape (n, series), in standard deviations of ξ.
         """
+        slopes = slopes.round(TIE_DIGITS)
+        if not slopes.any():
+            slopes = np.ones((len(slopes), 1))
         directions, size, _ = np.linalg.svd(slopes, full_matrices=False)
         own = directions.T[size > STEEP * size.max(initial=0.0)][:STEEPEST]
+        at = np.abs(own).round(TIE_DIGITS).argmax(axis=1)
+        largest = np.take_along_axis(own, at[:, None], axis=1)
+        own = -np.sign(largest) * own  # either sign may come out of the decomposition
         along = np.concatenate([own, -own])
         weight = np.full(len(along), chdtrc(1, REACHED**2) / 2)
         xi = of_normals(RARE * along, families)
@@ -92,7 +103,8 @@ class RareValues(NamedTuple):
 
         Each ξ is there once, with the weights of all its values.
         """
-        order = np.lexsort((-np.sum(self.xi**2, axis=1), -share))
+        relative = (share / (share.max(initial=0.0) or 1.0)).round(TIE_DIGITS)
+        order = np.lexsort((-np.sum(self.xi**2, axis=1), -relative))
         _, at, group = np.unique(self.xi[order], axis=0, return_index=True, return_inverse=True)
         weight = np.bincount(group.ravel(), self.weight[order], len(at))
         found = self.which(order[at])._replace(weight=weight)

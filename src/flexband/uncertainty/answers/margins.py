@@ -12,7 +12,7 @@ from flexband.errors import InputError, instance
 from flexband.uncertainty.answers.allocation.adjustment import Adjusted, compensators, limited
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.peaks import drops, spacing
-from flexband.uncertainty.answers.results import ERRORS
+from flexband.uncertainty.answers.results import ERRORS, check_free
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -78,6 +78,8 @@ def check_limits(
     kinds = Surrogate | SurrogateOfChoices
     instance("surrogate", surrogate, kinds, "one that `expand` returns")
     labels = labels_of(surrogate)
+    for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
+        check_free(name, labels)
     found = corridors(limits, labels)
     bands = _bands(surrogate, found, sigmas)
     source, error = error_of(bands, labels)
@@ -121,7 +123,7 @@ def _bands(
         np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
     )
     at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(list(own.values()), (len(at), 2, -1))
-    if "pointwise_error" in bands:  # bounds after the adjustment rest anywhere
+    if "pointwise_error" in surrogate.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
         error_bar=(("bound", *dims), bar), error_bar_at=(("input", "bound", *dims), at)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -54,8 +55,8 @@ STARTS = 2
 TOLERANCE = 1e-4
 """Gains of a search that count as none, as a part of the range of a scan."""
 
-AT_ONCE, PART = 2**22, 2**18
-"""Samples of series in one product of matrices, and in one part of the work of a thread."""
+AT_ONCE = 2**18
+"""Samples of series in one part of the work of a thread."""
 
 MOST_SCANNED_TIMES = 150
 
@@ -271,17 +272,13 @@ def _sampled_quantiles(
     series: SampledSeries, psi: np.ndarray, eta: np.ndarray, times: np.ndarray, p: np.ndarray
 ) -> np.ndarray:
     """Return quantiles of some series, each at its own η, shape (probabilities, series)."""
-    found, at_once = np.empty((len(p), len(eta))), max(1, AT_ONCE // len(psi))
-    for first in range(0, len(eta), at_once):
-        own = slice(first, min(first + at_once, len(eta)))
-        parts = series.parts(psi, eta[own], times[own])  # a product, which has its own threads
-        part = max(1, PART // len(psi))
+    found, rows = np.empty((len(p), len(eta))), max(1, AT_ONCE // len(psi))
 
-        def solve(start: int, parts: np.ndarray = parts, first: int = first, n: int = part) -> None:
-            values = series.joined(parts[:, start : start + n])
-            found[:, first + start : first + start + values.shape[0]] = sorted_quantiles(values, p)
+    def solve(first: int) -> None:
+        part = slice(first, first + rows)
+        found[:, part] = sorted_quantiles(series.values(psi, eta[part], times[part]), p)
 
-        in_threads(solve, range(0, parts.shape[1], part))
+    in_threads(solve, range(0, len(eta), rows))
     return found
 
 
@@ -302,22 +299,15 @@ def _values(
     """Return quantiles and their sampling errors at η of shape (2, probabilities, times, m)."""
     shape = eta.shape[:-1]
     values, errors = np.empty(shape), np.zeros(shape)
-    at_once = max(1, AT_ONCE // len(psi))
-    for bound, k in np.ndindex(shape[:2]):
-        for first in range(0, shape[2], at_once):
-            times = np.arange(first, min(first + at_once, shape[2]))
-            parts = series.parts(psi, eta[bound, k, times], times)
+    rows = max(1, AT_ONCE // len(psi))
 
-            def solve(
-                row: int, own: tuple[int, int] = (bound, k), parts: np.ndarray = parts,
-                first: int = first,
-            ) -> None:  # fmt: skip
-                some = slice(row, row + max(1, PART // len(psi)))
-                found = quantile_and_error(series.joined(parts[:, some]), p[own[1]])
-                rows = slice(first + row, first + row + len(found[0]))
-                values[(*own, rows)], errors[(*own, rows)] = found
+    def solve(place: tuple[int, int, int]) -> None:
+        bound, k, first = place
+        times = np.arange(first, min(first + rows, shape[2]))
+        samples = series.values(psi, eta[bound, k, times], times)
+        values[bound, k, times], errors[bound, k, times] = quantile_and_error(samples, p[k])
 
-            in_threads(solve, range(0, len(times), max(1, PART // len(psi))))
+    in_threads(solve, product(range(2), range(len(p)), range(0, shape[2], rows)))
     return values, errors
 
 

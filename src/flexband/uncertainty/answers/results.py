@@ -68,6 +68,13 @@ def places(
     return {name: (("input", *dims), stacked), "input": ("input", list(values))}
 
 
+def missed_tolerance(surrogate: Surrogate) -> bool:
+    """Return whether the error expected of a surrogate is above its tolerance."""
+    told = surrogate.diagnostics.attrs
+    error = told.get("expected_error")
+    return isinstance(error, float) and error > told.get("tolerance", np.inf)
+
+
 def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     """Return why what a surrogate tells is not reliable: no trust, or an error above tolerance.
 
@@ -76,7 +83,7 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     told = surrogate.diagnostics.attrs
     error, tolerance = told.get("expected_error"), told.get("tolerance", np.inf)
     doubts = [str(told["not_trusted"])] if "not_trusted" in told else []
-    if isinstance(error, float) and error > tolerance and not corrected:
+    if error is not None and missed_tolerance(surrogate) and not corrected:
         doubts.append(
             f"the error expected of the surrogate is {100 * error:.2g} % of the error bar's width, "
             f"above the tolerance of {100 * tolerance:g} %"

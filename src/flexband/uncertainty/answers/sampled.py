@@ -1,17 +1,19 @@
 """Values of a surrogate at fixed samples of ξ, at places η that differ from series to series.
 
-An expansion is Σ_j Ψ_j(ξ) g_j(η). With Ψ_j at the samples computed once, samples of all series,
-each at its own η, are one product of matrices.
+An expansion is Σ_j Ψ_j(ξ) g_j(η), of which the Ψ_j at the samples are computed once. Plain loops in
+compiled code serve several threads at a time, and keep the parts of a ringing series in the cache.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
 
+from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.scan import scan
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -21,9 +23,13 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.terms import Terms
+from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
 REPLICATES = 8
 """Independent sets of samples, whose differences tell the sampling error."""
+
+BLOCK = 512
+"""Samples whose parts stay in the processor's cache."""
 
 
 def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarray:
@@ -78,9 +84,11 @@ class SampledSeries:
         rows = self.expansion.columns.width if isinstance(self.expansion, PhaseExpansion) else 1
         return self.hybrid.coefficients.shape[1] // rows
 
-    def values(
-        self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray, *, single: bool = False
-    ) -> np.ndarray:
+    def basis(self, xi: np.ndarray) -> np.ndarray:
+        """Return Ψ_j at ξ of shape (samples, n), shape (samples, N)."""
+        return np.asfortranarray(self.hybrid.orthogonal(xi))
+
+    def values(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return samples of some series, each at its own η, shape (series, samples).
 
         Parameters
@@ -88,27 +96,52 @@ class SampledSeries:
         psi : what `basis` returns.
         eta : shape (series, m).
         times : their numbers, shape (series,).
-        single : as in `PartColumns.join`.
         """
-        return self.joined(self.parts(psi, eta, times), single=single)
-
-    def parts(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return the parts that `joined` makes the values of, shape (parts, series, samples)."""
         hybrid = self.hybrid
-        own = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
-        own = own * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :]
+        terms = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
+        terms = terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :]
         order = np.argsort(hybrid.j, kind="stable")
         starts = np.searchsorted(hybrid.j[order], np.arange(psi.shape[1]))
-        factors = np.add.reduceat(own[order], starts, axis=0)
-        return np.moveaxis(factors, 0, -1) @ psi.T
-
-    def joined(self, parts: np.ndarray, *, single: bool = False) -> np.ndarray:
-        """Return the values of parts."""
+        factors = np.add.reduceat(terms[order], starts, axis=0)
+        phase, block = len(terms[0]), 1
         if isinstance(self.expansion, PhaseExpansion):
-            joined = self.expansion.columns.join(parts.reshape(-1), single=single)
-            return joined.reshape(parts.shape[1:])
-        return parts[0]
+            phase, block = self.expansion.columns.phase, self.expansion.columns.block
+        values = np.empty((len(times), len(psi)))
+        arrays = np.ascontiguousarray(factors), np.ascontiguousarray(psi.T)
+        fill_samples(*arrays, phase, block, values)
+        return values
 
-    def basis(self, xi: np.ndarray) -> np.ndarray:
-        """Return Ψ_j at ξ of shape (samples, n), shape (samples, N)."""
-        return self.hybrid.orthogonal(xi)
+
+@cached_on_disk
+def fill_samples(factors, psi, phase, block, values):
+    """Fill samples b + Σ_c Re[Z_c e^{iφ_c}] of series, whose parts are Σ_j Ψ_j g_j.
+
+    Parameters
+    ----------
+    factors : g_j of the parts b, then φ, Re Z, Im Z of each carrier; shape (N, parts, series).
+    psi : Ψ_j at the samples, shape (N, samples).
+    phase, block : the first φ, and the number of parts from each φ to the next.
+    values : shape (series, samples).
+    """
+    parts = np.empty((factors.shape[1], BLOCK))
+    cos, sin = np.empty(BLOCK), np.empty(BLOCK)
+    for row in range(len(values)):
+        for first in range(0, values.shape[1], BLOCK):
+            samples = values[row][first : first + BLOCK]
+            for k in range(len(parts)):
+                fill_part(factors, k, row, psi, first, parts[k][: len(samples)])
+            samples[:] = parts[0, : len(samples)]
+            for c in range(phase, len(parts), block):
+                cos_and_sin(parts[c][: len(samples)], 0.0, cos, sin)
+                for q in range(len(samples)):
+                    samples[q] += parts[c + 1, q] * cos[q] - parts[c + 2, q] * sin[q]
+
+
+@partial(compiled, fastmath={"contract"})
+def fill_part(factors, k, row, psi, first, part):
+    """Fill samples, from the first on, of one part of a series."""
+    part[:] = 0.0
+    for j in range(len(psi)):
+        g, polynomial = factors[j, k, row], psi[j][first : first + len(part)]
+        for q in range(len(part)):
+            part[q] += g * polynomial[q]

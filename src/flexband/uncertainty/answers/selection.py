@@ -93,7 +93,8 @@ def _positions(labels: xr.DataArray, dim: str, wanted: Any) -> np.ndarray:
             raise InputError(f"{several} must be {allowed}; got {shown(wanted)}")
         return asked.astype(int)
     own = labels[dim].values
-    if own.dtype.kind in "iuf":
+    named = dim == "output" and asked.dtype.kind == "U"  # outputs may be numbered
+    if own.dtype.kind in "iuf" and not named:
         if asked.dtype.kind not in "iuf" or not np.isfinite(asked).all():
             raise InputError(f"{several} must be finite numbers; got {shown(wanted)}")
         slack = SIZE_OF_ROUNDING * (np.ptp(own) or abs(own[0]))

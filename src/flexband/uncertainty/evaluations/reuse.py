@@ -7,7 +7,6 @@ they are; runs at other points serve where a design has the same points.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -21,7 +20,7 @@ from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
 from flexband.execution.names import DOMAINS
 from flexband.execution.record import Record
 from flexband.execution.store import Store
-from flexband.files import replaced
+from flexband.files import read_json, write_json
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, locate_fields
@@ -69,7 +68,7 @@ def located(
     loose = [k for k, one in inputs.items() if isinstance(one, Field) and one.domain is None]
     if store is not None and loose:
         with suppress(OSError, ValueError, TypeError, KeyError, InputError):
-            found = json.loads((Path(store.folder) / DOMAINS).read_text(encoding="utf-8"))
+            found = read_json(Path(store.folder) / DOMAINS)
             if found["owner"] == _owner(response, store):
                 domains = {name: tuple(found["domains"][name]) for name in loose}
                 placed = {n: replace(inputs[n], domain=d) for n, d in domains.items()}
@@ -84,8 +83,8 @@ def keep_domains(response: Response, inputs: Mapping[str, Any], record: Record |
     domains = {name: one.domain for name, one in inputs.items() if isinstance(one, Field)}
     content = {"owner": _owner(response, record.store), "domains": domains}
     file = Path(record.store.folder) / DOMAINS
-    with suppress(OSError), replaced(file) as partial:  # the store says what is wrong with it
-        partial.write_text(json.dumps(content), encoding="utf-8")
+    with suppress(OSError):  # the store says what is wrong with it
+        write_json(file, content)
 
 
 def _owner(response: Response, store: Store) -> list[str]:

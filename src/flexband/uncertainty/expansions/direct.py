@@ -27,6 +27,11 @@ class DirectExpansion:
     outputs: np.ndarray
     values: HybridExpansion
 
+    @property
+    def hybrid(self) -> HybridExpansion:
+        """The expansion of the values."""
+        return self.values
+
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         return self._by_output(self.values.evaluate(xi, eta))
 

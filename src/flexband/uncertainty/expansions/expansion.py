@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.substitution import Substitution
 
 SIGMAS = (0.0, -1.0, 1.0)
@@ -35,6 +36,11 @@ class Expansion(Protocol):
     @property
     def outputs(self) -> np.ndarray:
         """The numbers of the response's outputs that are expanded, increasing."""
+        ...
+
+    @property
+    def hybrid(self) -> HybridExpansion:
+        """The polynomials in ξ and η: of the outputs, or of the parts that make them."""
         ...
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:

@@ -14,6 +14,9 @@ from flexband.words import number_of
 Orders = tuple[int, ...]
 """The order of a term in each variable, interval variables first."""
 
+ROUNDING_DIGITS = 12
+"""Sizes of terms, relative to the response, are rounded to so many digits after the point."""
+
 
 def first_terms(interval: int, random: int, count: int) -> np.ndarray:
     """Return the first `count` terms of a sparse expansion, shape (terms, variables).
@@ -95,7 +98,8 @@ class TermSizes:
 
         a_ν = min_v max(a_{ν − e_v} r_v, a_{ν − 2 e_v} r_v²)   over the variables v it contains.
 
-    If variables do not interact, this is the product of their decays.
+    If variables do not interact, this is the product of their decays. Sizes count up to rounding:
+    of equal terms those of the lowest total order come first.
 
     Parameters
     ----------
@@ -105,7 +109,7 @@ class TermSizes:
 
     def __init__(self, index: np.ndarray, sizes: np.ndarray):
         self.sizes: dict[Orders, np.ndarray] = dict(
-            zip(map(tuple, index.tolist()), sizes.T, strict=True)
+            zip(map(tuple, index.tolist()), sizes.T.round(ROUNDING_DIGITS), strict=True)
         )
         for nu in sorted(self.sizes, key=sum, reverse=True):
             for v, k in enumerate(nu):
@@ -149,7 +153,7 @@ class TermSizes:
         waiting = {nu: self._sum(nu) for mu in known for nu in self._above(mu, highest)}
         chosen: list[Orders] = []
         while waiting and len(chosen) < count:
-            best = max(waiting, key=lambda nu: (waiting[nu], nu))
+            best = max(waiting, key=lambda nu: (waiting[nu], -sum(nu), nu))
             del waiting[best]
             chosen.append(best)
             self.sizes[best] = self.expected(best)
@@ -158,7 +162,7 @@ class TermSizes:
         return np.array(chosen, dtype=int).reshape(len(chosen), len(self.rates))
 
     def _sum(self, nu: Orders) -> float:
-        return float(self.expected(nu).sum())
+        return round(float(self.expected(nu).sum()), ROUNDING_DIGITS)
 
     def _above(self, mu: Orders, highest: np.ndarray) -> Iterator[Orders]:
         """Yield the terms one order above μ whose lower terms are all known."""

@@ -135,7 +135,10 @@ def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.nda
     Q, R = np.linalg.qr(A)
     projected = Q.T @ series
     lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
-    return np.linalg.solve(R, projected), (series - Q @ projected) / (1 - lever)[:, None]
+    left_out = Q @ projected
+    np.subtract(series, left_out, out=left_out)
+    left_out /= (1 - lever)[:, None]
+    return np.linalg.solve(R, projected), left_out
 
 
 def compressed(series: np.ndarray) -> np.ndarray:

@@ -53,7 +53,7 @@ class Distribution(Input):
     def __post_init__(self) -> None:
         for corner in product(*((one.lower, one.upper) for one in self.intervals.values())):
             if self.intervals:
-                replace(self, **dict(zip(self.intervals, corner, strict=True)))  # pyright: ignore[reportArgumentType]
+                self.replaced(dict(zip(self.intervals, corner, strict=True)))
         if self.intervals:
             return
         super().__post_init__()
@@ -113,7 +113,11 @@ class Distribution(Input):
     def midpoint(self) -> Self:
         """Return the distribution with all intervals at their midpoints."""
         middles = {name: (one.lower + one.upper) / 2 for name, one in self.intervals.items()}
-        return replace(self, **middles) if middles else self  # pyright: ignore[reportArgumentType]
+        return self.replaced(middles) if middles else self
+
+    def replaced(self, parameters: Mapping[str, float]) -> Self:
+        """Return the distribution with other numbers as parameters."""
+        return replace(self, **parameters)  # pyright: ignore[reportArgumentType]
 
     def at(self, parameters: Mapping[str, Any]) -> Self:
         """Return the distributions at values of parameters, numbers or of shape (n,)."""

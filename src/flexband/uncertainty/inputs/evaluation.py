@@ -16,6 +16,17 @@ from flexband.words import number_of
 RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
 
+OF_BANDS = frozenset((
+    "allowed", "bar_width", "carriers", "confirmed", "error_bar", "error_bar_at",
+    "error_bar_by_choice", "error_bar_choice", "error_bar_expansion_error",
+    "error_bar_expected_error", "error_bar_lower", "error_bar_upper", "expected_error",
+    "implied_error", "least_error", "mean", "mean_at", "mean_by_choice", "mean_choice",
+    "mean_expansion_error", "mean_expected_error", "missed", "missed_in_run", "missed_most_at",
+    "missed_most_in", "orders", "pointwise_error", "relative_expected_error", "run_place",
+    "run_values", "std", "truncation", "trusted",
+))  # fmt: skip
+"""Variables of bands and of what new runs tell of them, which a response cannot have either."""
+
 LARGEST = 1e150
 """Squares of larger values overflow."""
 
@@ -120,7 +131,14 @@ def check_labels(part: xr.DataArray) -> None:
                 f"dims and coordinates of the response must have names without '/' other than "
                 f"{', '.join(RESERVED)}; got {name!r}"
             )
+        if name in OF_BANDS:
+            raise InputError(
+                f"dims and coordinates of the response must have other names than the variables "
+                f"of bands; got {name!r}"
+            )
     for name, values in part.coords.items():
+        if name == "output" and not all(str(label).strip() for label in values.values.flat):
+            raise InputError("outputs of the response must have names; one of them is empty")
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             raise InputError(f"coordinate {name!r} of the response must be finite")
     for name, index in part.indexes.items():

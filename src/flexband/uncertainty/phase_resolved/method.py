@@ -20,8 +20,9 @@ from flexband.uncertainty.phase_resolved.bands_error import NodePolynomials, err
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, step, trust
+from flexband.uncertainty.surrogates.diagnostics import diagnostics, least_error, step, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 HELD = 4
@@ -79,7 +80,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         units = units_of(values)
         error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, of_one)
         polynomials = NodePolynomials(nodes, space.families, random_orders)
-        both = error_of_bands(polynomials, held, error)
+        least = least_error(runs.values, units)[:, None]
+        both = np.maximum(error_of_bands(polynomials, held, error), least)
         told = diagnostics(
             values,
             both,
@@ -90,7 +92,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         )
         for band in ("mean", "error_bar"):
             told[f"{band}_expansion_error"] = told[f"{band}_expected_error"]
-        told["pointwise_error"] = values.dims[1:], error.values.reshape(values.shape[1:])
+        at_one_time = AT_ONE_TIME * np.maximum(error.values, least).reshape(values.shape[1:])
+        told["pointwise_error"] = values.dims[1:], at_one_time
         relative = error.relative(both)
         told = told.assign_attrs(
             expected_error=relative,

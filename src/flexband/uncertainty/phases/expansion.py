@@ -53,6 +53,11 @@ class PhaseExpansion:
     parts: HybridExpansion
     columns: PartColumns
 
+    @property
+    def hybrid(self) -> HybridExpansion:
+        """The expansion of the parts."""
+        return self.parts
+
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         return self.columns.join(self.parts.evaluate(xi, eta))
 

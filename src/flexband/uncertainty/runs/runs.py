@@ -27,11 +27,11 @@ from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods import Method
 from flexband.uncertainty.runs.budget import check_runs
+from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.runs.size import check_size
 from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.words import number_of
@@ -203,6 +203,8 @@ class Runs:
         record, stored = self.evaluations.record, self.stored
         if getattr(response, "elsewhere", False):
             return
+        assert self.labels is not None  # there are runs
+        labels = self.labels
         good = _succeeded(values)
         old = np.zeros(0, int) if stored is None else stored[good[stored]]
         if record is not None and len(old):
@@ -210,11 +212,12 @@ class Runs:
                 chosen = np.unique([old[0], old[-1]])
                 with without_warnings():
                     new = self(response, (), xi[chosen], eta[chosen], recorded=False).values
-                check_stored(values[good], values[chosen], new, record.store)
+                check_stored(values[good], values[chosen], new, labels, record.store)
                 record.confirmed = True
             self._count_repeated(1)
             return
-        xi, eta, values = xi[good], eta[good], values[good]
+        if not good.all():
+            xi, eta, values = xi[good], eta[good], values[good]
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:
@@ -225,7 +228,7 @@ class Runs:
             return values
 
         samples = not callable(getattr(self.method, "expand", None))
-        check_repetition(values, again, run, noise_allowed=samples)
+        check_repetition(values, again, run, labels, noise_allowed=samples)
 
     def _count_repeated(self, count: int) -> None:
         self.repeated += count

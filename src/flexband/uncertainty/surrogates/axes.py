@@ -6,13 +6,14 @@ texts, is none: every entry is an output of its own, at one time.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+
+from flexband.rounding import Units
 
 
 class Axes(NamedTuple):
@@ -39,47 +40,12 @@ def axes_of(values: xr.DataArray) -> Axes:
     return Axes(dims[:-1], shape[:-1], str(dims[-1]), shape[-1])
 
 
-ROUNDING = 1e-13
-"""An output that varies by less than this part of the largest one of its unit is constant."""
+def units_of(values: xr.DataArray, dims: Sequence[Hashable] | None = None) -> Units:
+    """Return the units of the outputs of a response or its bands.
 
-
-def units_of(values: xr.DataArray, dims: Sequence[Hashable] | None = None) -> np.ndarray:
-    """Return the unit of each output of a response or its bands, as numbers, (outputs,).
-
-    Outputs whose units are not known have one each. `dims` are those of the outputs, as `axes_of`
-    has them unless they are given.
+    `dims` are those of the outputs, as `axes_of` has them unless they are given.
     """
-    dims = axes_of(values).dims if dims is None else dims
-    sizes, unit = [values.sizes[d] for d in dims], values.coords.get("unit")
-    own = np.arange(math.prod(sizes))
-    if unit is None or not set(unit.dims) <= set(dims):
-        return own
-    every = [d for d in dims if d in unit.dims]
-    shape = [values.sizes[d] if d in every else 1 for d in dims]
-    names = np.broadcast_to(unit.transpose(*every).values.reshape(shape), sizes).ravel()
-    known = {str(name): k for k, name in enumerate(names) if str(name).strip()}
-    return np.array([known.get(str(name), k) for k, name in enumerate(names)], dtype=int)
-
-
-def largest_of(sizes: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Return for each output the largest finite size in its group, which is a number."""
-    largest = np.zeros(groups.max(initial=-1) + 1)
-    np.maximum.at(largest, groups, np.where(np.isfinite(sizes), sizes, 0.0))
-    return largest[groups]
-
-
-def varies(spread: np.ndarray, size: np.ndarray, units: np.ndarray) -> np.ndarray:
-    """Return which outputs vary beyond rounding, (outputs,); the others are constant.
-
-    What is zero in theory is rounding errors of other outputs of its unit.
-
-    Parameters
-    ----------
-    spread, size : by how much each output varies, and how large it is.
-    units : of each output, see `units_of`.
-    """
-    least = np.maximum(largest_of(size, units), ROUNDING * size.max(initial=0.0))
-    return spread > ROUNDING * least
+    return Units.along(values, axes_of(values).dims if dims is None else dims)
 
 
 def _has_texts(values: xr.DataArray, dim: Hashable) -> bool:

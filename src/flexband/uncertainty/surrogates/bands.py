@@ -30,7 +30,7 @@ LONG_NAMES = {
     "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
     "mean_expected_error": "error expected of the interval mean",
     "error_bar_expected_error": "error expected of the interval error bar",
-    "pointwise_error": "error expected of μ ± {k}σ at any values of the interval inputs",
+    "pointwise_error": "error expected of μ ± {k}σ at one time and any values of the intervals",
     "relative_expected_error": "expected error{averaged}, in parts of the error bar's width",
     "mean_expansion_error": "error that is due to the expansion",
     "error_bar_expansion_error": "error that is due to the expansion",

@@ -11,8 +11,9 @@ import xarray as xr
 from scipy.ndimage import uniform_filter1d
 
 from flexband.errors import InputError
+from flexband.rounding import Units, largest_of
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.surrogates.axes import axes_of, largest_of, names_of_outputs, varies
+from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
@@ -21,6 +22,12 @@ random variables, but is attained at ends of intervals."""
 ALONE = 3
 """With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in
 every one alike adds up at a corner, but hardly at generic points."""
+
+SMALLEST = 2e-5
+"""Errors below this part of the error bar's width, or of the variation, are not told from none."""
+
+CONFIDENCE = 0.95
+"""Of what runs say of the whole space."""
 
 DOUBT = 0.5
 """Where more than this part of the variation is missed, the expansion is not trusted."""
@@ -96,19 +103,30 @@ def share(m: int) -> float:
     return SHARE * math.sqrt(max(1.0, m / ALONE))
 
 
-def varying(F: np.ndarray, units: np.ndarray) -> np.ndarray:
+def unseen(runs: int) -> float:
+    """Return the largest part of the space in which so many runs may all not lie, by 5 % chance."""
+    return 1 - (1 - CONFIDENCE) ** (1 / runs)
+
+
+def varying(F: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
-    return varies(variation(F), rms(F), units)
+    return units.varies(variation(F), rms(F))
+
+
+def least_error(F: np.ndarray, units: Units) -> np.ndarray:
+    """Return the errors that runs F do not tell from none, (outputs,)."""
+    spread = np.where(varying(F, units), variation(F), 0.0)
+    return np.maximum(SMALLEST * spread, np.finfo(float).eps * rms(F))
 
 
 def missed_part(
-    missed: np.ndarray, F: np.ndarray, units: np.ndarray, quantities: Quantities | None = None
+    missed: np.ndarray, F: np.ndarray, units: Units, quantities: Quantities | None = None
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
 
     Parameters
     ----------
-    units : of each output, as numbers.
+    units : of the outputs.
     quantities : of which each output is a component.
     """
     varied = np.where(varying(F, units), variation(F), np.inf)

@@ -9,7 +9,7 @@ import xarray as xr
 
 from flexband.uncertainty.inputs.narrowing import Part
 from flexband.uncertainty.inputs.unfolding import in_words
-from flexband.uncertainty.surrogates.axes import units_of, varies
+from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.diagnostics import trust
 from flexband.uncertainty.surrogates.extrapolation import NAMES
 from flexband.uncertainty.surrogates.held_out import HeldOut
@@ -70,7 +70,7 @@ def narrowed_diagnostics(
     told.attrs["runs_inside"] = len(held.missed)
     missed = np.sqrt(np.mean(held.missed**2, axis=(0, 2)))
     varied = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
-    vary = varies(varied, np.sqrt(np.mean(values**2, axis=(0, 2))), units_of(labels))
+    vary = units_of(labels).varies(varied, np.sqrt(np.mean(values**2, axis=(0, 2))))
     told.attrs.pop("not_trusted", None)
     found = trust(labels, np.divide(missed, varied, out=np.zeros_like(missed), where=vary))
     told["trusted"] = found["trusted"]

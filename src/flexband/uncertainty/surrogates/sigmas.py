@@ -13,10 +13,16 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, numbers, positive
-from flexband.uncertainty.surrogates.axes import axes_of, units_of, varies
+from flexband.rounding import Units
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
 
 OF_SIGMAS = ("error_bar_", "pointwise_")
 """What the names of errors of μ ± kσ begin with."""
+
+AT_ONE_TIME = 1.5
+"""Error at one time, as a multiple of the error expected there of which means over time are right.
+True errors at one time scatter more than means; few are above twice this one, see docs/honesty.md.
+"""
 
 MOST = 1000.0
 
@@ -35,13 +41,21 @@ def growth(sigmas: float) -> float:
 
 
 def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
-    """Return the diagnostics of bands with the error bar μ ± kσ.
+    """Return the diagnostics of bands with the error bar μ ± kσ, with their `pointwise_error`.
 
     Parameters
     ----------
     diagnostics : those of μ ± σ.
     bar : the error bar of μ ± kσ, dims (bound, …).
     """
+    told = _of_sigmas(sigmas, diagnostics, bar)
+    if "error_bar_expected_error" not in told or "pointwise_error" in told:
+        return told
+    return told.assign(pointwise_error=AT_ONE_TIME * told["error_bar_expected_error"])
+
+
+def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
+    """Return what `diagnostics_of` does, with a `pointwise_error` only if the method tells it."""
     narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
     if sigmas == 1 and not narrowed:
         return with_relative_errors(diagnostics, bar)
@@ -66,16 +80,16 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     return told.assign_attrs(relative)
 
 
-def not_constant(lower: np.ndarray, upper: np.ndarray, units: np.ndarray) -> np.ndarray:
+def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs have error bars that are wider than rounding, (outputs,).
 
     Parameters
     ----------
     lower, upper : ends of the error bars, (outputs, times).
-    units : of the outputs, see `units_of`.
+    units : of the outputs.
     """
     size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
-    return varies((upper - lower).max(axis=-1), size, units)
+    return units.varies((upper - lower).max(axis=-1), size)
 
 
 def bars_vary(bar: xr.DataArray) -> np.ndarray:

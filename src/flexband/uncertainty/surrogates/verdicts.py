@@ -6,8 +6,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.diagnostics import SHARE
-from flexband.uncertainty.surrogates.sigmas import growth
+from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.words import number_of
 
 CONFIRMED = "Confirmed"
@@ -19,6 +18,19 @@ HUGE = 10.0
 
 def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
     """Return the attributes "confirmed" and "verdict"; `good` are the runs that did not fail."""
+    attrs = _verdict(checked, labels, good)
+    return attrs | {"verdict": f"{attrs['verdict']}. {can_miss(len(good))}"}
+
+
+def can_miss(runs: int) -> str:
+    """Return the sentence on how much of the space so many runs can miss altogether."""
+    return (
+        f"{number_of(runs, 'run')} can miss what happens in {in_percent(unseen(runs))} of the "
+        "space of the inputs"
+    )
+
+
+def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
     failed = checked.sizes["sample"] - len(good)
     bounds = sum(own != "anywhere" for own in checked["run_place"].values[good].tolist())
     left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
@@ -36,7 +48,8 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
             f"{unknown}"
         )
         return {"confirmed": "no error was expected", "verdict": text}
-    ratio = np.ravel(checked["missed"] / checked["allowed"])
+    expected = np.ravel(checked["expected_error"])
+    ratio = implied / expected
     wrong = np.flatnonzero(~np.ravel(checked["confirmed"].values))
     if not wrong.size:
         doubtful = bool(ratio.max() > 1)
@@ -46,15 +59,15 @@ def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict
             f"{CONFIRMED}: {new} {are} missed by no more than expected; the largest error that "
             f"follows is {told}"
         )
+        if (claim := float((expected / width).max())) > share[k]:
+            text += f"; the runs of the method imply {in_percent(claim)}"
         if doubtful:
-            allowed = np.ravel(checked["allowed"])[k] / width[k]
-            expected = SHARE * growth(checked.attrs["sigmas"]) * allowed
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
             text = (
                 f"{CONFIRMED} as far as so few runs can tell: {new} {imply} an error of {told} "
                 f"({in_percent(least[k] / width[k])} or more with {sure}), where "
-                f"{in_percent(expected)} is expected{over}"
+                f"{in_percent(expected[k] / width[k])} is expected{over}"
             )
         return {"confirmed": "yes", "verdict": text}
     worst = int(wrong[ratio[wrong].argmax()])

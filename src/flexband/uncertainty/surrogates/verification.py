@@ -3,7 +3,9 @@
 Most of the runs are at values of the interval inputs at which bounds are attained, spread over
 outputs, times and both ends of the error bar; every fourth is anywhere. Surrogate and response are
 compared run by run, at the same ξ and η, so the comparison contains no noise of sampling, and every
-run judges all outputs and times.
+run judges all outputs and times. Intervals that the expansion leaves out have no such values: runs
+at bounds come in pairs that differ in these alone, which lie on opposite sides of their midpoints.
+Half the difference of a pair is their effect, which at their worst corner adds up.
 
 Let q_i be the mean square of what the surrogate misses in run i, over all times, in parts of what
 the expected error allows. If that is right, E[q_i] ≤ 1, and for every λ ≤ 1 the product of
@@ -40,10 +42,10 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response, check_names
-from flexband.uncertainty.surrogates.axes import axes_of, units_of, varies
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
-from flexband.uncertainty.surrogates.diagnostics import SHARE
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas, growth
+from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
 
@@ -55,11 +57,6 @@ RUNS = 16
 ANYWHERE = 4
 """One of so many runs is anywhere, the others are where bounds are attained."""
 
-CONFIDENCE = 0.95
-
-SMALLEST = 2e-5
-"""Errors below this part of the error bar's width are not told from none."""
-
 ROUND_OFF = 1e-12
 """Nor are errors below this part of an output."""
 
@@ -68,6 +65,12 @@ TINY = 1e-140
 
 TIMES = 48
 """Number of times at which bounds are computed."""
+
+ASIDE = 3**-0.5
+"""Distance of intervals that are left out from their midpoints: that of a uniform variable."""
+
+PAIRS = 2
+"""Pairs of runs per interval that is left out from which their effects are told one by one."""
 
 LEAST_PART, HALVINGS = 1e-6, 60
 """Of a search for what is missed at least: its lowest value, in parts of the mean, and steps."""
@@ -107,8 +110,9 @@ def verify(
     -------
     Dataset with the dims of the outputs: what is `missed` of the new runs, root mean square over
     runs and times; the `implied_error` of the error bar, the `least_error` with a confidence of
-    95 %, and the `bar_width`, means over time; and, if the method expects an error, what that
-    `allowed` to miss, and whether it is `confirmed`: whether it is above the least error.
+    95 %, and the `bar_width`, means over time; and, if the method expects an error, this
+    `expected_error`, what it `allowed` to miss, and whether it is `confirmed`: whether it is
+    above the least error.
     `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the
     time. Along the dim "sample" are `missed_in_run`, the `run_values` of the
     inputs, and the `run_place`: at a bound or anywhere. ``attrs["verdict"]`` is a text,
@@ -150,38 +154,43 @@ def _verified(
     """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
-    xi, eta, place, width = _points(surrogate, runs, times, sigmas, seed)
+    left_out = _left_out(surrogate)
+    xi, eta, place, width, pairs = _points(surrogate, runs, times, sigmas, seed, left_out)
     with without_warnings(ResolutionWarning, StrainWarning):
         response, halved = as_expanded(surrogate, response)
         known = setting(case, halved)
         made = evaluate(response, space, known, (xi, eta), labels, advance)
     assert made.values is not None
     good = np.setdiff1d(np.arange(runs), list(made.failed))
+    pairs = np.searchsorted(good, pairs[np.isin(pairs, good).all(axis=1)])
     F = made.values.values[good]
     missed = np.abs(F - surrogate.standard(xi[good], eta[good])).reshape(len(good), -1, times)
     F = F.reshape(missed.shape)
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
-    missed[:, ~varies(spread, size, units_of(labels))] = 0.0  # what is constant has no error
+    missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
     round_off = ROUND_OFF * size + TINY
     width = np.maximum(width, round_off)
     square = np.mean(missed**2, axis=2)
     worst = square.argmax(axis=0)
     dims, shape = axes.dims, axes.shape
-    missed_by, least_missed = np.sqrt(square.mean(axis=0)), _at_least(square)
+    missed_by, least_missed = np.sqrt(square.mean(axis=0)), _at_least(_independent(square, pairs))
+    part = share(int(left_out.sum())) * growth(sigmas)
+    least = np.maximum(SMALLEST * width, round_off)
+    implied = np.maximum(part * missed_by, _at_corner(F, eta[good][:, left_out], pairs))
     found = {
         "missed": missed_by,
-        "implied_error": SHARE * growth(sigmas) * missed_by,
-        "least_error": SHARE * growth(sigmas) * least_missed,
+        "implied_error": np.maximum(implied, SMALLEST * width),
+        "least_error": part * least_missed,
         "bar_width": width,
         "missed_most_in": good[worst],
         "missed_most_at": missed[worst, np.arange(len(worst))].argmax(axis=1),
     }
     claim = _expected(surrogate)
     if claim is not None:
-        least = np.maximum(SMALLEST * width, round_off)
-        allowed = np.maximum(np.sqrt(np.mean(claim**2, axis=1)), least) / SHARE
+        allowed = np.maximum(np.sqrt(np.mean(claim**2, axis=1)), least) * growth(sigmas) / part
         found["allowed"] = allowed
+        found["expected_error"] = part * allowed
         found["confirmed"] = allowed > least_missed
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
     checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in found.items()}, coords)
@@ -219,6 +228,40 @@ def _at_least(square: np.ndarray) -> np.ndarray:
     return low * scale
 
 
+def _left_out(surrogate: Surrogate) -> np.ndarray:
+    """Return which interval variables are in no term of the expansions, (m,)."""
+    return np.max([one.hybrid.interval_orders for one in surrogate.expansions], axis=0) == 0
+
+
+def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return what is missed of runs, (runs, outputs), with the mean of a pair instead of both."""
+    if not pairs.size:
+        return square
+    return np.concatenate([np.delete(square, pairs, axis=0), square[pairs].mean(axis=1)])
+
+
+def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return what intervals that are left out do at their worst corner, (outputs,).
+
+    It is a root mean square over time.
+    Their effects are linear, a η. They are told one by one if there are enough pairs; fewer pairs
+    tell Σ a², and Σ |a| is √m times its root at most.
+
+    Parameters
+    ----------
+    F : the runs, shape (runs, outputs, times).
+    eta : of the intervals that are left out, shape (runs, m).
+    pairs : numbers of runs that differ in these alone, shape (pairs, 2).
+    """
+    if not pairs.size:
+        return np.zeros(F.shape[1])
+    half, m = (F[pairs[:, 0]] - F[pairs[:, 1]]) / 2, eta.shape[1]
+    if len(pairs) < PAIRS * m:
+        return np.sqrt(m * np.mean(half**2, axis=(0, 2))) / ASIDE
+    effects = np.linalg.lstsq(eta[pairs[:, 0]], half.reshape(len(half), -1))[0]
+    return np.sqrt(np.mean(np.abs(effects).sum(axis=0).reshape(F.shape[1:]) ** 2, axis=1))
+
+
 def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
     """Return the response on the discretization that the method chose, and what is finer in it."""
     halved: list[str] = []
@@ -232,9 +275,12 @@ def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, lis
 
 
 def _points(
-    surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int
-) -> tuple[np.ndarray, np.ndarray, list[str], np.ndarray]:
-    """Return ξ and η of the runs, where they are, and the width of each output's error bar."""
+    surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int, left_out: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[str], np.ndarray, np.ndarray]:
+    """Return ξ and η of the runs, where they are, each output's error bar's width, and pairs.
+
+    Pairs are the numbers of runs that differ in the intervals that are left out alone, (pairs, 2).
+    """
     space, rng = surrogate.space, np.random.default_rng(seed)
     golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, TIMES))
     at = (times * ((0.5 + golden * k) % 1)).astype(int)
@@ -247,21 +293,32 @@ def _points(
     eta = np.stack([low.places[0], high.places[1]])[bound, output, which[:runs]]
     anywhere = k % ANYWHERE == ANYWHERE - 1
     anywhere |= not space.interval_dimension
+    at_bounds = np.flatnonzero(~anywhere)
+    pairs = at_bounds[: len(at_bounds) // 2 * 2 * left_out.any()].reshape(-1, 2)
+    first, second = pairs.T
+    bound[second], eta[second] = bound[first], eta[first]
+    sides = ASIDE * rng.choice([-1.0, 1.0], (len(pairs), left_out.sum()))
+    for one, side in ((first, 1), (second, -1)):
+        eta[np.ix_(one, left_out)] = side * sides
     if not space.random_dimension:  # a place is run once
-        at_bounds = np.flatnonzero(~anywhere)
-        first = np.unique(eta[at_bounds].round(6), axis=0, return_index=True)[1]
-        anywhere |= ~np.isin(k, at_bounds[first])
+        once = np.unique(eta[at_bounds].round(6), axis=0, return_index=True)[1]
+        anywhere |= ~np.isin(k, at_bounds[once])
+        pairs = pairs[~anywhere[pairs].any(axis=1)]
     eta = np.where(anywhere[:, None], rng.uniform(-1, 1, eta.shape), eta)
     normals = latin_hypercube_normals(runs, space.random_dimension, seed)
-    xi = of_normals(np.broadcast_to(normals, (runs, normals.shape[1])), space.families)
+    normals = np.array(np.broadcast_to(normals, (runs, normals.shape[1])))
+    normals[pairs[:, 1]] = normals[pairs[:, 0]]
+    xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])
-    return xi, eta, names.tolist(), width
+    return xi, eta, names.tolist(), width, pairs
 
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:
     """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
-    for name in ("pointwise_error", "error_bar_expansion_error", "error_bar_expected_error"):
+    known = {"pointwise_error": 1 / AT_ONE_TIME}
+    known |= {"error_bar_expansion_error": 1.0, "error_bar_expected_error": 1.0}
+    for name, factor in known.items():
         if name in surrogate.diagnostics:
             error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            return error.reshape(-1, surrogate.times)
+            return factor * error.reshape(-1, surrogate.times)
     return None

@@ -124,7 +124,7 @@ class Chance:
         rng = np.random.default_rng(0)
         state, space = self._narrow(x), self.surrogate.space
         n, m = space.random_dimension, space.interval_dimension
-        eta, known, _ = ends(state, n, m, rng)
+        eta, known, *_ = ends(state, n, m, rng)
         return Left(x, eta[1], estimate(state, state, eta[1], known[1], ACCURACY, rng), known[1])
 
     @property

@@ -198,6 +198,11 @@ def _verdict(
         return text + NO_RUNS
     if told["confirmed"] == NO:
         by = -np.nanmin(found.run_margins, initial=0.0)
+        if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
+            return (
+                f"{text}. NOT confirmed: μ ± {worst.sigmas:g}σ of the surrogate, corrected with "
+                f"{_new(found.runs)}, violates limits by up to {by:.3g}"
+            )
         verb = "violates" if found.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(found.runs)} {verb} limits by up to {by:.3g}"
     shifted = ", limits shifted by what runs showed" if found.shift.any() else ""

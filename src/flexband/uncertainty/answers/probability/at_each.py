@@ -65,7 +65,7 @@ class _Series:
         def add_up(first: int) -> None:
             own = slice(first, first + most)
             at = (self.row, times[own], None)
-            values = self.series.values(self.psi, eta[own], times[own], single=True)
+            values = self.series.values(self.psi, eta[own], times[own])
             margins = np.minimum(values - self.part.lower[at], self.part.upper[at] - values)
             margins /= self.part.scale[at]
             found[:, own] = powers @ (ndtr(-margins / width) if width else margins < 0).T

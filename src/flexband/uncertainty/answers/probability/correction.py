@@ -15,6 +15,7 @@ what was not seen in so many runs may exist.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -58,6 +59,7 @@ class Correction:
     probability, low, high : the estimate and the ends of its confidence interval.
     runs : number of runs.
     disagreements : runs of those that correct in which h and the model disagree about the limit.
+    noise : of the search for η, as in `Estimate`.
     """
 
     probability: float
@@ -65,10 +67,11 @@ class Correction:
     high: float
     runs: int
     disagreements: int
+    noise: float = 0.0
 
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
-        return self.low, self.high
+        return self.low / math.exp(self.noise), min(1.0, self.high * math.exp(self.noise))
 
 
 def corrected(

@@ -4,23 +4,29 @@ Probabilities at different η are compared with the same samples u (common rando
 those of a mixture around rare samples at several η. A search needs a function that is smooth and
 never zero, so that margins g count as Φ(−g/s) with a small s: a part of how much they scatter with
 u, each on its own, since some hardly do. It starts from the best of many η, vertices first.
+
+What it finds is compared with more common samples, around rare samples of all that are compared;
+the best is improved with further samples around its own. How far a search with fresh samples still
+rises there, and how far another place may exceed it, is the noise of the search.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
 from scipy.special import erf, log_ndtr, ndtr, ndtri
+from scipy.stats import norm
 
+from flexband.uncertainty.answers.probability.estimates import mixture_around
 from flexband.uncertainty.answers.probability.importance import Mixture
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.subset import COUNT, Rare, rare
 from flexband.uncertainty.inputs.sampling import sobol
 
-SAMPLES = 512
-"""Common samples."""
+SAMPLES, COMPARED = 512, 4000
+"""Common samples of the search, and those with which its best places are compared."""
 
 SMOOTH, GROUP = 0.05, 32
 """s, in standard deviations of a margin, and samples that tell these."""
@@ -40,8 +46,8 @@ LEFT_OUT = 0.01
 STARTS = 3
 """Points that are improved, for each end."""
 
-STEPS = (0.5, 0.25, 0.1, 0.04)
-"""Steps in η of the pattern search."""
+STEPS, FINE_STEPS = (0.5, 0.25, 0.1, 0.04), (0.1, 0.03, 0.01)
+"""Steps in η of the pattern search, and of that from the best place."""
 
 
 def places(m: int, rng: np.random.Generator) -> np.ndarray:
@@ -58,7 +64,7 @@ def places(m: int, rng: np.random.Generator) -> np.ndarray:
 
 def ends(
     state: LimitState, n: int, m: int, rng: np.random.Generator, *, thin: bool = True
-) -> tuple[np.ndarray, list[Rare], LimitState]:
+) -> tuple[np.ndarray, list[Rare], np.ndarray, LimitState]:
     """Return η of the least and of the largest probability, and rare samples at both.
 
     Parameters
@@ -68,11 +74,12 @@ def ends(
 
     Returns
     -------
-    η, shape (2, m); rare samples at each; the state at the times that decide in the search.
+    η, shape (2, m); rare samples at each; the noise of the search, as a logarithm of the
+    probability, (2,); the state at the times that decide in the search.
     """
     if m == 0:
         alone = rare(lambda u: state.least(u, np.zeros(0)), n, rng)
-        return np.zeros((2, 0)), [alone, alone], state
+        return np.zeros((2, 0)), [alone, alone], np.zeros(2), state
     joint = rare(lambda z: state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2))), n + m, rng)
     near = joint.u if len(joint.u) else rng.standard_normal((SAMPLES, n + m))
     points = np.concatenate([places(m, rng), erf(near[:8, n:] / np.sqrt(2))])
@@ -94,12 +101,13 @@ def ends(
     seen = [Mixture.of(_rare_at(own, one, n, rng).u, rng) for one in some]
     size = _sizes(alike, Mixture.mean(mixture, Mixture.mean(*seen)), rng)
     sizes = np.array([size(one) for one in points])
-    eta = np.empty((2, m))
+    eta, noise = np.empty((2, m)), np.empty(2)
     for end, sign in enumerate((-1.0, 1.0)):
         likely = [np.argsort(-sign * heights)[:ROUGH] for heights in (sizes, rough)]
         tried = [_improved(size, points, sign * sizes, sign)[None], *(points[k] for k in likely)]
-        eta[end] = _best(own, np.unique(np.concatenate(tried), axis=0), n, sign, rng)
-    return eta, [_rare_at(own, one, n, rng) for one in eta], own
+        places_tried = np.unique(np.concatenate(tried), axis=0)
+        eta[end], noise[end] = _best(own, alike, places_tried, n, sign, rng)
+    return eta, [_rare_at(own, one, n, rng) for one in eta], noise, own
 
 
 def _rare_at(
@@ -110,20 +118,44 @@ def _rare_at(
 
 
 def _best(
-    state: LimitState, several: np.ndarray, n: int, sign: float, rng: np.random.Generator
-) -> np.ndarray:
-    """Return the η of several with the largest probability, or the least if the sign is −1.
+    state: LimitState,
+    alike: LimitState,
+    several: np.ndarray,
+    n: int,
+    sign: float,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, float]:
+    """Return the η with the largest probability, or the least if the sign is −1, and the noise.
 
-    Each has samples of its own: common ones may hardly see what leaves the limits at one of them.
+    The common samples are around rare samples at all of the places: those of a few may hardly see
+    what leaves the limits at another.
+
+    Parameters
+    ----------
+    alike : the state with margins in parts of their scatter, for the search near the best place.
+    several : the places that are compared, shape (places, m).
     """
-    heights = []
-    for eta in several:
-        known = _rare_at(state, eta, n, rng, SAMPLES)
-        mixture = Mixture.of(known.u, rng)
-        u = mixture.sample(2 * SAMPLES, rng)
-        inside = mixture.weights(u) * (state.least(u, eta) < 0)
-        heights.append((sign * float(inside.mean()), sign * known.probability))
-    return several[heights.index(max(heights))]
+    known = [_rare_at(state, eta, n, rng, SAMPLES) for eta in several]
+    mixture = Mixture.mean(*(Mixture.of(one.u, rng) for one in known))
+    u = mixture.sample(COMPARED, rng)
+    weights = mixture.weights(u)
+    out = np.array([weights * (state.least(u, eta) < 0) for eta in several])
+    heights = [
+        (sign * p, sign * one.probability) for p, one in zip(out.mean(1), known, strict=True)
+    ]
+    best = heights.index(max(heights))
+    at, probability = several[best], float(out[best].mean())
+    if not len(known[best].u) or not probability:
+        return at, 0.0
+    gain, scatter = sign * (out - out[best]).mean(axis=1), (out - out[best]).std(axis=1)
+    scatter = scatter / np.sqrt(COMPARED) + 1e-300
+    exceeded = gain * ndtr(gain / scatter) + scatter * norm.pdf(gain / scatter)  # expectation
+    noise = float(np.log1p(exceeded.max() / probability)) if len(several) > 1 else 0.0
+    near = mixture_around(lambda u: state.least(u, at), known[best].u, rng)
+    size = _sizes(alike, near, rng, COMPARED)
+    at, _ = _climbed(size, at, sign, FINE_STEPS)
+    fresh = _sizes(alike, near, rng, COMPARED)
+    return at, noise + _climbed(fresh, at, sign, FINE_STEPS)[1] - sign * fresh(at)
 
 
 def _spread(state: LimitState, n: int, points: np.ndarray, rng: np.random.Generator) -> float:
@@ -134,10 +166,10 @@ def _spread(state: LimitState, n: int, points: np.ndarray, rng: np.random.Genera
 
 
 def _sizes(
-    state: LimitState, mixture: Mixture, rng: np.random.Generator
+    state: LimitState, mixture: Mixture, rng: np.random.Generator, count: int = SAMPLES
 ) -> Callable[[np.ndarray], float]:
     """Return a function of η: the logarithm of a smoothed probability, by common samples."""
-    u = mixture.sample(SAMPLES, rng)
+    u = mixture.sample(count, rng)
     weights = np.log(mixture.weights(u))
 
     def size(eta: np.ndarray) -> float:
@@ -151,18 +183,22 @@ def _improved(
     size: Callable[[np.ndarray], float], points: np.ndarray, heights: np.ndarray, sign: float
 ) -> np.ndarray:
     """Return the best η that a pattern search finds from the best points; heights = sign size."""
-    best, highest = points[0], -np.inf
-    for k in np.argsort(-heights, kind="stable")[:STARTS]:
-        at, height = points[k], heights[k]
-        for step in STEPS:
-            moved = True
-            while moved:
-                moved = False
-                for v, change in product(range(len(at)), (step, -step)):
-                    other = at.copy()
-                    other[v] = np.clip(at[v] + change, -1, 1)
-                    if other[v] != at[v] and (found := sign * size(other)) > height + 1e-12:
-                        at, height, moved = other, found, True
-        if height > highest:
-            best, highest = at, height
-    return best
+    starts = points[np.argsort(-heights, kind="stable")[:STARTS]]
+    return max((_climbed(size, at, sign, STEPS) for at in starts), key=lambda one: one[1])[0]
+
+
+def _climbed(
+    size: Callable[[np.ndarray], float], at: np.ndarray, sign: float, steps: Sequence[float]
+) -> tuple[np.ndarray, float]:
+    """Return the place that a pattern search reaches from another, and the sign times the size."""
+    height = sign * size(at)
+    for step in steps:
+        moved = True
+        while moved:
+            moved = False
+            for v, change in product(range(len(at)), (step, -step)):
+                other = at.copy()
+                other[v] = np.clip(at[v] + change, -1, 1)
+                if other[v] != at[v] and (found := sign * size(other)) > height + 1e-12:
+                    at, height, moved = other, found, True
+    return at, height

@@ -57,6 +57,8 @@ class Estimate:
     count : samples; 0 if none was found that leaves the limits.
     most : the rough estimate of subset simulation; its upper bound if there is no sample.
     u, weights, margins : the samples, their weights and least margins.
+    noise : of the search for η, as a logarithm of the probability: by how much that at the best η
+        may be beyond this one.
     """
 
     probability: float
@@ -71,6 +73,7 @@ class Estimate:
     u: np.ndarray
     weights: np.ndarray
     margins: np.ndarray
+    noise: float = 0.0
 
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
@@ -86,7 +89,7 @@ class Estimate:
         if self.uneven:  # few samples have most of the weight: their spread may be far too small
             low = min(low, self.most / ROUGH)
             high = max(high, min(1.0, self.most * ROUGH))
-        return float(low), float(high)
+        return float(low) / math.exp(self.noise), min(1.0, float(high) * math.exp(self.noise))
 
     @property
     def uneven(self) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, numbers, whole
+from flexband.errors import InputError, instance, numbers, shown, whole
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.margins import error_of, labels_of
@@ -20,7 +21,13 @@ from flexband.uncertainty.answers.probability.estimates import Estimate, estimat
 from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
-from flexband.uncertainty.answers.results import POINTWISE_ERRORS, doubts_of, places
+from flexband.uncertainty.answers.results import (
+    POINTWISE_ERRORS,
+    check_free,
+    doubts_of,
+    missed_tolerance,
+    places,
+)
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -76,7 +83,8 @@ def failure_probability(
     -------
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
     `probability` is that of leaving the limit at any output time; `confidence_low` and
-    `confidence_high` are its confidence interval, 95 %, of the sampling. If no sample leaves the
+    `confidence_high` are its confidence interval, 95 %, of the sampling and of the search over the
+    interval inputs. If no sample leaves the
     limit the probability is 0 and `confidence_high` a bound of it. `limit_looser` and
     `limit_tighter` are the probability with the limit moved by what the surrogate is expected to
     miss of a run (root mean square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for
@@ -95,6 +103,8 @@ def failure_probability(
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
     else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
+    Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless
+    runs correct them.
 
     Raises
     ------
@@ -109,10 +119,16 @@ def failure_probability(
     accuracy = float(numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
+    if response is None and (not isinstance(runs, int) or runs != RUNS):
+        raise InputError(
+            f"runs requires a response, of which they are made; got runs={shown(runs)}"
+        )
     seed = whole("seed", seed, 0)
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}
     labels = labels_of(surrogate)
+    for name in ("limit", "probability", "probability_at", "samples"):
+        check_free(name, labels)
     wanted = corridors(limits, labels)
     if any(not one.space.random_dimension for one in surrogates.values()):
         raise InputError(
@@ -136,6 +152,8 @@ def failure_probability(
                 each[-1] = _no_less(each[-1], each[:-1])
             found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
     result = _over_choices(found) if several else found[""]
+    if any(missed_tolerance(one) for one in surrogates.values()):
+        result = _withheld(result)
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     source = error_of(next(iter(surrogates.values())).diagnostics, labels, POINTWISE_ERRORS)[0]
     doubts = [] if source else ["The surrogate's error is not estimated"]
@@ -166,24 +184,30 @@ def _probability(
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m = space.random_dimension, space.interval_dimension
     for thin in (True, False):
-        eta, known, near = ends(state, n, m, rng, thin=thin)
+        eta, known, noise, near = ends(state, n, m, rng, thin=thin)
         pairs = list(zip(eta, known, strict=True))
         own = [estimate(state, near, at, one, accuracy, rng) for at, one in pairs[: 1 + (m > 0)]]
         if all(_seen(near, at, one) for at, one in zip(eta, own, strict=False)):
             break
+    own = [replace(one, noise=float(e)) for one, e in zip(own, noise, strict=False)]
     told: list[Any] = list(own)
     if model is not None:
         told = [
-            corrected(
-                partial(state.least, eta=at), partial(_least, state, model, at), one, model.runs,
-                accuracy, rng,
+            replace(
+                corrected(
+                    partial(state.least, eta=at), partial(_least, state, model, at), one,
+                    model.runs, accuracy, rng,
+                ),
+                noise=found.noise,
             )
-            for at, one in pairs[: len(own)]
+            for (at, one), found in zip(pairs, own, strict=False)
         ]  # fmt: skip
     if not m:
         own, told = own * 2, told * 2
-    elif told[0].probability > told[1].probability:  # both ends of what does not depend on η
-        own, told, eta = own[::-1], told[::-1], eta[::-1]
+    elif told[0].probability > told[1].probability:  # both ends of what hardly depends on η
+        if told[0].confidence()[0] > told[1].confidence()[1]:  # else the search tells them apart
+            eta = eta[::-1]
+        own, told = own[::-1], told[::-1]
     dims = labels.dims[1:]
     each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
     places_of = np.full((2, each.shape[2], m), np.nan)
@@ -267,6 +291,19 @@ def _seen(near: LimitState, eta: np.ndarray, found: Estimate) -> bool:
     out = found.margins < 0
     missed = found.weights[out] * (near.least(found.u[out], eta) >= 0)
     return bool(missed.sum() <= UNSEEN * found.weights[out].sum())
+
+
+def _withheld(result: xr.Dataset) -> xr.Dataset:
+    """Return a result without the probabilities of a surrogate that missed its tolerance: NaN.
+
+    Those that runs have corrected stay, if there are any.
+    """
+    kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
+    if "runs" in result:
+        kept |= {"probability", "confidence_low", "confidence_high", "surrogate_probability",
+                 "between_times", "between_times_low", "between_times_high"}  # fmt: skip
+    names = [str(k) for k in result.data_vars if k not in kept]
+    return result.assign({name: result[name] * np.nan for name in names})
 
 
 def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:

@@ -11,8 +11,14 @@ SAME = 0.02
 """Part of a probability by which it may be larger between the times without being told twice."""
 
 
+NOT_GIVEN = "not given"
+"""What stands in place of a probability of a surrogate that missed its tolerance."""
+
+
 def in_words(one: xr.Dataset) -> str:
     """Return the probability of leaving one limit as a sentence."""
+    if np.isnan(one["between_times"]).any():
+        return f"{one['limit'].values}: the probability of leaving it is {chance(one)}"
     tighter = float(one["limit_tighter"][1])
     text = f"{one['limit'].values}: left with probability {chance(one, places=True)}"
     if "runs" in one:
@@ -34,6 +40,10 @@ def chance(one: xr.Dataset, *, places: bool = False) -> str:
     """
     names = ("between_times", "between_times_low", "between_times_high")
     values, low, high = (one[k].values for k in names)
+    if np.isnan(values).any():
+        return (
+            f"{NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
+        )
     where = [_place(one.isel(bound=k)) if places else "" for k in range(2)]
     sure = [f" (95 % confidence: {a:.3g} to {b:.3g})" for a, b in zip(low, high, strict=True)]
     text = _bounds(one, values, high, where, sure)
@@ -67,6 +77,8 @@ def told(one: xr.Dataset) -> str:
     """Return one bound of a probability with its confidence interval, or how large it may be."""
     names = ("between_times", "between_times_low", "between_times_high")
     value, low, high = (float(one[k]) for k in names)
+    if np.isnan(value):
+        return NOT_GIVEN
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"
 
 

@@ -21,7 +21,7 @@ from flexband.uncertainty.answers.sampled import REPLICATES, SampledSeries
 from flexband.uncertainty.answers.selection import selected, surrogates_of
 from flexband.uncertainty.answers.sensitivity.contributions import groups
 from flexband.uncertainty.answers.sensitivity.variances import Variances, variances_of
-from flexband.uncertainty.surrogates.axes import largest_of, units_of
+from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
@@ -95,7 +95,7 @@ def sobol_indices(
 def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     """Return what `sobol_indices` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
-    for name in ("name", "bound", "input"):
+    for name in ("name", "bound", "input", "total", "first_order", "defined"):
         check_free(name, labels)
     random = space.of_kind(random=True)
     ends = np.cumsum([0, *(one.dimension for one in random.values())])
@@ -106,7 +106,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     count = math.prod(labels.shape[1:]) // times
     mean, std = (one.reshape(count, times) for one in surrogate.standard_moments(np.zeros((1, m))))
     size = np.max(np.abs(mean) + std, axis=1)
-    least = (VANISHING * largest_of(size, units_of(labels))) ** 2
+    least = units_of(labels).least_variation(size, VANISHING) ** 2
     shape = 2, 2 * len(own), count, times
     values, errors, eta = np.empty(shape), np.zeros(shape), np.zeros((*shape, m))
     variance, defined = np.empty(shape), np.empty((count, times), dtype=bool)

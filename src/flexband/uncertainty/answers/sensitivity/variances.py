@@ -24,7 +24,7 @@ from flexband.uncertainty.phases.expansion import PhaseExpansion
 SAMPLES, SEARCHED = 2048, 128
 """Samples of each set if there are phases, and those of a search."""
 
-AT_ONCE = 2**22
+AT_ONCE = 2**17
 """Numbers that are computed together."""
 
 
@@ -98,11 +98,13 @@ class Sampled:
     Attributes
     ----------
     psi : polynomials of two independent sets of samples, and of the first with the values of each
-        group from the second.
+        group from the second, shape (sets × replicates × samples, N).
+    sets : their number.
     """
 
     series: SampledSeries
-    psi: Sequence[np.ndarray]
+    psi: np.ndarray
+    sets: int
 
     @staticmethod
     def of(
@@ -122,20 +124,22 @@ class Sampled:
             mixed = one.copy()
             mixed[:, own] = other[:, own]
             sets.append(mixed)
-        return Sampled(series, [series.basis(xi) for xi in sets])
+        return Sampled(series, series.basis(np.concatenate(sets)), len(sets))
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        found, most = [], max(1, AT_ONCE // len(self.psi[0]))
+        variances, most = [], max(1, AT_ONCE // len(self.psi))
         for first in range(0, len(eta), most):
-            own = slice(first, first + most)
-            one, other, *mixed = (self.series.values(psi, eta[own], times[own]) for psi in self.psi)
+            rows = slice(first, first + most)
+            values = self.series.values(self.psi, eta[rows], times[rows])
+            values = np.moveaxis(values.reshape(len(values), self.sets, REPLICATES, -1), 1, 0)
+            one, other, mixed = values[0], values[1], values[2:]
             variance = _half_square(one, other)  # of the same pairs: their errors cancel in indices
-            alone = [variance - _half_square(other, one_mixed) for one_mixed in mixed]
-            total = [_half_square(one, one_mixed) for one_mixed in mixed]
-            found.append(np.stack([variance, *alone, *total]))
-        return np.concatenate(found, axis=1)
+            alone, total = variance - _half_square(other, mixed), _half_square(one, mixed)
+            variances.append(np.concatenate([variance[None], alone, total]))
+        return np.concatenate(variances, axis=1)
 
 
 def _half_square(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return half the mean square of differences, (rows, samples) to (rows, replicates)."""
-    return ((one - other) ** 2).reshape(len(one), REPLICATES, -1).mean(axis=2) / 2
+    """Return half the mean square of differences, over the last axis."""
+    difference = one - other
+    return np.einsum("...q,...q->...", difference, difference) / (2 * difference.shape[-1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,6 +14,8 @@ from flexband.uncertainty.inputs.distribution import Spread
 
 LARGEST_LOGARITHM, LARGEST_VARIATION = 300.0, 100.0
 """|mean| + variance of a logarithm, and std over mean, of a lognormal number."""
+
+EITHER = "LogNormal must have either mean and one of std and cv, or log_mean and log_std"
 
 LEAST_PROBABILITY = 1e-100
 """Of the values of a normal distribution that truncation leaves."""
@@ -71,6 +73,7 @@ class LogNormal(Spread):
     ----------
     mean, std : mean and standard deviation of the number, not of its logarithm.
     cv : coefficient of variation, the standard deviation over the mean, instead of `std`.
+    log_mean, log_std : mean and standard deviation of the natural logarithm, instead of these.
 
     Raises
     ------
@@ -78,26 +81,25 @@ class LogNormal(Spread):
         If a number is not positive, or both or none of `std` and `cv` are given.
     """
 
+    mean: float | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
+    log_mean: float | None = field(default=None, kw_only=True)
+    log_std: float | None = field(default=None, kw_only=True)
+
     usual_cv: ClassVar[float] = 1.0
 
     @classmethod
     def of_logarithm(cls, mean: float, std: float) -> LogNormal:
         """Return the number whose natural logarithm has this mean and standard deviation."""
-        mean = float(numbers("LogNormal mean of the logarithm", mean))
-        std = float(positive("LogNormal std of the logarithm", numbers("std", std)))
-        if not abs(mean) + std**2 < LARGEST_LOGARITHM:
-            raise InputError(
-                f"the mean and std of the logarithm must be smaller for the LogNormal to be "
-                f"finite; got {mean:g} and {std:g}"
-            )
-        of_number = np.exp(mean + std**2 / 2)
-        return cls(float(of_number), float(of_number * np.sqrt(np.expm1(std**2))))
+        return cls(log_mean=mean, log_std=std)
 
     @property
     def logarithm(self) -> tuple[Any, Any]:
         """Mean and standard deviation of the natural logarithm."""
-        variance = np.log1p((self.spread / self.mean) ** 2)
-        return np.log(self.mean) - variance / 2, np.sqrt(variance)
+        if self.log_mean is not None:
+            return self.log_mean, self.log_std
+        mean: Any = self.mean
+        variance = np.log1p((self.spread / mean) ** 2)
+        return np.log(mean) - variance / 2, np.sqrt(variance)
 
     @property
     def frozen(self) -> Any:
@@ -113,7 +115,11 @@ class LogNormal(Spread):
         return HERMITE
 
     def check(self) -> None:
-        """Raise `InputError` if a parameter is not positive."""
+        """Raise `InputError` if a parameter is not positive; find the moments of the number."""
+        if self.log_mean is not None or self.log_std is not None:
+            self._check_logarithm()
+        if self.mean is None:
+            raise InputError(f"{EITHER}; got none")
         positive("LogNormal mean", self.mean)
         super().check()
         if self.spread > LARGEST_VARIATION * self.mean:
@@ -121,6 +127,24 @@ class LogNormal(Spread):
                 f"LogNormal std must be {LARGEST_VARIATION:g} times the mean {self.mean:g} or "
                 f"less; got {self.spread:g}"
             )
+
+    def _check_logarithm(self) -> None:
+        """Replace mean and standard deviation of the logarithm by those of the number."""
+        if any(value is not None for value in (self.mean, self.std, self.cv)):
+            raise InputError(
+                f"LogNormal must have either mean, or log_mean and log_std; got {self!r}"
+            )
+        mean = float(numbers("LogNormal log_mean", self.log_mean))  # pyright: ignore[reportArgumentType]
+        std = float(positive("LogNormal log_std", numbers("LogNormal log_std", self.log_std)))  # pyright: ignore[reportArgumentType]
+        if not abs(mean) + std**2 < LARGEST_LOGARITHM:
+            raise InputError(
+                f"the mean and std of the logarithm must be smaller for the LogNormal to be "
+                f"finite; got {mean:g} and {std:g}"
+            )
+        of_number = float(np.exp(mean + std**2 / 2))
+        moments = {"mean": of_number, "std": float(of_number * np.sqrt(np.expm1(std**2)))}
+        for name, value in (moments | {"log_mean": None, "log_std": None}).items():
+            object.__setattr__(self, name, value)
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the number at a standard normal variable."""

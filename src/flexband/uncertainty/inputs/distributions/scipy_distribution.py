@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -13,6 +14,7 @@ from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
 from flexband.uncertainty.inputs.distributions.tabulated import Tabulated
+from flexband.uncertainty.inputs.inputs import Interval
 
 
 @dataclass(frozen=True, repr=False)
@@ -22,7 +24,7 @@ class ScipyDistribution(Tabulated):
     Parameters
     ----------
     distribution : its name in `scipy.stats`.
-    parameters : pairs of a name and a number, of its shapes, `loc` and `scale`.
+    parameters : pairs of a name and a number, or an `Interval`, of its shapes, `loc` and `scale`.
 
     Raises
     ------
@@ -49,24 +51,38 @@ class ScipyDistribution(Tabulated):
         """The distribution of SciPy."""
         return _named(self.distribution)(**dict(self.parameters))
 
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """The parameters that are intervals, by name."""
+        return {k: value for k, value in self._named().items() if isinstance(value, Interval)}
+
+    def replaced(self, parameters: Mapping[str, Any]) -> ScipyDistribution:
+        """Return the distribution with other numbers as parameters."""
+        return ScipyDistribution(self.distribution, tuple((self._named() | {**parameters}).items()))
+
+    def at(self, parameters: Mapping[str, Any]) -> ScipyDistribution:
+        """Return the distributions at values of parameters, numbers or of shape (n,)."""
+        if not parameters:
+            return self
+        arrays = {name: np.atleast_1d(value) for name, value in parameters.items()}
+        return super().at({"parameters": tuple((self._named() | arrays).items())})
+
+    def at_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the increasing function of a standard normal z that is distributed so."""
+        arrays = any(np.ndim(value) for value in self._named().values())
+        return self.exact(z) if arrays else super().at_normal(z)
+
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return SciPy's quantiles."""
         return Distribution.at_normal(self, z)
 
     def check(self) -> None:
         """Raise `InputError` if there is no such distribution."""
-        known = [*_shapes(_named(self.distribution)), "loc", "scale"]
-        checked = []
-        for pair in self.parameters:
-            if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in known:
-                raise InputError(
-                    f"parameters of scipy.stats.{self.distribution} must be pairs of a name, one "
-                    f"of {', '.join(known)}, and a number; got {pair!r}"
-                )
-            name, value = pair
-            checked.append((name, float(numbers(f"{self.distribution} {name}", value))))
-        object.__setattr__(self, "parameters", tuple(checked))
-        missing = set(known[:-2]) - dict(checked).keys()
+        given = self._named()
+        for name, value in given.items():
+            given[name] = float(numbers(f"{self.distribution} {name}", value))
+        object.__setattr__(self, "parameters", tuple(given.items()))
+        missing = set(_shapes(_named(self.distribution))) - given.keys()
         if missing:
             raise InputError(f"{self!r} needs {', '.join(sorted(missing))}")
         own = self.frozen
@@ -79,6 +95,18 @@ class ScipyDistribution(Tabulated):
                 f"{self!r} must have a finite variance; its mean is {mean:g}, and its "
                 f"variance {variance:g}: the response would have none either"
             )
+
+    def _named(self) -> dict[str, Any]:
+        """Return the parameters by name; raise `InputError` if they are not pairs of SciPy's."""
+        known = [*_shapes(_named(self.distribution)), "loc", "scale"]
+        given = self.parameters if isinstance(self.parameters, tuple) else (self.parameters,)
+        for pair in given:
+            if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in known:
+                raise InputError(
+                    f"parameters of scipy.stats.{self.distribution} must be pairs of a name, one "
+                    f"of {', '.join(known)}, and a number; got {pair!r}"
+                )
+        return dict(given)
 
 
 def as_input(value: Any) -> Any:

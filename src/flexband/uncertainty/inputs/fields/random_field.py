@@ -176,6 +176,7 @@ class RandomField(Field):
                 f"RandomField nodes must be {MAX_NODES} or less; got {count:.0f}, eight per "
                 f"correlation length of {self.correlation_length:g} on ({start:g}, {end:g})"
             )
+        before = np.inf
         while True:
             series = self.discretization(
                 self.correlation, self.correlation_length, self.located, int(count)
@@ -186,9 +187,13 @@ class RandomField(Field):
             if self.terms is not None:
                 return series.first(self.terms)
             errors = self._errors(series, x).max(axis=-1)
-            if self.nodes or errors.min() <= FEW_TERMS * self.tolerance or 2 * count > MAX_NODES:
+            least = float(errors.min())
+            if self.nodes or least <= FEW_TERMS * self.tolerance or 2 * count > MAX_NODES:
                 break
-            count = 2 * count - 1
+            halvings, gain = np.log2(MAX_NODES / count), least / before
+            if gain > 0 and least * gain ** (2 * halvings) > self.tolerance:
+                break  # even if the error fell twice as fast as it does
+            count, before = 2 * count - 1, least
         enough = np.flatnonzero(errors <= self.tolerance)
         if not len(enough):
             raise InputError(

@@ -1,0 +1,36 @@
+"""The rounding errors of outputs that are zero in theory.
+
+Coordinates are rounded to their digits. What is computed from them over a step h has these errors
+divided by h, accelerations by h², and inertia and stiffness make forces of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.assembly.stacking import stack
+from flexband.mechanics.assembly.system import System, node_rows
+
+RELATIVE_ROUNDING = 128 * np.finfo(float).eps
+"""Error of coordinates, relative to the size of the mechanism: of some tens of operations, with
+angles of some turns."""
+
+
+def rounding_errors(system: System, h: float = np.inf) -> dict[str, float]:
+    """Return the rounding errors of outputs by their unit, with steps of h [s]; ∞ is statics."""
+    mechanism, values, start = system.mechanism, system.values, system.values.start
+    nodes = node_rows(mechanism)
+    coordinates = np.concatenate([start[nodes], start[[node + 1 for node in nodes]]])
+    size = max(np.max(1 / values.inverse_scale[nodes]), np.max(np.abs(coordinates)))
+    mass = np.max(np.sum(stack([mechanism.mass[node, node] for node in nodes]), axis=0))
+    members = [v for v in (values.beams, values.continua, values.cables) if v.stiffness.size]
+    springs = [spring for _, spring in mechanism.springs]
+    forces = [mass * size / h**2]
+    forces += [np.max(np.abs(v.stiffness)) * np.max(v.inverse_length) for v in members]
+    forces += [np.max(one.stiffness) * size ** (-1 if one.torsion else 1) for one in springs]
+    force = max(forces)
+    size_of = {
+        "m": size, "rad": 1.0, "m/s": size / h, "rad/s": 1 / h, "m/s²": size / h**2,
+        "N": force, "N m": force * size, "J": force * size,
+    }  # fmt: skip
+    return {unit: float(RELATIVE_ROUNDING * one) for unit, one in size_of.items()}

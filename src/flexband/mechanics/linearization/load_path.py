@@ -1,0 +1,97 @@
+"""Whether loads can be raised from zero in full without a snap-through.
+
+A rest moves by less and less as the loads are raised in smaller and smaller steps, but at a limit
+point, beyond which there is none nearby. So steps are halved where the rest moves much farther in
+one of two neighbours than in the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.batch import run
+from flexband.mechanics.engine.entries import SETTLE
+from flexband.mechanics.engine.failures import SNAPPED_THROUGH
+from flexband.mechanics.engine.settle import ITERATIONS
+from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.linearize import Equations, Spin
+
+STEPS, ROUNDS = 4, 5
+"""Into how many steps of the loads the one in which the rest jumps is divided, and how often."""
+
+MAX_RATIO = 3.0
+"""Of the longest move to the second longest in so many equal steps, if there is no jump. Where the
+loads end at a limit point, it is 2.4."""
+
+MIN_JUMP = 1e-3
+"""Relative to the size of the mechanism; shorter moves are none."""
+
+SOFT = 0.25
+"""Of the lowest ω² without loads, what is left of it at a snap-through at most."""
+
+
+def raised(values: Values, part: float | np.ndarray) -> Values:
+    """Return the numbers with a part of gravity, forces, moments and distributed loads."""
+    return values._replace(weight=part * values.weight, forces=part * values.forces)
+
+
+def snap_throughs(system: System, values: Values, start: np.ndarray, failure: np.ndarray) -> None:
+    """Mark the samples of a block that snap through before the loads act in full.
+
+    What has no rest near its start without loads, as a pendulum, does not snap through there.
+
+    Parameters
+    ----------
+    start : the assembled state, shape (rows, WIDTH).
+    failure : see `entries`; the part of the loads that is reached is filled in the last row.
+    """
+    if not (values.weight.any() or values.forces.any()):
+        return
+    q, lanes = slice(1, 1 + system.structure.state.coordinates), np.arange(WIDTH)
+    first, last = np.zeros(WIDTH), np.ones(WIDTH)
+    unloaded, jumps = _settled(system, values, first, start)
+    before, jumps = unloaded, jumps & (failure[0] == 0)
+    for k in range(ROUNDS):
+        parts = np.linspace(first, last, STEPS + 1)
+        rests, moves, sound = [before], np.zeros((STEPS, WIDTH)), np.ones(WIDTH, dtype=bool)
+        for n, part in enumerate(parts[1:]):
+            rest, settled = _settled(system, values, part, rests[-1])
+            move = np.abs(values.inverse_scale[q] * (rest - rests[-1])[q]).max(axis=0)
+            moves[n] = np.where(sound, np.where(settled, move, np.inf), 0.0)
+            sound &= settled
+            rests.append(rest)
+        second, longest = np.sort(moves, axis=0)[-2:]
+        jumps &= (longest > MIN_JUMP) & ((longest > MAX_RATIO * second) | (k == 0))
+        if not jumps.any():
+            return
+        at = moves.argmax(axis=0)
+        first, last, before = (
+            parts[at, lanes],
+            parts[at + 1, lanes],
+            np.stack(rests)[at, :, lanes].T,
+        )
+    for lane in np.flatnonzero(jumps & (first > 0)):
+        soft = _lowest(system, raised(values, first), before, int(lane))
+        if soft < SOFT * _lowest(system, raised(values, 0.0), unloaded, int(lane)):
+            failure[:, lane] = SNAPPED_THROUGH, 0.0, -1.0, first[lane]
+
+
+def _lowest(system: System, values: Values, z: np.ndarray, lane: int) -> float:
+    """Return the lowest ω² [1/s²] about a rest."""
+    equations = Equations(system, values, lane)
+    at_rest = Spin(0.0, np.zeros(system.structure.state.coordinates))
+    return Balance(equations, z[:, lane], at_rest).lowest()
+
+
+def _settled(
+    system: System, values: Values, part: np.ndarray, z: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rests under parts of the loads near some states, and which samples have one."""
+    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work.z[:] = z
+    rows = np.empty((ITERATIONS + 1, system.sensed, WIDTH))
+    run(SETTLE, system, raised(values, part), work, rows, failure)
+    return work.z.copy(), failure[0] == 0

@@ -1,0 +1,114 @@
+"""A result that was altered on disk is never shown as that of the study."""
+
+import json
+import random
+import shutil
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from flexband.cli import app
+from flexband.report.results import read_netcdf
+
+STUDY = """
+import numpy as np
+import flexband as fb
+
+def response(a, x):
+    return np.outer(a + 0.1 * x, np.linspace(0.5, 1.0, 5))
+
+inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
+study = fb.Study(response, inputs, fb.AdaptivePCCI(), limits=fb.Limit(below=2.0))
+"""
+RESULTS = (
+    "bands.nc", "verification.nc", "contributions.nc", "surrogate.npz", "page.json", "limits.nc",
+    "probability.nc",
+)  # fmt: skip
+
+
+def call(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    study = folder / "study.py"
+    study.write_text(STUDY, encoding="utf-8")
+    told = call("run", study, "--output", folder / "out")
+    assert told.exit_code == 0, told.output
+    assert call("sobol", folder / "out").exit_code == 0
+    return folder
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    shutil.copytree(finished, tmp_path / "copy")
+    return tmp_path / "copy" / "study.py", tmp_path / "copy" / "out"
+
+
+def flip(file, seed):
+    data, drawn = bytearray(file.read_bytes()), random.Random(seed)
+    data[drawn.randrange(len(data))] ^= 1 << drawn.randrange(8)
+    file.write_bytes(data)
+
+
+def text_of(told):
+    return " ".join(told.output.split())
+
+
+def test_every_altered_result_is_refused_and_run_restores_it(copied):
+    study, out = copied
+    whole = {name: (out / name).read_bytes() for name in RESULTS}
+    for name in RESULTS:
+        for seed in range(3):
+            flip(out / name, f"{name}{seed}")
+            told = call("report", out)
+            assert told.exit_code == 1, (name, seed, told.output)
+            assert f"{name} is not as written; `flexband run` restores it" in text_of(told)
+            (out / name).write_bytes(whole[name])
+    flip(out / "sobol.nc", 0)
+    told = call("report", out)
+    assert (told.exit_code, "sobol.nc is not as written; ask again" in text_of(told)) == (1, True)
+    for name in ("bands.nc", "page.json", "limits.nc"):
+        flip(out / name, 1)
+    told = call("run", study, "--output", out)
+    assert told.exit_code == 0, told.output
+    assert "no run was made" not in text_of(told)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Answers that are not as written are left out: sobol" in page
+    for name in ("bands.nc", "surrogate.npz"):
+        assert (out / name).read_bytes() == whole[name]
+
+
+def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(copied):
+    _, out = copied
+    bands = xr.open_dataset(out / "bands.nc").load()
+    bands["mean"] = 2 * bands["mean"]
+    bands.to_netcdf(out / "bands.nc", engine="scipy")  # which keeps the attributes
+    for command in ("report", "range"):
+        told = call(command, out)
+        assert told.exit_code == 1
+        assert "bands.nc is not as written" in text_of(told)
+    flip(out / "page.json", 2)  # which has the doubts about all answers
+    told = call("quantiles", out)
+    assert (told.exit_code, "page.json is not as written" in text_of(told)) == (1, True)
+
+
+def test_a_result_in_study_json_that_was_altered_is_not_told(copied):
+    study, out = copied
+    about = json.loads((out / "study.json").read_text(encoding="utf-8"))
+    about["result"]["answer"][0] = "All is well."
+    (out / "study.json").write_text(json.dumps(about), encoding="utf-8")
+    assert "result in study.json is not as written" in text_of(call("status", out))
+    told = call("run", study, "--output", out)
+    assert "All is well." not in told.output
+    assert "not as written" not in text_of(call("status", out))
+
+
+def test_what_is_read_is_what_was_written(finished):
+    file = finished / "out" / "bands.nc"
+    with xr.open_dataset(file, engine="scipy") as opened:
+        plain = opened.load()
+    xr.testing.assert_identical(read_netcdf(file), plain)

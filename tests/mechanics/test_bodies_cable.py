@@ -119,8 +119,8 @@ def test_a_damped_cable_decays_as_its_retardation_tells():
     omega = 2 * np.pi * float(fb.modes(clamped(cable, {}), 1, about="start")["frequency"][0])
     ratio = 0.03
     damped = fb.Cable(length=1.0, elements=8, retardation=2 * ratio / omega, **THIN)
-    plucked = clamped(damped, {"P": fb.Force("m.end", y=lambda t: 1e-4 * (t <= 0))})
     period = 2 * np.pi / omega
+    plucked = clamped(damped, {"P": fb.Force("m.end", y=lambda t: 1e-4 * (t < period / 200))})
     motion = fb.simulate(
         plucked, duration=8 * period, step=period / 200,
         integrator=fb.GeneralizedAlpha(spectral_radius=0.9),

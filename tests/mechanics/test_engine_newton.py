@@ -51,6 +51,7 @@ def driven(hub_mass, hub_inertia):
     )
 
 
+@pytest.mark.filterwarnings("ignore:.*whose rate jumps")
 @pytest.mark.parametrize(("step", "substeps"), [(2e-3, 2), (1e-2, 1)])
 def test_a_light_hub_of_a_damped_cable_turns_as_its_drive_says(step, substeps):
     """The motion does not depend on the hub, since it is prescribed; both have half the step."""

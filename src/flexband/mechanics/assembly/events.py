@@ -30,7 +30,7 @@ RESOLVED_FALL = 0.6
 It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or
 above half the frequency of the steps."""
 
-AVERAGING_POINTS, AVERAGING_CALLS = 2048, 64
+AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
 """Points per step of averages, with one call for many of them or for each."""
 
 SAME = 1e-12
@@ -44,8 +44,9 @@ kink, 1/4 where a function is smooth."""
 def resolved_loads(function: TimeFunction, times: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the values of a load at equidistant times [s], averaged where steps miss something.
 
-    Each column is judged alone, so no sample depends on the others. A warning names the function,
-    the time of what is missed most, and its frequency if it vibrates.
+    Each column is judged alone, so no sample depends on the others. A warning names the function
+    and the time where it is most beyond its values at the ends of a step, and its frequency if it
+    vibrates; averages of a jump between two values need none.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def resolved_loads(function: TimeFunction, times: np.ndarray, values: np.ndarray
     per = max(2, min(POINTS, (MOST_POINTS if at.at_once else MOST_CALLS) // steps) // 2 * 2)
     count = max(1, POINTS_AT_ONCE // (per * values.shape[1]))
     low, high = values.min(axis=0), values.max(axis=0)
-    missed, halved = np.zeros((2, steps, values.shape[1]))
+    missed, halved, beyond = np.zeros((3, steps, values.shape[1]))
     part = np.arange(per)[:, None] / per
     for first in range(0, steps, count):
         here = slice(first, min(first + count, steps))
@@ -65,6 +66,10 @@ def resolved_loads(function: TimeFunction, times: np.ndarray, values: np.ndarray
         f = at(inner).reshape(number, per, -1)
         low, high = np.minimum(low, f.min(axis=(0, 1))), np.maximum(high, f.max(axis=(0, 1)))
         left, right = values[:-1][here, None], values[1:][here, None]
+        beyond[here] = np.maximum(
+            f.max(axis=1) - np.maximum(left, right)[:, 0],
+            np.minimum(left, right)[:, 0] - f.min(axis=1),
+        )
         middle, half = f[:, per // 2, None], 2 * part[: per // 2]
         missed[here] = np.abs(f - (left + part * (right - left))).max(axis=1)
         halved[here] = np.maximum(
@@ -76,7 +81,9 @@ def resolved_loads(function: TimeFunction, times: np.ndarray, values: np.ndarray
     rough |= missed > LARGEST_MISS * spread
     if not rough.any():
         return values
-    _warn(function, times, rough, missed / spread, h, at)
+    peaks = np.where(rough, beyond / spread, 0.0)
+    if peaks.max() > SMALLEST_MISS:
+        _warn(function, times, peaks, h, at)
     return _averaged(at, times, values, rough)
 
 
@@ -103,14 +110,13 @@ def _averaged(
 def _warn(
     function: TimeFunction,
     times: np.ndarray,
-    rough: np.ndarray,
-    missed: np.ndarray,
+    peaks: np.ndarray,
     h: float,
     at: _Evaluation,
 ) -> None:
-    step, column = np.unravel_index(np.argmax(np.where(rough, missed, 0.0)), missed.shape)
+    step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
     text = f"{named(function)} changes within the step at t = {times[step]:.4g} s"
-    if rough[:, column].mean() > 0.5:
+    if (peaks[:, column] > 0).mean() > 0.5:
         window = np.arange(max(0, step - 8), min(len(times) - 1, step + 8))
         inner = (times[window, None] + h * np.arange(POINTS) / POINTS).ravel()
         f = at(inner)[:, column]

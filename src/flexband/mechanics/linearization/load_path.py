@@ -1,8 +1,9 @@
 """Whether loads can be raised from zero in full without a snap-through.
 
-In smaller and smaller steps of the loads a rest moves by less and less, but at a limit point, beyond
-which there is none nearby. So the step in which it moves farthest is divided again and again: where
-the move stays as long, and the stiffness vanishes before it, the mechanism snaps through.
+In smaller and smaller steps of the loads a rest moves by less and less, but at a limit point,
+beyond which there is none nearby. So the step in which it moves farthest is divided again and
+again: where the move stays as long, and little stiffness is left before it, the mechanism snaps
+through.
 """
 
 from __future__ import annotations

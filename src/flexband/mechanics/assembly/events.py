@@ -60,19 +60,19 @@ def resolved_loads(function: TimeFunction, times: np.ndarray, values: np.ndarray
     missed, halved, beyond = np.zeros((3, steps, values.shape[1]))
     part = np.arange(per)[:, None] / per
     for first in range(0, steps, count):
-        here = slice(first, min(first + count, steps))
-        number = here.stop - here.start
-        inner = (times[here, None] + h * part[:, 0]).ravel()
+        block = slice(first, min(first + count, steps))
+        number = block.stop - block.start
+        inner = (times[block, None] + h * part[:, 0]).ravel()
         f = at(inner).reshape(number, per, -1)
         low, high = np.minimum(low, f.min(axis=(0, 1))), np.maximum(high, f.max(axis=(0, 1)))
-        left, right = values[:-1][here, None], values[1:][here, None]
-        beyond[here] = np.maximum(
+        left, right = values[:-1][block, None], values[1:][block, None]
+        beyond[block] = np.maximum(
             f.max(axis=1) - np.maximum(left, right)[:, 0],
             np.minimum(left, right)[:, 0] - f.min(axis=1),
         )
         middle, half = f[:, per // 2, None], 2 * part[: per // 2]
-        missed[here] = np.abs(f - (left + part * (right - left))).max(axis=1)
-        halved[here] = np.maximum(
+        missed[block] = np.abs(f - (left + part * (right - left))).max(axis=1)
+        halved[block] = np.maximum(
             np.abs(f[:, : per // 2] - (left + half * (middle - left))).max(axis=1),
             np.abs(f[:, per // 2 :] - (middle + half * (right - middle))).max(axis=1),
         )

@@ -19,7 +19,7 @@ APART = 0.3
 """New places of extremes that are nearer to each other than this, in units of η, are run once."""
 
 TIE_DIGITS = 6
-"""Digits of the sizes and distances that choose a place, so that rounding decides nothing."""
+"""Digits that count of sizes, distances and slopes that choose a run: rounding decides nothing."""
 
 
 def generic_points(

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc, chdtri, ndtri
 
+from flexband.uncertainty.adaptive.held_out import TIE_DIGITS
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
@@ -36,10 +37,6 @@ BETWEEN, AMONG = 6, 32
 MARGIN, GROWTH = 1.5, 2
 """An expansion may leave the range of the runs by this factor, times this power of how much farther
 out it is than the runs."""
-
-
-TIE_DIGITS = 6
-"""Digits of shares and slopes that count, so that rounding decides nothing."""
 
 
 class RareValues(NamedTuple):

@@ -26,6 +26,7 @@ ROOMS = [
     "execution",
     "mechanics.kernels",
     "mechanics.forms",
+    "mechanics.time_functions",
     "mechanics.bodies",
     "mechanics.joints",
     "mechanics.loads",

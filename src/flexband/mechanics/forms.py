@@ -33,6 +33,11 @@ class Composed:
         return self.outer(returned(self.inner, time, self.name))
 
 
+def during_impulse(time: float) -> float:
+    """Stand for the function that is 1 while an impulse acts, which a run knows; return 0."""
+    return 0.0
+
+
 Key = tuple[int, int, TimeFunction | None]
 
 

@@ -23,14 +23,14 @@ from flexband.errors import (
 )
 from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.engine.batch import run_samples
+from flexband.mechanics.engine.batch import Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reach import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
 from flexband.mechanics.engine.ringing import remark_on_few_steps, warn_of_large_steps
-from flexband.mechanics.engine.straining import kept_steps, warn_of_large_strains
+from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.mechanism import Mechanism
@@ -68,7 +68,8 @@ def simulate(
     The outputs of the sensors, dims (output, time), with a first dim "sample" if a parameter is an
     array of more than one value. Coordinates: "output" (name), "unit", "time" [s]. If constraints
     are redundant, ``attrs["not_unique"]`` lists the joints that share forces: their multipliers and
-    reactions are one choice of many, while the motion is unique. ``attrs["halved_step"]`` lists
+    reactions are one choice of many, while the motion is unique. ``attrs["impulses"]`` has the
+    impulses of joints where the speed of a prescribed motion jumps. ``attrs["halved_step"]`` lists
     samples that diverged and were completed with half the step. ``attrs["assembly"]`` says what
     assembly changed in the given start, with the ``largest_turn`` [rad] and ``largest_move`` [m];
     large turns, changes of given velocities and loops that closed in another branch are warned of.
@@ -166,8 +167,9 @@ def simulated(
         error.results = result
         raise
     warn_of_large_steps(batch.turned, system, times, integrator)
-    at = times[kept_steps(len(times) - 1)]
-    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, at)
+    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
+    if batch.impulses:
+        result.attrs["impulses"] = _impulses_text(system, batch.impulses)
     result.attrs |= report(system, batch.corrections)
     if len(again):  # all are completed
         result.attrs["halved_step"] = again.tolist()
@@ -176,6 +178,31 @@ def simulated(
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0)
+
+
+def _impulses_text(system: System, impulses: list[Impulse]) -> str:
+    """Return the impulses of joints that have sensors, in the order of time."""
+    chosen = [k for k, name in enumerate(system.outputs) if name in system.impulsive]
+    order: dict[int, list[Impulse]] = {}
+    count: dict[int, int] = {}
+    for impulse in impulses:
+        count[impulse.sample] = count.get(impulse.sample, 0) + 1
+        order.setdefault(count[impulse.sample], []).append(impulse)
+    lines = []
+    for group in order.values():
+        when = _range([impulse.time for impulse in group], "s")
+        sizes = (
+            f"{system.outputs[k]} {_range([i.outputs[k] for i in group], system.units[k] + ' s')}"
+            for k in chosen
+        )
+        lines.append(f"at t = {when}: {', '.join(sizes) or 'no joint has a sensor of its force'}")
+    return "; ".join(lines)
+
+
+def _range(values: list[float], unit: str) -> str:
+    """Return equal values as one number, others as a range."""
+    low, high = f"{min(values):.6g}", f"{max(values):.6g}"
+    return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
 def _printed(_: str, line: str = "") -> None:

@@ -167,8 +167,10 @@ class Values(NamedTuple):
     inverse_scale: np.ndarray  # of [1, q]: 1 over the size of the mechanism for positions, else 1
     rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]
     weight: np.ndarray  # constant forces on [1, q]
-    functions: np.ndarray  # `Structure.functions` rows per time
-    rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per time
+    parts: np.ndarray  # what each round of the run does, see `schedule`
+    numbers: np.ndarray  # which time each round belongs to
+    functions: np.ndarray  # `Structure.functions` rows per round
+    rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
     mass: np.ndarray
     metric: np.ndarray  # as mass, with much larger moments of inertia: bodies prefer not to turn
     beams: ElementValues

@@ -83,6 +83,13 @@ class System:
     law_failures: dict[int, str] = field(default_factory=dict)
     numbers: Iterator[int] = field(default_factory=itertools.count)
 
+    @property
+    def impulsive(self) -> set[str]:
+        """The outputs that are forces and moments of joints."""
+        sensors = self.mechanism.sensors.items()
+        return {name + suffix for name, sensor in sensors if sensor.impulsive
+                for suffix, _ in sensor.outputs()}  # fmt: skip
+
     @cached_property
     def indexed(self) -> Structure:
         """The structure as kernels take it."""
@@ -162,6 +169,8 @@ def assemble(mechanism: Mechanism) -> System:
         rigidity=stack([rigidity(beams, continua, cables, mass)]),
         metric=stack(_metric(mechanism, mass, scale)),
         weight=stack(weight),
+        parts=np.empty((0, 1)),
+        numbers=np.empty((0, 1)),
         functions=np.empty((0, 1)),
         rates=np.empty((0, 1)),
         **{name: table.values() for name, table in tables.items()},

@@ -18,7 +18,7 @@ from flexband.mechanics.engine.generalized_alpha import Coefficients, Generalize
 from flexband.mechanics.engine.projection import SMALLEST_PIVOT, ZERO_PIVOT
 from flexband.mechanics.engine.redundancy import rank_deficiency
 from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE
-from flexband.mechanics.engine.straining import Largest, Members
+from flexband.mechanics.engine.straining import Largest, Members, kept_steps
 from flexband.mechanics.engine.threads import (
     Progress,
     in_parallel,
@@ -26,6 +26,7 @@ from flexband.mechanics.engine.threads import (
     while_compiling,
 )
 from flexband.mechanics.kernels.lane_type import WIDTH, addresses
+from flexband.mechanics.time_functions.schedule import IMPULSE
 from flexband.progress import Pace
 
 NOTHING = np.zeros((1, WIDTH))
@@ -49,6 +50,16 @@ class Batch(NamedTuple):
     corrections: Corrections  # of the given start
     turned: np.ndarray  # (samples, bodies, 4), see `Work`
     strains: Largest
+    kept: np.ndarray  # times [s] of the states whose strains these are
+    impulses: list[Impulse]
+
+
+class Impulse(NamedTuple):
+    """An impulse of a sample where the speed of a prescribed motion jumps."""
+
+    sample: int
+    time: float  # [s]
+    outputs: np.ndarray  # (outputs,): those of forces are their impulses [N s], [N m s]
 
 
 def run_samples(
@@ -69,6 +80,8 @@ def run_samples(
     """
     packed = pack(system, times, samples)
     chosen = np.arange(system.samples) if samples is None else samples
+    schedule = packed.schedule
+    rounds = len(schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=attempts)
     tolerance = float(integrator.tolerance)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
@@ -78,38 +91,50 @@ def run_samples(
     firsts = np.empty((system.structure.state.rows, len(chosen)))
     turned = np.zeros((len(chosen), len(system.turning), 4))
     members, strains = Members(system), [Largest.none()] * blocks
-    under_way: list[np.ndarray] = []  # numbers of steps of all blocks so far, which grow
+    under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
+    impulses: list[Impulse] = []
 
     def simulate(block: int) -> int:
         here = slice(block * WIDTH, (block + 1) * WIDTH)
         own = chosen[here]
         values = packed(block)
-        own_run = system, method, tolerance, values, len(times)
+        own_run = system, method, tolerance, values, rounds
         series, failure, first, work = march_block(*own_run, under_way)
-        work.reached[:] = len(times) - 1
+        work.reached[:] = rounds - 1
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
-        outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
+        lanes = np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)
+        part, last = (
+            np.broadcast_to(rows[:, lanes if rows.shape[1] > 1 else [0]], (len(rows), WIDTH))
+            for rows in (schedule.parts, schedule.last)
+        )
+        outputs[here] = derived[:, last[::every], np.arange(WIDTH)].transpose(2, 0, 1)[: len(own)]
+        for n, k in zip(*np.nonzero(part[:, : len(own)] == IMPULSE), strict=True):
+            time = float(schedule.times[n, k % schedule.times.shape[1]])
+            impulses.append(Impulse(int(own[k]), time, derived[:, n, k]))
         conditions = series[:, system.sensed - len(system.conditions) :]
+        conditions = conditions[last, :, np.arange(WIDTH)].transpose(0, 2, 1)
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
         turned[here] = work.turned.T[: len(own)].reshape(len(own), *turned.shape[1:])
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
-            lanes = chosen[np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)]
-            strains[block] = members.largest(states, lanes)
+            strains[block] = members.largest(states, chosen[lanes])
         firsts[:, here] = first[:, : len(own)]
         if failure[3, : len(own)].any():
             starts[int(own[0])] = first[:, 0].copy()
         return len(own)
 
     if not dynamics.signatures:
-        while_compiling(lambda: march_block(system, method, tolerance, packed(0), times=1))
-    steps = blocks * (len(times) - 1)
-    pace = Pace(len(times) - 1, lambda: sum(float(own[0, 0]) for own in under_way[:]) / steps)
+        while_compiling(lambda: march_block(system, method, tolerance, packed(0), rounds=1))
+    steps = blocks * (rounds - 1)
+    pace = Pace(rounds - 1, lambda: sum(float(own[0, 0]) for own in under_way[:]) / steps)
     in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
     pace.end()
     largest = Largest.joined(strains, len(chosen))
-    return Batch(outputs, failures, starts, corrections(system, firsts, chosen), turned, largest)
+    kept = times[schedule.numbers[kept_steps(rounds - 1), 0]]
+    impulses.sort(key=lambda own: (own.time, own.sample))
+    moved = corrections(system, firsts, chosen)
+    return Batch(outputs, failures, starts, moved, turned, largest, kept, impulses)
 
 
 def march_block(
@@ -117,15 +142,15 @@ def march_block(
     method: Coefficients,
     tolerance: float,
     values: Values,
-    times: int,
+    rounds: int,
     under_way: list[np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Work]:
-    """Run one block; the number of its last step is added to those `under_way`.
+    """Run one block; the number of its last round is added to those `under_way`.
 
-    Returns rows (times, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
+    Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
     """
-    series = np.zeros((times, system.sensed, WIDTH))
+    series = np.zeros((rounds, system.sensed, WIDTH))
     work, failure = begin(system, values)
     first = work.z.copy()
     if under_way is not None:

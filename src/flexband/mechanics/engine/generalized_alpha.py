@@ -18,7 +18,14 @@ import numpy as np
 
 from flexband.errors import InputError, numbers, positive, warn
 from flexband.mechanics.assembly.structure import KEPT
-from flexband.mechanics.engine.projection import ZERO_PIVOT, light, project, share
+from flexband.mechanics.engine.projection import (
+    ZERO_PIVOT,
+    accelerate,
+    light,
+    project,
+    share,
+    strike,
+)
 from flexband.mechanics.kernels.angles import angle_rate
 from flexband.mechanics.kernels.equations import (
     clear,
@@ -126,6 +133,21 @@ class Coefficients(NamedTuple):
 
 
 @inlined
+def of_part(method, part):
+    """Return the coefficients of a part of the step, a lane."""
+    return Coefficients(
+        method.step * part,
+        method.alpha_m,
+        method.alpha_f,
+        method.beta,
+        method.gamma,
+        method.dq_da * (part * part),
+        method.dv_da * part,
+        method.attempts,
+    )
+
+
+@inlined
 def predict(structure, method, values, z, a):
     """Move to the next time with q̈ unchanged; `a` becomes that of the new time.
 
@@ -203,7 +225,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     """
     z, a, r, rate = work.z, work.a, work.r, work.rate
     matrix, none = work.matrix, filled(0.0)
-    weight, velocity_part = filled(method.dq_da), method.dv_da / method.dq_da
+    weight, velocity_part = method.dq_da, method.dv_da / method.dq_da
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     age, first = 0, True  # iterations since the factorization, and whether this is the first one
     most = 1 if damped else ITERATIONS_PER_FACTORIZATION
@@ -228,7 +250,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         previous, first = change, False
         q = maximum(load(rate, 0), filled(1e-3))
         left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-        active = where(less(left, filled(tolerance)), none, where(solved, none, active))
+        active = where(less(left, tolerance), none, where(solved, none, active))
         if any_true(active) and age < most:
             continue
         solved = where(active, none, pending)
@@ -241,12 +263,13 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
 
 
 @inlined
-def add_turns(structure, method, values, work):
+def add_turns(structure, method, values, work, stepping):
     """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
     vectors, turned = structure.vectors, work.turned
     for k in range(len(vectors.start) - 1 - vectors.turning):
         rate = angle_rate(vectors, values.vectors, structure.state, work.z, vectors.turning + k)
-        turn, angle = method.step * rate, load(turned, 4 * k + 1) + method.step * rate
+        turn = where(stepping, method.step * rate, filled(0.0))
+        angle = load(turned, 4 * k + 1) + turn
         square = turn * turn
         store(turned, 4 * k, load(turned, 4 * k) + square * square)
         store(turned, 4 * k + 1, angle)
@@ -324,53 +347,124 @@ def examine(structure, values, now, work, known, left_out):
 
 
 @inlined
+def restart(structure, work, chosen):
+    """Set the method's variable a to q̈ where `chosen` is true."""
+    for i in range(1, structure.state.coordinates + 1):
+        kept = load(work.z, structure.state.acceleration + i)
+        store(work.a, i, where(chosen, kept, load(work.a, i)))
+
+
+@compiled
+def go_back(structure, work, chosen):
+    """Set z and a to those before the step where `chosen` is true."""
+    rows = structure.state.rows
+    for row in range(rows):
+        store(work.z, row, where(chosen, load(work.before, row), load(work.z, row)))
+    for i in range(1, structure.state.coordinates + 1):
+        store(work.a, i, where(chosen, load(work.before, rows + i), load(work.a, i)))
+
+
+@compiled
+def finish_impulse(structure, z, struck):
+    """Complete the change of v that `strike` has begun."""
+    state = structure.state
+    for i in range(1, state.coordinates + 1):
+        rest = where(struck, 0.5 * load(z, state.acceleration + i), filled(0.0))
+        store(z, state.velocity + i, load(z, state.velocity + i) + rest)
+
+
+@inlined
+def break_off(structure, values, now, work, part, alive):
+    """Perform the rounds that are no steps: impulses, and new accelerations; see `schedule`."""
+    none = filled(0.0)
+    struck = where(less(magnitude(part), filled(0.5)), alive, none)
+    struck = where(less(none, part), none, struck)
+    restarted = where(less(part, filled(-0.5)), alive, none)
+    if any_true(struck):
+        strike(structure, values, now, work, struck)
+    if any_true(restarted):
+        left_out = accelerate(structure, values, now, work, restarted)
+        if any_true(left_out):
+            share(structure, values, now, work, left_out)
+        restart(structure, work, restarted)
+    return struck
+
+
+@inlined
+def attempt(structure, method, tolerance, values, now, work, known, stepping, failure):
+    """Solve a step that has been predicted, once more with damped corrections where that fails.
+
+    Returns the mask of lanes that failed, with the reasons in `failure`, and the number of
+    multipliers left out.
+    """
+    none = filled(0.0)
+    failed, worst, redundant = stepping, none, none
+    for number in range(method.attempts):
+        if number > 0:
+            stand_still(structure, method, work, failed)
+        diverged, left_out = solve_step(
+            structure, method, tolerance, values, now, work, failed, number > 0
+        )
+        left_out = where(diverged, none, where(failed, left_out, none))
+        code = where(diverged, filled(DIVERGED), none)
+        redundant = where(failed, left_out, redundant)
+        if any_true(left_out):
+            contradicted, violated = examine(structure, values, now, work, known, left_out)
+            code, worst = code + contradicted, where(worst, worst, violated)
+        first = code if number == 0 else failed
+        failed = where(code, first, none)
+        if not any_true(failed):
+            break
+    store(failure, 0, load(failure, 0) + failed)
+    blame = worst - float(structure.state.multiplier)
+    store(failure, 2, where(failed, blame, load(failure, 2)))
+    return failed, redundant
+
+
+@inlined
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
-    state, z, a = structure.state, work.z, work.a
+    z, a, none = work.z, work.a, filled(0.0)
     store(work.rate, 0, filled(INITIAL_RATE))
     code, known = load(failure, 0), load(failure, 3)
-    limit = max(tolerance, ROUNDING)
-    for i in range(1, state.coordinates + 1):
-        store(a, i, load(z, state.acceleration + i))
+    restart(structure, work, filled(1.0))
     sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
-    alive = where(code, filled(0.0), filled(1.0))
+    alive, before = where(code, none, filled(1.0)), filled(1.0)
     elements = len(structure.beams.first) + len(structure.continua.first)
-    steps, k = outputs.shape[0] - 1, 0 if elements + len(structure.cables.first) else KEPT
-    for n in range(1, steps + 1):
+    rounds, k = outputs.shape[0] - 1, 0 if elements + len(structure.cables.first) else KEPT
+    for n in range(1, rounds + 1):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
-        now = n * structure.functions
-        failed, worst, redundant = alive, filled(0.0), filled(0.0)
-        if method.attempts > 1:
+        now, part = n * structure.functions, load(values.parts, n)
+        stepping = where(less(none, part), alive, none)
+        length = where(less(none, part), part, filled(1.0))
+        other = where(less(length, before), filled(1.0), less(before, length))
+        if any_true(other):
+            restart(structure, work, other)
+        before, still = length, where(less(none, part), none, filled(1.0))
+        divided = any_true(still)
+        scaled = of_part(method, length)
+        limit = maximum(tolerance * (length * length), filled(ROUNDING))
+        if method.attempts > 1 or divided:
             keep_state(structure, work)
-        predict(structure, method, values, z, a)
-        for attempt in range(method.attempts):
-            if attempt > 0:
-                stand_still(structure, method, work, failed)
-            diverged, left_out = solve_step(
-                structure, method, limit, values, now, work, failed, attempt > 0
-            )
-            left_out = where(diverged, filled(0.0), where(failed, left_out, filled(0.0)))
-            code = where(diverged, filled(DIVERGED), filled(0.0))
-            redundant = where(failed, left_out, redundant)
-            if any_true(left_out):
-                contradicted, violated = examine(structure, values, now, work, known, left_out)
-                code, worst = code + contradicted, where(worst, worst, violated)
-            first = code if attempt == 0 else failed
-            failed = where(code, first, filled(0.0))
-            if not any_true(failed):
-                break
-        store(failure, 0, load(failure, 0) + failed)
-        store(failure, 1, where(failed, filled(float(n)), load(failure, 1)))
-        blame = worst - float(state.multiplier)
-        store(failure, 2, where(failed, blame, load(failure, 2)))
-        alive = where(failed, filled(0.0), alive)
-        add_turns(structure, method, values, work)
-        shared = where(redundant, redundant, known)
+        predict(structure, scaled, values, z, a)
+        failed, redundant = attempt(
+            structure, scaled, limit, values, now, work, known, stepping, failure
+        )
+        store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
+        alive = where(failed, none, alive)
+        shared = where(stepping, where(redundant, redundant, known), none)
         if any_true(shared):
             share(structure, values, now, work, shared)
+        struck = none
+        if divided:
+            go_back(structure, work, still)
+            struck = break_off(structure, values, now, work, part, alive)
+        add_turns(structure, scaled, values, work, stepping)
         sense(structure, values, now, z, outputs[n], work.blocks)
-        while k < KEPT and kept_at(k, steps) == n:
+        if any_true(struck):
+            finish_impulse(structure, z, struck)
+        while k < KEPT and kept_at(k, rounds) == n:
             keep(structure, z, work.kept, k)
             k += 1
         store(work.reached, 0, filled(float(n)))

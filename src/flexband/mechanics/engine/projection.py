@@ -23,6 +23,7 @@ from flexband.mechanics.kernels.equations import (
     add_mass,
     clear,
     clear_matrix,
+    residual,
 )
 from flexband.mechanics.kernels.factorization import (
     factorize,
@@ -166,6 +167,49 @@ def mass_matrix(structure, values, now, z, matrix):
     )  # fmt: skip
 
 
+@compiled
+def accelerate(structure, values, now, work, chosen):
+    """Set q̈ and λ of the `chosen` lanes from M q̈ + Φ_qᵀλ = Q − F and Φ_q q̈ + γ = 0.
+
+    Returns how many multipliers were left out.
+    """
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    mass_matrix(structure, values, now, z, work.matrix)
+    left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
+    residual(structure, values, now, z, r, work.blocks)
+    for i in range(1, state.angle):
+        store(r, i, -load(r, i) if i <= state.coordinates else none)
+    subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    for i in range(1, state.coordinates + 1):
+        row = state.acceleration + i
+        store(z, row, load(z, row) + where(chosen, load(r, i), none))
+    for k in range(state.multiplier, state.angle):
+        store(z, k, load(z, k) + where(chosen, load(r, k), none))
+    return where(chosen, left_out, none)
+
+
+@compiled
+def strike(structure, values, now, work, struck):
+    """Set q̈ to the change of v by which Φ_q v + Φ_t = 0 is met, and λ to the impulses for it.
+
+    M Δv + Φ_qᵀΛ = 0 where `struck` is true. The velocities move halfway, to the mean of those
+    before and after, with which the impulses do their work.
+    """
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    mass_matrix(structure, values, now, z, work.matrix)
+    factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
+    clear(r, state.velocity)
+    subtract_velocity_errors(structure, values, now, z, r)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    for i in range(1, state.coordinates + 1):
+        change, row = where(struck, load(r, i), none), state.acceleration + i
+        store(z, row, where(struck, change, load(z, row)))
+        store(z, state.velocity + i, load(z, state.velocity + i) + 0.5 * change)
+    for k in range(state.multiplier, state.angle):
+        store(z, k, where(struck, load(r, k), load(z, k)))
+
+
 @inlined
 def light(structure, values, now, work, left_out):
     """Return where fewer constraints are left out in the metric M than `left_out`.
@@ -178,7 +222,7 @@ def light(structure, values, now, work, left_out):
     return less(redundant, left_out)
 
 
-@inlined
+@compiled
 def share(structure, values, now, work, shared):
     """Replace the multipliers of the lanes in `shared` by the least ones with the same forces.
 

@@ -33,9 +33,11 @@ def find_out_of_reach(
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=2)
     for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MOST_EXAMINED]:
         number, own = int(failures[place, 1]), np.full(WIDTH, samples[place])
-        values = pack(system, times, own)(0)
+        packed = pack(system, times, own)
+        values = packed(0)
         work, failure = begin(system, values)
-        series = np.zeros((number, system.sensed, WIDTH))
+        rounds = int(packed.schedule.last[number - 1, 0]) + 1
+        series = np.zeros((rounds, system.sensed, WIDTH))
         run(MARCH, system, values, work, series, failure, method, float(integrator.tolerance))
         here = pack(system, times[number:] if number + 1 < len(times) else times[-2:], own)(0)
         run(START, system, here, work, failure=failure)

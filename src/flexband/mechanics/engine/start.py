@@ -25,7 +25,6 @@ from flexband.mechanics.kernels.equations import (
     add_mass_product,
     clear,
     clear_matrix,
-    residual,
     to_right_side,
     violated_constraint,
 )
@@ -70,7 +69,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
     state, z, matrix, blocks = structure.state, work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
-    add_elastic_tangent(structure, values, z, s, 0.0, matrix, blocks)
+    add_elastic_tangent(structure, values, z, s, filled(0.0), matrix, blocks)
     add_constraint_tangent(
         structure.terms, values.terms, values.functions, np.int64(0), z, filled(0.0), matrix
     )
@@ -140,27 +139,6 @@ def project_velocities(structure, values, s, work):
 
 
 @inlined
-def solve_accelerations(structure, values, work):
-    """Set a and λ from M a + Φ_qᵀλ = Q − F and the second derivative of Φ.
-
-    Returns how many multipliers were left out.
-    """
-    state, z, r = structure.state, work.z, work.r
-    smallest = load(work.smallest, 0)
-    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, smallest)
-    residual(structure, values, np.int64(0), z, r, work.blocks)
-    for i in range(1, state.angle):
-        store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
-    projection.subtract_acceleration_errors(structure, values, np.int64(0), z, work.a, r, work.s)
-    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
-    for i in range(1, state.coordinates + 1):
-        store(z, state.acceleration + i, load(r, i))
-    for k in range(state.multiplier, state.angle):
-        store(z, k, load(r, k))
-    return redundant
-
-
-@inlined
 def start(structure, values, work, failure):
     """Fill the state z of one block of samples at time zero, and `failure`, see `entries`.
 
@@ -174,7 +152,7 @@ def start(structure, values, work, failure):
     failed, redundant = assemble(structure, values, s, work)
     set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
     project_velocities(structure, values, s, work)
-    left_out = solve_accelerations(structure, values, work)
+    left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
     if any_true(left_out):
         projection.share(structure, values, np.int64(0), work, left_out)
     code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))

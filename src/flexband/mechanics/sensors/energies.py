@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.mechanics.forms import Form
+from flexband.mechanics.forms import Form, during_impulse
 from flexband.mechanics.sensors.motion import Model, Sensor
 
 
@@ -49,19 +49,32 @@ class PotentialEnergy(_Energy):
 class Work(_Energy):
     """The work ∫ Q dq that a load, joint or drive has done on the mechanism since the start [J].
 
-    It is integrated by the trapezoidal rule over the steps. If a joint and a load have the same
-    name, the joint is meant.
+    It is integrated by the trapezoidal rule over the steps. An impulse, where the speed of a
+    prescribed motion jumps, does its work with the mean of the velocities before and after. If a
+    joint and a load have the same name, the joint is meant.
     """
 
     part: str
 
     def rows(self, model: Model) -> Sequence[Form]:
         pairs = model.generalized_force(self.part)
-        return [force for force, _ in pairs] + [variable for _, variable in pairs]
+        rates = [Form({})] * len(pairs)
+        if self.part in model.joints:
+            rates = [_rate_in_impulse(variable, model) for _, variable in pairs]
+        return [force for force, _ in pairs] + [variable for _, variable in pairs] + rates
 
     def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
-        force, moved = np.split(rows, 2)
+        force, moved, rate = np.split(rows, 3)
         steps = 0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(moved, axis=1)
+        steps += force[:, 1:] * rate[:, 1:]
         work = np.zeros((1, *rows.shape[1:]))
         np.cumsum(steps.sum(axis=0), axis=0, out=work[0, 1:])
         return work
+
+
+def _rate_in_impulse(variable: Form, model: Model) -> Form:
+    """Return the rate of a coordinate while an impulse acts; joints of angles do no work then."""
+    _, row, _ = next(iter(variable.terms))
+    if row > model.state.coordinates:
+        return Form({})
+    return variable.shifted(model.state.velocity) * Form.function(during_impulse)

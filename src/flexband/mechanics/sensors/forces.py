@@ -32,6 +32,7 @@ class Reaction(Sensor):
 
     joint: str
     axes: str = "global"
+    impulsive = True
 
     def __post_init__(self) -> None:
         known("axes", self.axes, ["global", "body"])
@@ -68,6 +69,7 @@ class ReactionMoment(Sensor):
 
     joint: str
     units = (("", "N m"),)
+    impulsive = True
 
     def rows(self, model: Model) -> Sequence[Form]:
         return [

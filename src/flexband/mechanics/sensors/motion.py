@@ -7,7 +7,7 @@ block of samples at a time.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Protocol
@@ -25,6 +25,8 @@ from flexband.mechanics.loads.load import Entries
 class Model(Protocol):
     """The members of `Mechanism` that sensors use; they are documented there."""
 
+    @property
+    def joints(self) -> Mapping[str, Joint]: ...
     @cached_property
     def state(self) -> State: ...
     @cached_property
@@ -52,6 +54,9 @@ class Sensor(ABC):
 
     tensor: ClassVar[bool] = False
     """Whether the outputs are the components of a tensor, which mean something together only."""
+
+    impulsive: ClassVar[bool] = False
+    """Whether the outputs are forces of joints, which an impulse makes infinite for an instant."""
 
     def outputs(self) -> list[tuple[str, str]]:
         """Return `units`, which may depend on the sensor's parameters in subclasses."""

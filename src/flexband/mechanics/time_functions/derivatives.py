@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 NOISE = 1e-8
@@ -53,3 +55,29 @@ def _weights(count: int, at: float) -> np.ndarray:
     """Return the weights of equidistant values for f′ and f″ at a place between them."""
     powers = np.vander(np.arange(float(count)) - at, increasing=True)
     return np.linalg.inv(powers)[1:3] * [[1.0], [2.0]]
+
+
+def derivatives_within(
+    points: Callable[[np.ndarray], np.ndarray],
+    times: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    half: float,
+) -> np.ndarray:
+    """Return f′ and f″ at some times from values between two other times, shape (times, 2).
+
+    They are those of the polynomial through seven values, `half` apart or nearer.
+
+    Parameters
+    ----------
+    points : returns the values at times of shape (times, 7).
+    low, high : between which f is smooth, with each of the `times` [s] in the interval or at its
+        ends.
+    """
+    apart = np.minimum(half, (high - low) / 6)
+    first = np.clip(times - 3 * apart, low, np.maximum(low, high - 6 * apart))
+    values = points(first[:, None] + apart[:, None] * np.arange(7))
+    place = (times - first) / apart
+    powers = (np.arange(7.0) - place[:, None])[..., None] ** np.arange(7)
+    weights = np.linalg.inv(powers)[:, 1:3] * [[1.0], [2.0]]
+    return np.einsum("tdk,tk->td", weights, values) / apart[:, None] ** np.arange(1, 3)

@@ -1,0 +1,137 @@
+"""Loads that vibrate faster than the steps of a run can follow.
+
+A load that differs between the times of a run from the chords between its values, and that half
+the step would not resolve either, is replaced at the ends of such steps by its average with a hat
+of two steps, ∫ f(t) (1 − |t − tₙ|/h) dt / h. The sum of these averages is the impulse of the load,
+and their first moment is its own, so that the motion is right to second order.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import ResolutionWarning, named, warn
+from flexband.mechanics.time_functions.breakpoints import (
+    POINTS,
+    POINTS_AT_ONCE,
+    points_per_step,
+)
+from flexband.mechanics.time_functions.evaluation import Evaluation
+
+SMALLEST_MISS, LARGEST_MISS = 0.03, 0.25
+"""Of a function between its values, relative to its range over the run: what is looked at, and what
+no step resolves."""
+
+RESOLVED_FALL = 0.6
+"""What is missed at half the step over what is missed at the step, where the step resolves it.
+
+It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or
+above half the frequency of the steps."""
+
+AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
+"""Points per step of averages, with one call for many of them or for each."""
+
+
+class Missed(NamedTuple):
+    """What a function does between its values, each column judged alone, shape (steps, n).
+
+    Attributes
+    ----------
+    chord : largest distance from the chord of a step.
+    half_chord : the same for half the step.
+    beyond : how far the function exceeds both values.
+    spread : range of the function, shape (n,).
+    """
+
+    chord: np.ndarray
+    half_chord: np.ndarray
+    beyond: np.ndarray
+    spread: np.ndarray
+
+    @staticmethod
+    def of(at: Evaluation, times: np.ndarray, values: np.ndarray) -> Missed:
+        """Look at a function with these values at equidistant times [s]."""
+        steps, h = len(times) - 1, times[1] - times[0]
+        per = points_per_step(at, steps)
+        count = max(1, POINTS_AT_ONCE // (per * values.shape[1]))
+        low, high = values.min(axis=0), values.max(axis=0)
+        chord, half_chord, beyond = np.zeros((3, steps, values.shape[1]))
+        part = np.arange(per)[:, None] / per
+        for first in range(0, steps, count):
+            block = slice(first, min(first + count, steps))
+            number = block.stop - block.start
+            inner = (times[block, None] + h * part[:, 0]).ravel()
+            f = at(inner).reshape(number, per, -1)
+            low, high = np.minimum(low, f.min(axis=(0, 1))), np.maximum(high, f.max(axis=(0, 1)))
+            left, right = values[:-1][block, None], values[1:][block, None]
+            beyond[block] = np.maximum(
+                f.max(axis=1) - np.maximum(left, right)[:, 0],
+                np.minimum(left, right)[:, 0] - f.min(axis=1),
+            )
+            middle, half = f[:, per // 2, None], 2 * part[: per // 2]
+            chord[block] = np.abs(f - (left + part * (right - left))).max(axis=1)
+            half_chord[block] = np.maximum(
+                np.abs(f[:, : per // 2] - (left + half * (middle - left))).max(axis=1),
+                np.abs(f[:, per // 2 :] - (middle + half * (right - middle))).max(axis=1),
+            )
+        return Missed(chord, half_chord, beyond, np.maximum(high - low, 1e-300))
+
+    @property
+    def noticed(self) -> np.ndarray:
+        """Where something is missed that may matter."""
+        return self.chord > SMALLEST_MISS * self.spread
+
+    @property
+    def unresolved(self) -> np.ndarray:
+        """Where half the step would miss about as much."""
+        lasting = self.noticed & (self.half_chord > RESOLVED_FALL * self.chord)
+        return lasting | (self.chord > LARGEST_MISS * self.spread)
+
+
+def averaged(
+    at: Evaluation, times: np.ndarray, values: np.ndarray, missed: Missed, rough: np.ndarray
+) -> np.ndarray:
+    """Return the values with averages at both ends of the steps that are `rough`.
+
+    A warning names the function, and the time where it exceeds its values most, or its frequency if
+    it vibrates.
+    """
+    if not rough.any():
+        return values
+    peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
+    if peaks.max() > SMALLEST_MISS:
+        _warn(at, times, peaks)
+    steps, h = len(times) - 1, times[1] - times[0]
+    ends = np.zeros(values.shape, dtype=bool)
+    ends[:-1] |= rough
+    ends[1:] |= rough
+    needed = np.flatnonzero((ends[:-1] | ends[1:]).any(axis=1))
+    count = AVERAGING_POINTS if at.at_once else AVERAGING_CALLS
+    part = (np.arange(count) + 0.5) / count
+    total = np.zeros(values.shape)
+    for k in needed:
+        f = at(times[k] + h * part)
+        for end, weight in ((k, 1 - part), (k + 1, part)):
+            total[end] += np.add.accumulate(weight[:, None] * f, axis=0)[-1] / count
+    total[[0, steps]] *= 2  # half a hat
+    return np.where(ends, total, values)
+
+
+def _warn(at: Evaluation, times: np.ndarray, peaks: np.ndarray) -> None:
+    step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
+    h, name = times[1] - times[0], named(at.function)
+    text = f"{name} changes within the step at t = {times[step]:.4g} s"
+    if (peaks[:, column] > 0).mean() > 0.5:
+        window = np.arange(max(0, step - 8), min(len(times) - 1, step + 8))
+        inner = (times[window, None] + h * np.arange(POINTS) / POINTS).ravel()
+        f = at(inner)[:, column]
+        energy = np.abs(np.fft.rfft((f - f.mean()) * np.hanning(len(f)))) ** 2
+        frequency = np.argmax(energy) / (len(f) * h / POINTS)
+        text = f"{name} has about {frequency:.3g} Hz"
+    warn(
+        f"{text}, which steps of {h:.3g} s do not resolve: averages over steps are used, which "
+        "keep its impulse; take a shorter step to see more of it",
+        ResolutionWarning,
+    )

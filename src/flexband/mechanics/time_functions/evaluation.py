@@ -1,0 +1,107 @@
+"""How a function of time is evaluated: at many times at once if it takes arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.errors import InputError, named, returned
+from flexband.mechanics.forms import Composed, TimeFunction
+from flexband.words import number_of
+
+SAME = 1e-12
+"""Relative difference of values at one time and at many times at once."""
+
+
+class Evaluation:
+    """A function of time with one column per sample, or one that all samples share.
+
+    Attributes
+    ----------
+    columns : number of columns.
+    at_once : whether the function takes many times.
+    """
+
+    def __init__(self, function: TimeFunction, columns: int, times: np.ndarray):
+        self.function, self.columns = function, columns
+        probes = times[0] + (times[-1] - times[0]) * np.array([0.0, 0.11, 0.37, 0.83, 1.0])
+        expected = self._one_by_one(probes)
+        same = SAME * np.abs(expected).max()
+        self.at_once = self._agrees(lambda: self._at_once(probes), expected, same)
+        row = np.full(columns, probes[2])
+        self._by_sample = self.at_once and self._agrees(
+            lambda: np.asarray(function(row)),  # pyright: ignore
+            expected[2],
+            same,
+        )
+
+    def __call__(self, times: np.ndarray) -> np.ndarray:
+        """Return the values at many times [s], shape (times, columns)."""
+        return self._at_once(times) if self.at_once else self._one_by_one(times)
+
+    def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return the values of these columns, each at its time [s], shape (times,)."""
+        if not len(times):
+            return np.zeros(0)
+        if self.columns == 1:
+            return self(times)[:, 0]
+        values = np.empty(len(times))
+        if not self._by_sample:
+            distinct, inverse = np.unique(times, return_inverse=True)
+            for k, row in enumerate(self._one_by_one(distinct)):
+                values[inverse == k] = row[columns[inverse == k]]
+            return values
+        order = np.argsort(columns, kind="stable")
+        rank = np.empty(len(times), dtype=int)  # of a point among those of its column
+        _, first, counts = np.unique(columns[order], return_index=True, return_counts=True)
+        rank[order] = np.arange(len(times)) - np.repeat(first, counts)
+        for k in range(rank.max() + 1):
+            chosen = rank == k
+            row = np.full(self.columns, times[chosen][0])
+            row[columns[chosen]] = times[chosen]
+            result = np.asarray(self.function(row), dtype=float)  # pyright: ignore
+            values[chosen] = np.broadcast_to(result, self.columns)[columns[chosen]]
+        return values
+
+    def _at_once(self, times: np.ndarray) -> np.ndarray:
+        f = np.asarray(self.function(times[:, None]), dtype=float)  # pyright: ignore
+        return np.broadcast_to(f, (len(times), self.columns))
+
+    def _one_by_one(self, times: np.ndarray) -> np.ndarray:
+        rows = [np.ravel(returned(self.function, time)) for time in times.tolist()]
+        return np.array([np.broadcast_to(row, self.columns) for row in rows])
+
+    @staticmethod
+    def _agrees(evaluate, expected: np.ndarray, same: float) -> bool:
+        try:
+            return bool(np.abs(evaluate() - expected).max() <= same)
+        except Exception:  # whatever a function of one time raises when it is given many
+            return False
+
+
+def inner(function: TimeFunction) -> TimeFunction:
+    """Return the user's own function of which a function is composed, or the function itself."""
+    return function.inner if isinstance(function, Composed) else function
+
+
+def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
+    """Return a function of time at the times, shape (times, n) or (times, 1).
+
+    Raises
+    ------
+    InputError
+        If it returns values that are not finite or not one number per sample.
+    """
+    values = [returned(function, time, name) for time in times.tolist()]
+    counts = {np.size(v) for v in values if type(v) is not float} - {1}
+    if counts - {samples}:
+        raise InputError(
+            f"{named(function)} returned {number_of(max(counts), 'value')}; the mechanism has "
+            f"{number_of(samples, 'sample')}"
+        )
+    if counts:
+        values = [np.broadcast_to(v, samples) for v in values]
+    rows = np.array(values, dtype=float).reshape(len(times), -1)
+    if not np.all(np.isfinite(rows)):
+        bad = times[np.flatnonzero(~np.isfinite(rows).all(axis=1))[0]]
+        raise InputError(f"{named(function)} must be finite; it is not at t = {bad:g} s")
+    return rows

@@ -1,0 +1,130 @@
+"""The rounds of a run: its steps, divided where a function of time has a kink or a jump.
+
+Each sample has rounds of its own, so that none depends on the others. A step that holds a
+breakpoint becomes two: one up to it, with the values just before, and one from it on. In between
+the accelerations are those that the values just after it ask for. Where the speed of a prescribed
+motion jumps, an impulse changes the velocities first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.mechanics.time_functions.breakpoints import Breakpoints
+
+IMPULSE, RESTART = 0.0, -1.0
+"""In place of the length of a step: new velocities, and new accelerations."""
+
+SHORTEST_PART = 1e-4
+"""Of a step; a breakpoint that is nearer to the end of a step is moved there."""
+
+
+class Breaks(NamedTuple):
+    """The breakpoints of a function with one column or one per sample.
+
+    It is impulsive if it prescribes a motion.
+    """
+
+    points: Breakpoints
+    columns: int
+    impulsive: bool
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The rounds of a run, arrays of shape (rounds, n), or (rounds, 1) if all samples share them.
+
+    Attributes
+    ----------
+    parts : lengths in parts of the step, or `IMPULSE` or `RESTART`. A sample with fewer rounds
+        than others restarts at the end until they have finished.
+    numbers : which time of the run each round belongs to or leads to.
+    times : at which functions are evaluated [s].
+    sides : −1 or 1 where that is just before or after a breakpoint, 0 elsewhere.
+    last : the last round of each time of the run, shape (times, n or 1).
+    """
+
+    parts: np.ndarray
+    numbers: np.ndarray
+    times: np.ndarray
+    sides: np.ndarray
+    last: np.ndarray
+
+    @staticmethod
+    def regular(times: np.ndarray) -> Schedule:
+        """Return the rounds of a run without breakpoints: its times."""
+        number = np.arange(len(times))[:, None]
+        none = np.zeros((len(times), 1))
+        return Schedule(none + 1.0, number, times[:, None], none, number)
+
+    def of(self, samples: np.ndarray | None) -> Schedule:
+        """Return the rounds of the samples with these numbers."""
+        if samples is None or self.parts.shape[1] == 1:
+            return self
+        return Schedule(*(own[:, samples] for own in vars(self).values()))
+
+
+def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Schedule:
+    """Return the rounds of a run with the breakpoints of its functions, over equidistant times."""
+    column, before, after = (
+        np.concatenate([getattr(own.points, name) for own in breaks] or [np.zeros(0)])
+        for name in Breakpoints._fields
+    )
+    if not len(column):
+        return Schedule.regular(times)
+    counts = [len(own.points.column) for own in breaks]
+    impulsive = np.repeat([own.impulsive for own in breaks], counts)
+    common = np.repeat([own.columns == 1 for own in breaks], counts)
+    runs = []
+    for sample in range(1 if common.all() else samples):
+        chosen = common | (column == sample)
+        runs.append(_rounds(times, before[chosen], after[chosen], impulsive[chosen]))
+    most = max(len(rows) for rows in runs)
+    count, end = len(times) - 1, (RESTART, len(times) - 1, times[-1], 0.0)
+    padded = np.array(
+        [np.concatenate([rows, np.tile(end, (most - len(rows), 1))]) for rows in runs]
+    )
+    part, number, at, side = padded.transpose(2, 1, 0)
+    number = number.astype(int)
+    ends = [np.searchsorted(rows[:, 1], np.arange(count + 1), side="right") - 1 for rows in runs]
+    return Schedule(part, number, at, side, np.array(ends).T)
+
+
+def _rounds(
+    times: np.ndarray, before: np.ndarray, after: np.ndarray, impulsive: np.ndarray
+) -> np.ndarray:
+    """Return the rounds of one sample: part, number, time and side, shape (rounds, 4)."""
+    h, last = times[1] - times[0], len(times) - 1
+    rows = np.stack([np.ones(last + 1), np.arange(last + 1.0), times, np.zeros(last + 1)], axis=1)
+    order = np.argsort(before)
+    before, after, impulsive = before[order], after[order], impulsive[order]
+    if not len(before):
+        return rows
+    group = np.cumsum(np.r_[0, np.diff(before) > SHORTEST_PART * h])
+    places, extra = [], []
+    reached = times[0]
+    for k in range(group[-1] + 1):
+        low, high = before[group == k].min(), after[group == k].max()
+        number = min(int(np.rint((low - times[0]) / h)), last)
+        on_time = abs(low - times[number]) < SHORTEST_PART * h
+        if on_time and number == last:
+            break
+        if not on_time:
+            number = min(int(np.ceil((low - times[0]) / h)), last)
+            reached = max(reached, times[number - 1])
+            places.append(number)
+            extra.append(((low - reached) / h, number, low, -1.0))
+            rows[number, 0] = (times[number] - high) / h
+            reached = high
+        elif number:
+            rows[number, 2:] = low, -1.0
+        jump = [(RESTART, number, high, 1.0)]
+        if impulsive[group == k].any():
+            jump.insert(0, (IMPULSE, number, high, 1.0))
+        places += [number + on_time] * len(jump)
+        extra += jump
+    return np.insert(rows, places, extra, axis=0)

@@ -1,0 +1,233 @@
+"""Functions of time in the rounds of a run, with the rates of prescribed motions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.errors import ResolutionWarning, warn
+from flexband.mechanics.forms import Composed, TimeFunction, during_impulse
+from flexband.mechanics.time_functions.averages import Missed, averaged
+from flexband.mechanics.time_functions.breakpoints import Breakpoints, locate, points_per_step
+from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
+from flexband.mechanics.time_functions.evaluation import Evaluation, table
+from flexband.mechanics.time_functions.jumps import refuse_jumps
+from flexband.mechanics.time_functions.schedule import (
+    IMPULSE,
+    SHORTEST_PART,
+    Breaks,
+    Schedule,
+    scheduled,
+)
+from flexband.smoothness import prescribing
+
+
+def tabulate(
+    functions: Sequence[TimeFunction], driven: Mapping[int, str], samples: int, times: np.ndarray
+) -> tuple[Schedule, np.ndarray, np.ndarray]:
+    """Return the rounds of a run over equidistant times [s], and functions of time in them.
+
+    They are 1 and the functions, shape (rounds, 1 + functions, n or 1), and f′ and f″ of each,
+    shape (rounds, 2, 1 + functions, n or 1). The derivatives are those of functions in constraints.
+    Those of all other functions, which may jump, are not needed and zero.
+
+    Parameters
+    ----------
+    driven : number of a function that prescribes a motion -> name of what it drives.
+    times : two for a run that only starts; functions are not looked at between them.
+
+    Raises
+    ------
+    InputError
+        If a function returns values that are not finite or not one number per sample, or one that
+        prescribes a motion jumps.
+    """
+    series: list[_Series] = []
+    motions: dict[TimeFunction, _Motion] = {}
+    for f, function in enumerate(functions, start=1):
+        if function is during_impulse:
+            series.append(_Impulses())
+        elif f not in driven:
+            series.append(_Load.of(function, samples, times))
+        else:
+            user, outer = function, None
+            if isinstance(function, Composed):
+                user, outer = function.inner, function.outer
+            with prescribing(driven[f]):
+                if user not in motions:
+                    motions[user] = _Motion.of(driven[f], function, samples, times)
+                series.append(_Drive.of(motions[user], outer, times))
+    breaks = [own.breaks for own in series if own.breaks]
+    schedule = scheduled(times, samples, breaks)
+    rounds, _ = schedule.parts.shape
+    values, rates = [np.ones((rounds, 1))], [np.zeros((rounds, 2, 1))]
+    for own in series:
+        value, rate = own.in_rounds(schedule, times)
+        values.append(value)
+        rates.append(rate)
+    most = max(column.shape[-1] for column in values)
+    return (
+        schedule,
+        np.stack([np.broadcast_to(v, (rounds, most)) for v in values], axis=1),
+        np.stack([np.broadcast_to(r, (rounds, 2, most)) for r in rates], axis=2),
+    )
+
+
+class _Series:
+    """A function of time in the rounds of a run."""
+
+    breaks: Breaks | None = None
+
+    def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the values, shape (rounds, n), and the rates, shape (rounds, 2, n)."""
+        raise NotImplementedError
+
+
+class _Impulses(_Series):
+    """Whether a round is an impulse."""
+
+    def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return 1.0 * (schedule.parts == IMPULSE), np.zeros((len(schedule.parts), 2, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class _Load(_Series):
+    """A function that enters forces; `at` is None in runs that only start."""
+
+    at: Evaluation | None
+    values: np.ndarray
+    breaks: Breaks | None = None
+
+    @staticmethod
+    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Load:
+        values = table(function, samples, times)
+        if len(times) == 2:
+            return _Load(None, values)
+        at = Evaluation(function, values.shape[1], times)
+        missed = Missed.of(at, times, values)
+        rough, noticed = missed.unresolved, missed.noticed
+        points = Breakpoints.none()
+        if noticed.any():
+            points = locate(at, times, noticed, missed.spread, np.abs(values).max(axis=0))
+            step = (points.before - times[0]) / (times[1] - times[0])
+            for near in (step - SHORTEST_PART, step + SHORTEST_PART):
+                rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
+            values = averaged(at, times, values, missed, rough)
+        return _Load(at, values, Breaks(points, at.columns, impulsive=False))
+
+    def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rates = np.zeros((len(schedule.parts), 2, 1))
+        if self.at is None or not schedule.sides.any():
+            return self.values, rates
+        values, (row, column) = _spread(self.values, schedule)
+        at = schedule.times[row, column % schedule.times.shape[1]]
+        values[row, column] = self.at.points(at, column % self.at.columns)
+        return values, rates
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """A user's function that prescribes a motion, on times twice as fine as those of a run."""
+
+    at: Evaluation
+    fine: np.ndarray
+    breaks: Breaks | None
+
+    @staticmethod
+    def of(name: str, function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
+        fine = _fine(times)
+        user, text = function, ""
+        if isinstance(function, Composed):
+            user, text = function.inner, function.name
+        values = table(user, samples, fine, text)
+        at = Evaluation(user, values.shape[1], fine)
+        refuse_jumps(name, user, fine, values)
+        if len(times) == 2:
+            return _Motion(at, values, None)
+        spacing = (times[1] - times[0]) / points_per_step(at, len(times) - 1)
+        rate = np.abs(np.diff(values, axis=0)).max(axis=0) / (fine[1] - fine[0])
+        everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
+        scale = np.maximum(rate * spacing, 1e-300)
+        points = locate(at, times, everywhere, scale, np.abs(values).max(axis=0))
+        if len(points.before):
+            warn(
+                f"{name} is prescribed by a function whose rate jumps at t = "
+                f"{points.before.min():.4g} s. That takes an impulse, which is in the result's "
+                "attrs['impulses'] and in Work, and which reactions leave out",
+                ResolutionWarning,
+            )
+        return _Motion(at, values, Breaks(points, at.columns, impulsive=True))
+
+
+@dataclass(frozen=True, eq=False)
+class _Drive(_Series):
+    """A function in constraints: a prescribed motion, or its sine or cosine."""
+
+    motion: _Motion
+    outer: np.ufunc | None
+    values: np.ndarray
+    rates: np.ndarray
+    breaks: Breaks | None
+
+    @staticmethod
+    def of(motion: _Motion, outer: np.ufunc | None, times: np.ndarray) -> _Drive:
+        fine = _fine(times)
+        values = motion.fine if outer is None else outer(motion.fine)
+        rates = derivatives(values, fine[1] - fine[0])[: len(times)]
+        return _Drive(motion, outer, values[::2][: len(times)], rates, motion.breaks)
+
+    def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if not schedule.sides.any():
+            return self.values, self.rates
+        h, at = times[1] - times[0], self.motion.at
+        values, (row, column) = _spread(self.values, schedule)
+        rates, _ = _spread(self.rates, schedule)
+        width = schedule.times.shape[1]
+
+        def points(moments: np.ndarray, columns: np.ndarray) -> np.ndarray:
+            f = at.points(moments.ravel(), np.repeat(columns, moments.shape[1]) % at.columns)
+            return (f if self.outer is None else self.outer(f)).reshape(moments.shape)
+
+        values[row, column] = points(schedule.times[row, column % width][:, None], column)[:, 0]
+        breaks = self.breaks.points if self.breaks else Breakpoints.none()
+        near = np.zeros((len(values), values.shape[1]), dtype=bool)
+        near[row, column] = True
+        for c in range(values.shape[1]):
+            moment = schedule.times[:, c % width]
+            for time in breaks.before[breaks.column == c % at.columns]:
+                near[:, c] |= np.abs(moment - time) <= 1.001 * h
+        row, column = np.nonzero(near)
+        moment, side = (own[row, column % width] for own in (schedule.times, schedule.sides))
+        low, high = np.full((2, len(row)), times[[0, -1]][:, None])
+        for c in np.unique(breaks.column):
+            chosen = column % at.columns == c
+            ends = breaks.before[breaks.column == c]
+            moved = moment[chosen] + np.where(side[chosen] > 0, 1, -1) * SHORTEST_PART * h
+            k = np.searchsorted(ends, moved)
+            bounds = np.r_[times[0], ends, times[-1]]
+            low[chosen], high[chosen] = bounds[k], bounds[k + 1]
+        rates[row, :, column] = derivatives_within(
+            lambda moments: points(moments, column), moment, low, high, h / 2
+        )
+        return values, rates
+
+
+def _fine(times: np.ndarray) -> np.ndarray:
+    """Return times twice as fine, at least seven."""
+    return times[0] + (times[1] - times[0]) / 2 * np.arange(max(2 * len(times) - 1, 7))
+
+
+def _spread(
+    rows: np.ndarray, schedule: Schedule
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Return rows of times as rows of rounds, and where functions are evaluated apart."""
+    most = max(rows.shape[-1], schedule.parts.shape[1])
+    number = np.broadcast_to(schedule.numbers, (len(schedule.numbers), most))
+    full = np.broadcast_to(rows, (*rows.shape[:-1], most))
+    columns = np.arange(most)
+    spread = full[number, ..., columns]  # (rounds, most, …)
+    spread = np.moveaxis(spread, 1, -1).copy() if rows.ndim > 2 else spread
+    row, column = np.nonzero(np.broadcast_to(schedule.sides != 0, number.shape))
+    return spread, (row, column)

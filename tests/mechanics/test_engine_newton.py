@@ -52,9 +52,9 @@ def driven(hub_mass, hub_inertia):
 
 
 @pytest.mark.filterwarnings("ignore:.*whose rate jumps")
-@pytest.mark.parametrize(("step", "substeps"), [(2e-3, 2), (1e-2, 1)])
+@pytest.mark.parametrize(("step", "substeps"), [(2e-3, 1), (1e-2, 1)])
 def test_a_light_hub_of_a_damped_cable_turns_as_its_drive_says(step, substeps):
-    """The motion does not depend on the hub, since it is prescribed; both have half the step."""
+    """The motion does not depend on the hub, since it is prescribed."""
     light = fb.simulate(driven(1e-3, 1e-8), duration=0.2, step=step)
     heavy = fb.simulate(driven(1.0, 1.0), duration=0.2, step=step, substeps=substeps)
     np.testing.assert_allclose(light, heavy, atol=1e-7)

@@ -73,7 +73,7 @@ def test_contradicting_drives_are_refused_when_they_part():
         sensors={"angle": fb.Angle("bar")},
     )
     with (
-        pytest.warns(fb.ResolutionWarning, match="rate jumps near t = 0.0505 s"),
+        pytest.warns(fb.ResolutionWarning, match="rate jumps at t = 0.0505 s"),
         pytest.raises(fb.SimulationError, match=r"t = 0.051 s: .*(contradict|diverged)"),
     ):
         fb.simulate(model, duration=0.1, step=1e-3)

@@ -97,7 +97,7 @@ def test_a_driven_bar_has_the_rates_of_its_drive(step):
 
 
 def test_a_drive_may_have_a_kink():
-    with pytest.warns(fb.ResolutionWarning, match="rate jumps near t = 0.5 s"):
+    with pytest.warns(fb.ResolutionWarning, match="rate jumps at t = 0.5 s"):
         motion = fb.simulate(bar(lambda t: 2 * max(0.0, t - 0.5)), duration=1.0, step=1e-2)
     found = motion.sel(output="w").values
     np.testing.assert_allclose(found[:50], 0.0, atol=1e-9)

@@ -374,14 +374,14 @@ def finish_impulse(structure, z, struck):
 
 
 @inlined
-def break_off(structure, values, now, work, part, alive):
+def break_off(structure, method, values, now, work, part, alive):
     """Perform the rounds that are no steps: impulses, and new accelerations; see `schedule`."""
     none = filled(0.0)
     struck = where(less(magnitude(part), filled(0.5)), alive, none)
     struck = where(less(none, part), none, struck)
     restarted = where(less(part, filled(-0.5)), alive, none)
     if any_true(struck):
-        strike(structure, values, now, work, struck)
+        strike(structure, method, values, now, work, struck)
     if any_true(restarted):
         left_out = accelerate(structure, values, now, work, restarted)
         if any_true(left_out):
@@ -459,7 +459,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         struck = none
         if divided:
             go_back(structure, work, still)
-            struck = break_off(structure, values, now, work, part, alive)
+            struck = break_off(structure, method, values, now, work, part, alive)
         add_turns(structure, scaled, values, work, stepping)
         sense(structure, values, now, z, outputs[n], work.blocks)
         if any_true(struck):

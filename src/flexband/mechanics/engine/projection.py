@@ -24,6 +24,7 @@ from flexband.mechanics.kernels.equations import (
     clear,
     clear_matrix,
     residual,
+    tangent,
 )
 from flexband.mechanics.kernels.factorization import (
     factorize,
@@ -190,15 +191,19 @@ def accelerate(structure, values, now, work, chosen):
 
 
 @compiled
-def strike(structure, values, now, work, struck):
+def strike(structure, method, values, now, work, struck):
     """Set q̈ to the change of v by which Φ_q v + Φ_t = 0 is met, and λ to the impulses for it.
 
-    M Δv + Φ_qᵀΛ = 0 where `struck` is true. The velocities move halfway, to the mean of those
-    before and after, with which the impulses do their work.
+    They are those of the metric of the integrator's matrix, where `struck` is true. The velocities
+    move halfway, to the mean of those before and after, with which the impulses do their work.
     """
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
-    mass_matrix(structure, values, now, z, work.matrix)
-    factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
+    residual(structure, values, now, z, r, work.blocks)
+    tangent(
+        structure, values, now, z, filled(method.dq_da), filled(method.dv_da / method.dq_da),
+        work.matrix, work.blocks,
+    )  # fmt: skip
+    factorize(structure.pattern, work.matrix, filled(ZERO_PIVOT), r)
     clear(r, state.velocity)
     subtract_velocity_errors(structure, values, now, z, r)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))

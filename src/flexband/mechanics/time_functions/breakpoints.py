@@ -86,8 +86,9 @@ def locate(
     count = max(1, POINTS_AT_ONCE // ((per + 4) * at.columns))
     for first in range(0, len(steps), count):
         block = steps[first : first + count]
-        grid = times[block, None] + spacing * np.arange(-2, per + 3)
-        f = at(np.clip(grid, times[0], times[-1]).ravel()).reshape(*grid.shape, -1)
+        start = np.clip(times[block] - 2 * spacing, times[0], times[-1] - (per + 4) * spacing)
+        grid = start[:, None] + spacing * np.arange(per + 5)
+        f = at(np.minimum(grid, times[-1]).ravel()).reshape(*grid.shape, -1)
         f = f.transpose(0, 2, 1).reshape(-1, grid.shape[1])
         row, place = _spikes(f, np.tile(np.maximum(SMALLEST_CHANGE * scale, noise), len(block)))
         step, column = block[row // at.columns], row % at.columns
@@ -97,8 +98,8 @@ def locate(
     column, centre = np.concatenate(columns), np.concatenate(centres)
     few = np.bincount(column, minlength=at.columns) <= len(times) - 1
     column, centre = column[few[column]], centre[few[column]]
-    finer = np.linspace(-2 * spacing, 2 * spacing, FINER_POINTS)
-    grid = np.clip(centre[:, None] + finer, times[0], times[-1])
+    start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
+    grid = np.linspace(start, start + 4 * spacing, FINER_POINTS, axis=1)
     f = at.points(grid.ravel(), np.repeat(column, FINER_POINTS)).reshape(grid.shape)
     change = np.abs(np.diff(f, 2, axis=1)).max(axis=1, initial=0.0)
     row, place = _spikes(f, np.maximum(SMALLEST_CHANGE * change, noise[column]))

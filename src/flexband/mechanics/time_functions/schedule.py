@@ -43,14 +43,16 @@ class Schedule:
     parts : lengths in parts of the step, or `IMPULSE` or `RESTART`. A sample with fewer rounds
         than others restarts at the end until they have finished.
     numbers : which time of the run each round belongs to or leads to.
-    times : at which functions are evaluated [s].
-    sides : −1 or 1 where that is just before or after a breakpoint, 0 elsewhere.
+    times : of the rounds [s].
+    limits : just before or just after a breakpoint, where functions may jump [s].
+    sides : −1 or 1 where that is just before or after, 0 where there is no breakpoint.
     last : the last round of each time of the run, shape (times, n or 1).
     """
 
     parts: np.ndarray
     numbers: np.ndarray
     times: np.ndarray
+    limits: np.ndarray
     sides: np.ndarray
     last: np.ndarray
 
@@ -59,7 +61,7 @@ class Schedule:
         """Return the rounds of a run without breakpoints: its times."""
         number = np.arange(len(times))[:, None]
         none = np.zeros((len(times), 1))
-        return Schedule(none + 1.0, number, times[:, None], none, number)
+        return Schedule(none + 1.0, number, times[:, None], times[:, None], none, number)
 
     def of(self, samples: np.ndarray | None) -> Schedule:
         """Return the rounds of the samples with these numbers."""
@@ -84,22 +86,23 @@ def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Sche
         chosen = common | (column == sample)
         runs.append(_rounds(times, before[chosen], after[chosen], impulsive[chosen]))
     most = max(len(rows) for rows in runs)
-    count, end = len(times) - 1, (RESTART, len(times) - 1, times[-1], 0.0)
+    count, end = len(times) - 1, (RESTART, len(times) - 1, times[-1], times[-1], 0.0)
     padded = np.array(
         [np.concatenate([rows, np.tile(end, (most - len(rows), 1))]) for rows in runs]
     )
-    part, number, at, side = padded.transpose(2, 1, 0)
+    part, number, at, limit, side = padded.transpose(2, 1, 0)
     number = number.astype(int)
     ends = [np.searchsorted(rows[:, 1], np.arange(count + 1), side="right") - 1 for rows in runs]
-    return Schedule(part, number, at, side, np.array(ends).T)
+    return Schedule(part, number, at, limit, side, np.array(ends).T)
 
 
 def _rounds(
     times: np.ndarray, before: np.ndarray, after: np.ndarray, impulsive: np.ndarray
 ) -> np.ndarray:
-    """Return the rounds of one sample: part, number, time and side, shape (rounds, 4)."""
+    """Return the rounds of one sample: part, number, time, limit and side, shape (rounds, 5)."""
     h, last = times[1] - times[0], len(times) - 1
-    rows = np.stack([np.ones(last + 1), np.arange(last + 1.0), times, np.zeros(last + 1)], axis=1)
+    number = np.arange(last + 1.0)
+    rows = np.stack([np.ones(last + 1), number, times, times, np.zeros(last + 1)], axis=1)
     order = np.argsort(before)
     before, after, impulsive = before[order], after[order], impulsive[order]
     if not len(before):
@@ -117,14 +120,15 @@ def _rounds(
             number = min(int(np.ceil((low - times[0]) / h)), last)
             reached = max(reached, times[number - 1])
             places.append(number)
-            extra.append(((low - reached) / h, number, low, -1.0))
+            extra.append(((low - reached) / h, number, low, low, -1.0))
             rows[number, 0] = (times[number] - high) / h
             reached = high
         elif number:
-            rows[number, 2:] = low, -1.0
-        jump = [(RESTART, number, high, 1.0)]
+            rows[number, 3:] = low, -1.0
+        moment = times[number] if on_time else low
+        jump = [(RESTART, number, moment, high, 1.0)]
         if impulsive[group == k].any():
-            jump.insert(0, (IMPULSE, number, high, 1.0))
+            jump.insert(0, (IMPULSE, number, moment, high, 1.0))
         places += [number + on_time] * len(jump)
         extra += jump
     return np.insert(rows, places, extra, axis=0)

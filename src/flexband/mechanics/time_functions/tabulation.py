@@ -46,6 +46,7 @@ def tabulate(
     """
     series: list[_Series] = []
     motions: dict[TimeFunction, _Motion] = {}
+    names: list[str] = []
     for f, function in enumerate(functions, start=1):
         if function is during_impulse:
             series.append(_Impulses())
@@ -57,8 +58,19 @@ def tabulate(
                 user, outer = function.inner, function.outer
             with prescribing(driven[f]):
                 if user not in motions:
-                    motions[user] = _Motion.of(driven[f], function, samples, times)
-                series.append(_Drive.of(motions[user], outer, times))
+                    motions[user] = _Motion.of(function, samples, times)
+                    names.append(driven[f])
+                drive = _Drive.of(motions[user], outer, times)
+                refuse_jumps(driven[f], function, _fine(times), drive.fine)
+                series.append(drive)
+    for name, motion in zip(names, motions.values(), strict=True):
+        if motion.breaks and len(motion.breaks.points.before):
+            warn(
+                f"{name} is prescribed by a function whose rate jumps at t = "
+                f"{motion.breaks.points.before.min():.4g} s. That takes an impulse, which is in the "
+                "result's attrs['impulses'] and in Work, and which reactions leave out",
+                ResolutionWarning,
+            )
     breaks = [own.breaks for own in series if own.breaks]
     schedule = scheduled(times, samples, breaks)
     rounds, _ = schedule.parts.shape
@@ -122,7 +134,7 @@ class _Load(_Series):
         if self.at is None or not schedule.sides.any():
             return self.values, rates
         values, (row, column) = _spread(self.values, schedule)
-        at = schedule.times[row, column % schedule.times.shape[1]]
+        at = schedule.limits[row, column % schedule.limits.shape[1]]
         values[row, column] = self.at.points(at, column % self.at.columns)
         return values, rates
 
@@ -136,14 +148,13 @@ class _Motion:
     breaks: Breaks | None
 
     @staticmethod
-    def of(name: str, function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
+    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
         fine = _fine(times)
         user, text = function, ""
         if isinstance(function, Composed):
             user, text = function.inner, function.name
         values = table(user, samples, fine, text)
         at = Evaluation(user, values.shape[1], fine)
-        refuse_jumps(name, user, fine, values)
         if len(times) == 2:
             return _Motion(at, values, None)
         spacing = (times[1] - times[0]) / points_per_step(at, len(times) - 1)
@@ -151,13 +162,6 @@ class _Motion:
         everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
         scale = np.maximum(rate * spacing, 1e-300)
         points = locate(at, times, everywhere, scale, np.abs(values).max(axis=0))
-        if len(points.before):
-            warn(
-                f"{name} is prescribed by a function whose rate jumps at t = "
-                f"{points.before.min():.4g} s. That takes an impulse, which is in the result's "
-                "attrs['impulses'] and in Work, and which reactions leave out",
-                ResolutionWarning,
-            )
         return _Motion(at, values, Breaks(points, at.columns, impulsive=True))
 
 
@@ -167,6 +171,7 @@ class _Drive(_Series):
 
     motion: _Motion
     outer: np.ufunc | None
+    fine: np.ndarray
     values: np.ndarray
     rates: np.ndarray
     breaks: Breaks | None
@@ -176,7 +181,7 @@ class _Drive(_Series):
         fine = _fine(times)
         values = motion.fine if outer is None else outer(motion.fine)
         rates = derivatives(values, fine[1] - fine[0])[: len(times)]
-        return _Drive(motion, outer, values[::2][: len(times)], rates, motion.breaks)
+        return _Drive(motion, outer, values, values[::2][: len(times)], rates, motion.breaks)
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if not schedule.sides.any():

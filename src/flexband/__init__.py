@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.sensors.sections import SectionForces, Strain, Stress
     from flexband.mechanics.simulate import simulate
+    from flexband.mechanics.time_functions.interpolation import table
     from flexband.models.elsewhere import elsewhere
     from flexband.models.fmu import FMU
     from flexband.models.one_by_one import ModelError

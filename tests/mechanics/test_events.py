@@ -1,7 +1,5 @@
 """Functions of time that do something between the steps."""
 
-import warnings
-
 import numpy as np
 import pytest
 
@@ -95,3 +93,95 @@ def test_a_drive_whose_speed_jumps_is_named(at):
 @pytest.mark.filterwarnings("error")
 def test_drives_with_a_continuous_speed_are_not_warned_of(angle):
     fb.simulate(turned(angle), duration=0.5, step=1e-3)
+
+
+def rod(angle):
+    """Return a slider-crank whose crank is driven."""
+    bar = {"height": 0.02, "width": 0.02, "density": 7800.0}
+    return fb.Mechanism(
+        bodies={
+            "crank": fb.RigidBody.bar(length=0.2, **bar),
+            "rod": fb.RigidBody.bar(length=0.5, start=(0.2, 0.0), **bar),
+            "slider": fb.RigidBody(mass=5.0, inertia=0.01, position=(0.7, 0.0)),
+        },
+        joints={
+            "A": fb.Revolute("crank.start", (0.0, 0.0)),
+            "B": fb.Revolute("rod.start", "crank.end"),
+            "C": fb.Revolute("slider", "rod.end"),
+            "guide": fb.Prismatic("slider", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("crank", angle),
+        },
+        sensors={
+            "work": fb.Work("motor"),
+            "energy": fb.KineticEnergy(),
+            "M": fb.ReactionMoment("motor"),
+            "x": fb.Position("slider"),
+        },
+    )
+
+
+@pytest.mark.filterwarnings("ignore:.*whose rate jumps")
+def test_the_energy_balance_counts_the_impulses_of_a_drive():
+    """The speed of each sample jumps to 7 rad/s at its time, and back to 2 rad/s 0.2 s later."""
+    start = np.array([0.0503, 0.1, 0.1237])
+
+    def angle(t):
+        return 7 * np.maximum(0.0, t - start) - 5 * np.maximum(0.0, t - start - 0.2)
+
+    motion = fb.simulate(rod(angle), duration=0.5, step=1e-3)
+    work, energy = motion.sel(output="work"), motion.sel(output="energy")
+    assert abs(work - energy).max() < 5e-5 * energy.max()
+    turned = np.maximum(0.0, 0.5 - start) * 2 + 5 * 0.2
+    x = 0.2 * np.cos(turned) + np.sqrt(0.25 - 0.04 * np.sin(turned) ** 2)
+    assert motion.sel(output="x_X")[:, -1].values == pytest.approx(x, abs=1e-9)
+    assert "t = 0.0503 to 0.1237 s: M " in motion.attrs["impulses"]
+
+
+def test_the_impulse_of_a_drive_is_that_of_the_momentum():
+    with pytest.warns(fb.ResolutionWarning, match="rate jumps at t = 0.3005 s"):
+        motion = fb.simulate(
+            turned(lambda t: 3 * np.maximum(0.0, t - 0.3005)), duration=0.6, step=1e-3
+        )
+    assert motion.attrs["impulses"] == "at t = 0.3005 s: M 0.06 N m s"
+    assert float(abs(motion).max()) < 1e-6
+
+
+@pytest.mark.parametrize("h", [0.01, 0.004])
+def test_a_ramp_that_starts_at_an_uncertain_time_is_followed(h):
+    """A ramp of 2 ms within a step: the impulse is F (T − t) + F w/2 after a ramp of width w."""
+    start, width = np.linspace(0.0812, 0.1177, 7), 2e-3
+
+    def force(t):
+        return np.clip((t - start) / width, 0.0, 1.0)
+
+    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    assert motion[:, -1].values == pytest.approx(0.2 - start - width / 2, abs=5e-5)
+
+
+def test_a_table_states_its_kinks_and_jumps():
+    """A pulse of a thousandth of a step, and one sample without it."""
+    times = [0.0, 0.1003, 0.1003, 0.100301, 0.100301]
+    heights = np.array([[0.0, 0.0], [0.0, 0.0], [1e5, 0.0], [1e5, 0.0], [0.0, 0.0]])
+    motion = fb.simulate(pushed(fb.table(times, heights)), duration=0.2, step=1e-3)
+    assert motion.sel(output="v_X")[:, -1].values == pytest.approx([0.1, 0.0], rel=1e-8)
+
+
+def test_a_table_is_linear_between_its_values_and_constant_outside():
+    f = fb.table([1.0, 2.0, 2.0, 4.0], [0.0, 1.0, 5.0, 7.0])
+    at = [0.0, 1.0, 1.5, np.nextafter(2.0, 0.0), 2.0, 3.0, 4.0, 9.0]
+    assert f(np.array(at)) == pytest.approx([0.0, 0.0, 0.5, 1.0, 5.0, 6.0, 7.0, 7.0])
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "message"),
+    [
+        ([0.0], [1.0], "at least two"),
+        ([0.0, 1.0], [1.0], r"shape \(2,\)"),
+        ([0.0, 2.0, 1.0], [1.0, 2.0, 3.0], "1 s comes too late"),
+        ([0.0, 1.0, 1.0, 1.0], [1.0, 2.0, 3.0, 4.0], "1 s is given more often"),
+        ([0.0, np.nan], [1.0, 2.0], "finite"),
+    ],
+)
+def test_tables_that_are_none_are_refused(times, values, message):
+    with pytest.raises(fb.InputError, match=message):
+        fb.table(times, values)

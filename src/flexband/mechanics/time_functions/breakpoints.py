@@ -80,7 +80,7 @@ def locate(
     spacing, noise = h / per, ROUNDING * largest
     stated = getattr(at.function, "breakpoints", None)
     if stated is not None:
-        return _stated(at, times, noticed, scale, np.asarray(stated, dtype=float), spacing)
+        return _stated(at, times, scale, np.asarray(stated, dtype=float), spacing)
     steps = np.flatnonzero(noticed.any(axis=1))
     columns, centres = [np.zeros(0, dtype=int)], [np.zeros(0)]
     count = max(1, POINTS_AT_ONCE // ((per + 4) * at.columns))
@@ -155,7 +155,6 @@ def _narrowed(
 def _stated(
     at: Evaluation,
     times: np.ndarray,
-    noticed: np.ndarray,
     scale: np.ndarray,
     stated: np.ndarray,
     spacing: float,
@@ -166,9 +165,7 @@ def _stated(
     around = (before - spacing, before, inside, inside + spacing)
     f = [at(np.clip(x, times[0], times[-1])) for x in around]
     change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
-    step = np.clip(((inside - times[0]) / (times[1] - times[0])).astype(int), 0, len(noticed) - 1)
-    beside = noticed[step] | noticed[np.maximum(step - 1, 0)]
-    k, column = np.nonzero((change > SMALLEST_CHANGE * scale) & beside)
+    k, column = np.nonzero(change > SMALLEST_CHANGE * scale)
     few = np.bincount(column, minlength=at.columns) <= len(times) - 1
     k, column = k[few[column]], column[few[column]]
     return _distinct(Breakpoints(column, before[k], inside[k]), 0.0)

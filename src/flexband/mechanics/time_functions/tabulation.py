@@ -67,8 +67,8 @@ def tabulate(
         if motion.breaks and len(motion.breaks.points.before):
             warn(
                 f"{name} is prescribed by a function whose rate jumps at t = "
-                f"{motion.breaks.points.before.min():.4g} s. That takes an impulse, which is in the "
-                "result's attrs['impulses'] and in Work, and which reactions leave out",
+                f"{motion.breaks.points.before.min():.4g} s. That takes an impulse, which is in "
+                "attrs['impulses'] of the result and in Work, and which reactions leave out",
                 ResolutionWarning,
             )
     breaks = [own.breaks for own in series if own.breaks]
@@ -121,7 +121,7 @@ class _Load(_Series):
         missed = Missed.of(at, times, values)
         rough, noticed = missed.unresolved, missed.noticed
         points = Breakpoints.none()
-        if noticed.any():
+        if noticed.any() or hasattr(function, "breakpoints"):
             points = locate(at, times, noticed, missed.spread, np.abs(values).max(axis=0))
             step = (points.before - times[0]) / (times[1] - times[0])
             for near in (step - SHORTEST_PART, step + SHORTEST_PART):

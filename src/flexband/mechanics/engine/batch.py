@@ -26,7 +26,7 @@ from flexband.mechanics.engine.threads import (
     while_compiling,
 )
 from flexband.mechanics.kernels.lane_type import WIDTH, addresses
-from flexband.mechanics.time_functions.schedule import IMPULSE
+from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace
 
 NOTHING = np.zeros((1, WIDTH))
@@ -104,16 +104,13 @@ def run_samples(
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)
-        part, last = (
-            np.broadcast_to(rows[:, lanes if rows.shape[1] > 1 else [0]], (len(rows), WIDTH))
-            for rows in (schedule.parts, schedule.last)
-        )
-        outputs[here] = derived[:, last[::every], np.arange(WIDTH)].transpose(2, 0, 1)[: len(own)]
-        for n, k in zip(*np.nonzero(part[:, : len(own)] == IMPULSE), strict=True):
-            time = float(schedule.times[n, k % schedule.times.shape[1]])
-            impulses.append(Impulse(int(own[k]), time, derived[:, n, k]))
         conditions = series[:, system.sensed - len(system.conditions) :]
-        conditions = conditions[last, :, np.arange(WIDTH)].transpose(0, 2, 1)
+        if not schedule.is_regular:
+            impulses.extend(_impulses(schedule, lanes[: len(own)], own, derived))
+            last, lane = schedule.lanes(schedule.last, lanes), np.arange(WIDTH)
+            derived = derived[:, last, lane]
+            conditions = conditions[last, :, lane].transpose(0, 2, 1)
+        outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
         failures[here] = _with_branches(conditions, failure).T[: len(own)]
         turned[here] = work.turned.T[: len(own)].reshape(len(own), *turned.shape[1:])
         if members.own:
@@ -135,6 +132,15 @@ def run_samples(
     impulses.sort(key=lambda own: (own.time, own.sample))
     moved = corrections(system, firsts, chosen)
     return Batch(outputs, failures, starts, moved, turned, largest, kept, impulses)
+
+
+def _impulses(
+    schedule: Schedule, lanes: np.ndarray, samples: np.ndarray, derived: np.ndarray
+) -> list[Impulse]:
+    """Return the impulses of a block from its outputs (outputs, rounds, WIDTH)."""
+    times = schedule.lanes(schedule.times, lanes)
+    struck = np.argwhere(schedule.lanes(schedule.parts, lanes) == IMPULSE)
+    return [Impulse(int(samples[k]), float(times[n, k]), derived[:, n, k]) for n, k in struck]
 
 
 def march_block(

@@ -63,6 +63,15 @@ class Schedule:
         none = np.zeros((len(times), 1))
         return Schedule(none + 1.0, number, times[:, None], times[:, None], none, number)
 
+    @property
+    def is_regular(self) -> bool:
+        """Whether the rounds are the times of the run."""
+        return len(self.parts) == len(self.last)
+
+    def lanes(self, rows: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return some of these arrays' columns, one for each of these samples."""
+        return rows[:, samples if rows.shape[1] > 1 else np.zeros(len(samples), dtype=int)]
+
     def of(self, samples: np.ndarray | None) -> Schedule:
         """Return the rounds of the samples with these numbers."""
         if samples is None or self.parts.shape[1] == 1:

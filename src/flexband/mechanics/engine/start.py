@@ -122,7 +122,7 @@ def assemble(structure, values, s, work):
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
-    elastic_matrix(structure, values, values.mass, s, work, filled(SMALLEST_PIVOT))
+    elastic_matrix(structure, values, values.regular_mass, s, work, filled(SMALLEST_PIVOT))
     velocity, terms = state.velocity, structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
@@ -135,6 +135,7 @@ def project_velocities(structure, values, s, work):
             drift = load(values.terms, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+        projection.refine(structure, values, work, r)
         for i in range(1, state.coordinates + 1):
             store(z, velocity + i, load(r, i))
 
@@ -147,12 +148,13 @@ def solve_accelerations(structure, values, work):
     """
     state, z, r = structure.state, work.z, work.r
     smallest = load(work.smallest, 0)
-    redundant = elastic_matrix(structure, values, values.mass, filled(0.0), work, smallest)
+    redundant = elastic_matrix(structure, values, values.regular_mass, filled(0.0), work, smallest)
     residual(structure, values, np.int64(0), z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
     projection.subtract_acceleration_errors(structure, values, np.int64(0), z, work.a, r, work.s)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    projection.refine(structure, values, work, r)
     for i in range(1, state.coordinates + 1):
         store(z, state.acceleration + i, load(r, i))
     for k in range(state.multiplier, state.angle):

@@ -103,7 +103,7 @@ def equilibrium(
         failures[own] = failure.T[: len(own)]
         for sample, balance in zip(own, balances, strict=True):
             if failures[sample, 0] == 0:
-                stable[sample] = balance.stable()
+                stable[sample] = balance.stable
                 states[0, :, sample] = balance.z[: len(states[0])]
                 if balance.redundant:
                     redundant[sample] = balance.z

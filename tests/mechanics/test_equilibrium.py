@@ -306,12 +306,12 @@ def test_stiffness_at_a_rest_is_reduced_and_factored_once(monkeypatch):
 
     factored = balance._factored
     monkeypatch.setattr(balance, "_factored", counted)
-    section = {"height": 0.01, "width": 0.01, "density": 1e3, "elements": 32}
-    rubber = section | {"youngs_modulus": 1e9, "poissons_ratio": 0.3}
+    rubber = {"height": 0.01, "width": 0.01, "density": 1e3, "youngs_modulus": 1e9}
+    rubber["poissons_ratio"] = 0.3
     frame = fb.Mechanism(
         bodies={
-            "a": fb.Beam(length=1.0, angle=np.pi / 2, **rubber),
-            "b": fb.Beam(length=1.0, start=(0.0, 1.0), **rubber),
+            "a": fb.Beam(length=1.0, elements=32, angle=np.pi / 2, **rubber),
+            "b": fb.Beam(length=1.0, elements=32, start=(0.0, 1.0), **rubber),
         },
         joints={
             "w": fb.Weld("a.start", (0.0, 0.0), np.pi / 2),

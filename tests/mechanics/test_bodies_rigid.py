@@ -44,7 +44,7 @@ def test_points_are_where_the_axes_put_them_however_the_centre_lies():
 @pytest.mark.parametrize(
     ("build", "text"),
     [
-        (lambda: fb.PointMass(mass=0.0), "PointMass mass"),
+        (lambda: fb.PointMass(mass=-1.0), "PointMass mass"),
         (lambda: fb.RigidBody.polygon(vertices=[(0, 0), (1, 0)], width=1, density=1), "3 points"),
         (
             lambda: fb.RigidBody.polygon(vertices=[(0, 0), (1, 0), (2, 0)], width=1, density=1),

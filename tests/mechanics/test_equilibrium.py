@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import flexband as fb
+from flexband.mechanics.linearization import balance, eigenmodes
 
 from .models import pendulum
 
@@ -294,3 +295,35 @@ def test_a_stiffness_that_is_lost_in_rounding_errors_is_refused():
     )
     with pytest.raises(fb.AssemblyError, match="no equilibrium was found"):
         fb.equilibrium(model)
+
+
+def test_stiffness_at_a_rest_is_reduced_and_factored_once(monkeypatch):
+    calls = []
+
+    def counted(matrix):
+        calls.append(len(matrix))
+        return factored(matrix)
+
+    factored = balance._factored
+    monkeypatch.setattr(balance, "_factored", counted)
+    rubber = {"height": 0.01, "width": 0.01, "density": 1e3, "youngs_modulus": 1e9}
+    rubber["poissons_ratio"] = 0.3
+    frame = fb.Mechanism(
+        bodies={
+            "a": fb.Beam(length=1.0, elements=32, angle=np.pi / 2, **rubber),
+            "b": fb.Beam(length=1.0, elements=32, start=(0.0, 1.0), **rubber),
+        },
+        joints={
+            "w": fb.Weld("a.start", (0.0, 0.0), np.pi / 2),
+            "k": fb.Weld("b.start", "a.end", -np.pi / 2),
+        },
+        loads={"F": fb.Force("b.end", y=-0.8)},
+        sensors={"tip": fb.Position("b.end"), "R": fb.Reaction("w")},
+    )
+    fb.equilibrium(frame)  # compiles
+    calls.clear()
+    rest = fb.equilibrium(frame)
+    assert len(calls) == 1
+    assert rest.sel(output="R_Y") == pytest.approx(0.8, rel=1e-9)
+    monkeypatch.setattr(eigenmodes, "SPARSE", 10_000)  # products of dense matrices
+    np.testing.assert_allclose(fb.equilibrium(frame), rest, rtol=1e-9, atol=1e-12)

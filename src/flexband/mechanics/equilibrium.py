@@ -16,7 +16,7 @@ from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
-from flexband.mechanics.engine.redundancy import dependent, warn_of_shared
+from flexband.mechanics.engine.redundancy import dependent, require_inertia, warn_of_shared
 from flexband.mechanics.engine.settle import ITERATIONS, NOT_SETTLED
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
@@ -96,12 +96,14 @@ def equilibrium(
         own = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
         rows, failure, balances, start = rest(system, packed(block), steps, [at_rest] * len(own))
         firsts[:, own] = start[:, : len(own)]
+        started = np.where(failure[0] > 0, np.nan, start)
+        require_inertia(system, packed(block), started[:, : len(own)], own)
         with np.errstate(all="ignore" if failure[0].any() else None):
             outputs[own] = derive(system, rows.transpose(1, 0, 2))[:, -1].T[: len(own)]
         failures[own] = failure.T[: len(own)]
         for sample, balance in zip(own, balances, strict=True):
             if failures[sample, 0] == 0:
-                stable[sample] = balance.stable()
+                stable[sample] = balance.stable
                 states[0, :, sample] = balance.z[: len(states[0])]
                 if balance.redundant:
                     redundant[sample] = balance.z

@@ -28,6 +28,7 @@ from flexband.mechanics.bodies.body import Point, point
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE, statics
 from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.redundancy import require_inertia
 from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import MOST_STEPS, rest
 from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
@@ -229,6 +230,8 @@ def _solve(
             linear = balance.equations.linear(z, still)  # with the multipliers of the motion
             if balance.excess > UNBALANCED:
                 unbalanced.append(sample)
+        require_inertia(system, balance.equations.values, z[:, None], own[lane : lane + 1])
+        linear = linear._replace(M=balance.equations.mass)
         found = _eigenmodes(linear, balance, z, count, thickness)
         if spins is not None and spins[lane].rate:
             check_rotation(system, sample, balance, found, spins[lane])

@@ -23,6 +23,7 @@ class Mass(NamedTuple):
     i: np.ndarray
     j: np.ndarray
     slot: np.ndarray
+    massless: np.ndarray  # those that are zero in some sample, though on the diagonal
 
 
 class Elements(NamedTuple):
@@ -172,7 +173,8 @@ class Values(NamedTuple):
     functions: np.ndarray  # `Structure.functions` rows per round
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
     mass: np.ndarray
-    metric: np.ndarray  # as mass, with much larger moments of inertia: bodies prefer not to turn
+    regular_mass: np.ndarray  # as mass, without zeros: what matrices have where residuals have mass
+    metric: np.ndarray  # as this, with much larger moments of inertia: bodies prefer not to turn
     beams: ElementValues
     continua: ContinuumValues
     cables: ElementValues
@@ -193,6 +195,7 @@ class Work(NamedTuple):
     s: np.ndarray  # as r, if two systems are solved at once
     matrix: np.ndarray
     blocks: np.ndarray  # second derivatives of an element's energy, or a law's memory
+    t: np.ndarray  # as r, for `refine`
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
     turned: np.ndarray  # of the angle φ of each turning vector in a step Σ φ⁴, Σ φ, its max, −min
@@ -208,5 +211,14 @@ class Work(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, 1, 1, 4 * vectors, sum(rows[:2]), 1, KEPT * (1 + state.coordinates))
+        rows += (
+            blocks,
+            unknowns,
+            1,
+            1,
+            4 * vectors,
+            sum(rows[:2]),
+            1,
+            KEPT * (1 + state.coordinates),
+        )
         return Work(*(zeros(count) for count in rows))

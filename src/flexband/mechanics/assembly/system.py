@@ -40,6 +40,13 @@ from flexband.mechanics.sensors.motion import Sensor
 TURNING = 1e3
 """How much more assembly minds turning a rigid body by 1 rad than moving it by the size of all."""
 
+MASSLESS = 1e-12
+"""Masses and inertias of rigid bodies that count as none, relative to the whole mechanism."""
+
+REGULAR_MASS, LEAST_REGULAR_MASS = 1e-4, 1e-10
+"""What matrices have instead, relative to the smallest that is not zero, and to the whole mechanism
+at least; see `projection.refine`."""
+
 CONSTANT = (0, 0, None)
 """Key of the constant term of a form."""
 
@@ -130,10 +137,12 @@ def assemble(mechanism: Mechanism) -> System:
         except InputError as error:
             raise InputError(f"body {name!r}: {error}") from None
 
+    scale = _inverse_scale(mechanism, start, mass)
+    regular_mass = _regular(mechanism, mass, scale)
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
     weight, force_rows = _forces(mechanism)
     tables: dict[str, Table] = {
-        "mass": MassTable(mass),
+        "mass": MassTable(mass, regular_mass),
         "beams": beams,
         "continua": continua,
         "cables": cables,
@@ -161,13 +170,13 @@ def assemble(mechanism: Mechanism) -> System:
         pattern=pattern,
         **{name: table.structure(places) for name, table in tables.items()},
     )
-    scale = _inverse_scale(mechanism, start, mass)
     values = Values(
         start=stack(start),
         velocity=stack(velocity),
         inverse_scale=stack(scale),
         rigidity=stack([rigidity(beams, continua, cables, mass)]),
-        metric=stack(_metric(mechanism, mass, scale)),
+        regular_mass=stack(list(regular_mass.values())),
+        metric=stack(_metric(mechanism, regular_mass, scale)),
         weight=stack(weight),
         parts=np.empty((0, 1)),
         numbers=np.empty((0, 1)),
@@ -297,6 +306,27 @@ def _pairs(state: State, owners: Sequence[str]) -> list[tuple[int, int]]:
     return pairs
 
 
+def _regular(mechanism: Mechanism, mass: dict, scale: list) -> dict:
+    """Return the mass matrix with small masses and inertias of rigid bodies in place of zeros."""
+    rows = [i for i, j in mass if i == j]
+    inertia = stack([mass[i, i] / np.square(scale[i]) for i in rows])  # [kg m²]
+    whole = inertia[np.isin(rows, node_rows(mechanism))].sum(axis=0)
+    whole = np.where(whole > 0, whole, 1.0)
+    massless = inertia <= MASSLESS * whole
+    least = np.where(massless, whole, inertia).min(axis=0)
+    least = np.maximum(REGULAR_MASS * least, LEAST_REGULAR_MASS * whole)
+    rigid = {
+        mechanism.first_coordinates[name] + k
+        for name, body in mechanism.bodies.items()
+        for k in range(0 if body.elements else body.size)
+    }
+    regular = dict(mass)
+    for i, none in zip(rows, massless, strict=True):
+        if i in rigid and none.any():
+            regular[i, i] = np.where(none, least * np.square(scale[i]), mass[i, i])
+    return regular
+
+
 def _metric(mechanism: Mechanism, mass: dict, scale: list) -> list[np.ndarray]:
     """Return the mass matrix with moments of inertia of rigid bodies that outweigh all masses."""
     rigid = [name for name, body in mechanism.bodies.items() if isinstance(body, RigidBody)]
@@ -320,7 +350,10 @@ def _inverse_scale(mechanism: Mechanism, start: list, mass: dict) -> list:
     nodes = node_rows(mechanism)
     x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
     none = np.zeros(())
-    gyration = [np.sqrt(mass.get((n + 2, n + 2), none) / mass[n, n]) for n in nodes]
+    least = MASSLESS * sum(mass[n, n] for n in nodes)
+    massive = [np.where(mass[n, n] > least, mass[n, n], np.inf) for n in nodes]
+    inertia = [mass.get((n + 2, n + 2), none) for n in nodes]
+    gyration = [np.sqrt(j / m) for j, m in zip(inertia, massive, strict=True)]
     size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + stack(gyration).max(axis=0)
     size = np.where(size > 0, size, 1.0)  # a single point mass has none
     scale: list = [1.0] * len(start)

@@ -15,6 +15,7 @@ import numpy as np
 
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Mass
+from flexband.mechanics.bodies.body import MassEntries
 from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.kernels.state import State
 
@@ -84,15 +85,17 @@ class MassTable:
 
     functions = ()
 
-    def __init__(self, mass: dict[tuple[int, int], np.ndarray]):
-        self.mass = mass
+    def __init__(self, mass: MassEntries, regular_mass: MassEntries):
+        self.mass, self.regular_mass = mass, regular_mass
 
     def couples(self) -> Couples:
         return iter(self.mass)
 
     def structure(self, places: Places) -> Mass:
         i, j = (indices(couple[axis] for couple in self.mass) for axis in range(2))
-        return Mass(i, j, slot=indices(places.slot(*couple) for couple in self.mass))
+        slots = indices(places.slot(*couple) for couple in self.mass)
+        differ = [np.any(m != self.regular_mass[couple]) for couple, m in self.mass.items()]
+        return Mass(i, j, slots, massless=indices(np.flatnonzero(differ)))
 
     def values(self) -> np.ndarray:
         return stack(list(self.mass.values()))

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import known, positive
+from flexband.errors import known, non_negative
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.forms import Form, Frame, fixed
 
@@ -19,14 +19,15 @@ class PointMass(Body):
 
     Parameters
     ----------
-    mass : mass [kg], a number or an array of shape (n,), one value per sample.
+    mass : mass [kg], a number or an array of shape (n,), one value per sample. It may be zero where
+        joints and the masses of other bodies determine the motion.
     position, velocity : at the start [m], [m/s]. They are guesses: assembly corrects them until
         the joints are satisfied.
 
     Raises
     ------
     InputError
-        If the mass is not positive or a number is not finite.
+        If the mass is negative or a number is not finite.
     """
 
     mass: ArrayLike
@@ -36,7 +37,7 @@ class PointMass(Body):
     per_node: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
-        positive("PointMass mass [kg]", self.mass)
+        non_negative("PointMass mass [kg]", self.mass)
         point("PointMass position", self.position)
         point("PointMass velocity", self.velocity)
 

@@ -20,6 +20,7 @@ from flexband.errors import (
     finite,
     instance,
     known,
+    non_negative,
     plausible_angle,
     positive,
     same_samples,
@@ -41,7 +42,8 @@ class RigidBody(Body):
 
     Parameters
     ----------
-    mass : mass [kg].
+    mass : mass [kg]. Both it and the inertia may be zero where joints and the masses of other
+        bodies determine the motion, as for a massless rod between two bodies.
     inertia : moment of inertia about the centre of mass [kg m²].
     points : name -> coordinates (x, y) in the body's axes [m]. The point "center", the centre of
         mass, always exists.
@@ -54,7 +56,7 @@ class RigidBody(Body):
     Raises
     ------
     InputError
-        If a number is not finite, or the mass or the inertia is not positive.
+        If a number is not finite, or the mass or the inertia is negative.
     """
 
     mass: ArrayLike
@@ -69,8 +71,8 @@ class RigidBody(Body):
     per_node: ClassVar[int] = 4
 
     def __post_init__(self) -> None:
-        positive("RigidBody mass [kg]", self.mass)
-        positive("RigidBody inertia [kg m²]", self.inertia)
+        non_negative("RigidBody mass [kg]", self.mass)
+        non_negative("RigidBody inertia [kg m²]", self.inertia)
         instance("RigidBody points", self.points, Mapping, "a mapping from names to coordinates")
         places = []
         for name, place in self.points.items():
@@ -100,12 +102,12 @@ class RigidBody(Body):
         Raises
         ------
         InputError
-            If a size or the density is not positive.
+            If a size is not positive, or the density is negative.
         """
         a = positive("block length [m]", length)
         b = positive("block height [m]", height)
         c = positive("block width [m]", width)
-        rho = positive("block density [kg/m³]", density)
+        rho = non_negative("block density [kg/m³]", density)
         same_samples("block", a, b, c, rho)
         plausible_block(a, b, c)
         mass = rho * a * b * c
@@ -126,11 +128,11 @@ class RigidBody(Body):
         Raises
         ------
         InputError
-            If a size or the density is not positive.
+            If a size is not positive, or the density is negative.
         """
         r = positive("disc radius [m]", radius)
         w = positive("disc width [m]", width)
-        rho = positive("disc density [kg/m³]", density)
+        rho = non_negative("disc density [kg/m³]", density)
         same_samples("disc", r, w, rho)
         mass = rho * np.pi * r**2 * w
         return RigidBody(mass=mass, inertia=mass * r**2 / 2, **motion)
@@ -152,14 +154,14 @@ class RigidBody(Body):
         ------
         InputError
             If there are fewer than three vertices, the outline encloses no area, touches or crosses
-            itself, or the width or the density is not positive.
+            itself, the width is not positive, or the density is negative.
         """
         scalar = isinstance(vertices, np.ndarray) and vertices.ndim == 0
         if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
             raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
         thickness = positive("polygon width [m]", width)
-        rho = positive("polygon density [kg/m³]", density)
+        rho = non_negative("polygon density [kg/m³]", density)
         same_samples("polygon", thickness, rho, *chain(*corners))
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)
@@ -208,7 +210,7 @@ class RigidBody(Body):
         Raises
         ------
         InputError
-            If a size or the density is not positive.
+            If a size is not positive, or the density is negative.
         """
         half = positive("bar length [m]", length) / 2
         turn, spin = finite("bar angle [rad]", angle), finite("bar rate [rad/s]", rate)

@@ -15,8 +15,8 @@ from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
-from flexband.mechanics.engine.projection import SMALLEST_PIVOT, ZERO_PIVOT
-from flexband.mechanics.engine.redundancy import rank_deficiency
+from flexband.mechanics.engine.projection import MASSLESS_PIVOT, SMALLEST_PIVOT, ZERO_PIVOT
+from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE
 from flexband.mechanics.engine.straining import Largest, Members, kept_steps
 from flexband.mechanics.engine.threads import (
@@ -100,6 +100,8 @@ def run_samples(
         values = packed(block)
         own_run = system, method, tolerance, values, rounds
         series, failure, first, work = march_block(*own_run, under_way)
+        started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
+        require_inertia(system, values, started[:, : len(own)], own)
         work.reached[:] = rounds - 1
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
@@ -172,30 +174,29 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
     are as near to closing as they get so.
     """
     guess = guessed(system, values)
+    massless = (values.mass != values.regular_mass).any(axis=0)
+    pivots = np.where(massless, MASSLESS_PIVOT, SMALLEST_PIVOT)
     if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
         near, misfit = closed(system, values)
         guess = np.where(
             np.abs(misfit).max(axis=0, initial=0.0) < CONSTRAINT_TOLERANCE, near, guess
         )
-    work, failure = _started(system, values, guess)
+    work, failure = _started(system, values, guess, pivots)
     failed = failure[0] > 0
     if failed.any():
         before, guess = failure, np.where(failed, closed(system, values)[0], guess)
-        work, failure = _started(system, values, guess)
+        work, failure = _started(system, values, guess, pivots)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any():
         independent = failure[3] > rank_deficiency(system, values, work.z)
         if independent.any():
-            pivots = np.where(independent, ZERO_PIVOT, SMALLEST_PIVOT)
+            pivots = np.where(independent, ZERO_PIVOT, pivots)
             work, failure = _started(system, values, guess, pivots)
     return work, failure
 
 
 def _started(
-    system: System,
-    values: Values,
-    guess: np.ndarray,
-    smallest_pivots: np.ndarray | float = SMALLEST_PIVOT,
+    system: System, values: Values, guess: np.ndarray, smallest_pivots: np.ndarray
 ) -> tuple[Work, np.ndarray]:
     """Return the state of a block that START finds from a guess, and its failures.
 

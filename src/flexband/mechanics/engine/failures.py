@@ -7,7 +7,7 @@ import numpy as np
 from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.closing import gaps
-from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED
+from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, UNDETERMINED
 from flexband.mechanics.engine.settle import NOT_SETTLED
 from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.loads.compiled_laws import take_failures
@@ -80,6 +80,8 @@ def raise_failures(
             CONTRADICTED: f"constraints contradict each other; the worst is {where}",
             SNAPPED_THROUGH: f"the mechanism snaps through at {part[sample]:.3g} of the loads; "
             "PrescribedTravel in place of the force follows it",
+            UNDETERMINED: f"{_massless(system)} can move while all that has mass is at rest, as at "
+            "a dead centre; give it mass and inertia",
             OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         found[int(sample)] = (float(times[int(number[sample])]), reason)
@@ -93,6 +95,19 @@ def raise_failures(
     if np.any(number[failed] == 0):
         raise AssemblyError(text, found)
     raise SimulationError(text, found)
+
+
+def _massless(system: System) -> str:
+    """Return the massless bodies."""
+    mass, first = system.structure.mass, system.mechanism.first_coordinates
+    rows = mass.i[mass.massless]
+    bodies = system.mechanism.bodies.items()
+    own = [
+        name
+        for name, body in bodies
+        if np.any((rows - first[name] >= 0) & (rows - first[name] < body.size))
+    ]
+    return f"a body without mass or inertia ({', '.join(map(repr, own))})"
 
 
 def _causes(found: dict[int, tuple[float, str]]) -> list[str]:

@@ -23,6 +23,7 @@ from flexband.mechanics.engine.projection import (
     accelerate,
     light,
     project,
+    refine,
     share,
     strike,
 )
@@ -72,7 +73,7 @@ ROUNDING = 1e-14
 TINY_TOLERANCE, LARGE_TOLERANCE = 1e-15, 1e-4
 """Tolerances of Newton's method beyond which rounding, or the tolerance itself, is all there is."""
 
-DIVERGED, CONTRADICTED = 3.0, 4.0
+DIVERGED, CONTRADICTED, UNDETERMINED = 3.0, 4.0, 10.0
 
 GOLDEN = (5**0.5 - 1) / 2
 
@@ -217,7 +218,8 @@ def turn_of_jacobian(structure, method, values, x):
 def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
 
-    Returns two lanes: the mask of those that diverged, and the number of multipliers left out.
+    Returns three lanes: the mask of those that diverged, the number of multipliers left out, and
+    the mask of those in which masses do not determine the motion, see `refine`.
 
     A lane that has converged is frozen, so that no sample depends on its neighbours. The error
     that remains after a correction is estimated from the rate of convergence, stored in `rate`.
@@ -227,6 +229,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     matrix, none = work.matrix, filled(0.0)
     weight, velocity_part = method.dq_da, method.dv_da / method.dq_da
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
+    lost = none
     age, first = 0, True  # iterations since the factorization, and whether this is the first one
     most = 1 if damped else ITERATIONS_PER_FACTORIZATION
     for _ in range(DAMPED_ITERATIONS if damped else FACTORIZATIONS * most):
@@ -240,6 +243,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         else:
             forward(structure.pattern.below, matrix, (r,))
         backward(structure.pattern, matrix, (r,))
+        lost = where(active, where(refine(structure, values, work, r), alive, lost), lost)
         age += 1
         if damped:
             shorten(structure, method, values, r)
@@ -259,7 +263,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         if not any_true(pending):
             break
         active, age = pending, 0  # where a new Jacobian is needed, it serves one more iteration
-    return pending, redundant
+    return pending, redundant, lost
 
 
 @inlined
@@ -402,11 +406,12 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
     for number in range(method.attempts):
         if number > 0:
             stand_still(structure, method, work, failed)
-        diverged, left_out = solve_step(
+        diverged, left_out, lost = solve_step(
             structure, method, tolerance, values, now, work, failed, number > 0
         )
         left_out = where(diverged, none, where(failed, left_out, none))
         code = where(diverged, filled(DIVERGED), none)
+        code = where(lost, filled(UNDETERMINED), code)
         redundant = where(failed, left_out, redundant)
         if any_true(left_out):
             contradicted, violated = examine(structure, values, now, work, known, left_out)

@@ -63,7 +63,14 @@ be rounding errors divided by this sine.
 ZERO_PIVOT = 1e-13
 """The same for mechanisms that start nearly locked, or with a light body between heavy ones."""
 
+MASSLESS_PIVOT = 1e-10
+"""The same where bodies are massless: what matrices have in place of zeros is small as well."""
+
 SHARING_PASSES = 4
+
+REFINEMENTS, UNSETTLED = 2, 1e-2
+"""Of a solution where bodies are massless: how many, each of which leaves about 1e-4 of its error,
+and the size of the last one, relative to the solution, from which on they do not converge."""
 
 
 @inlined
@@ -122,6 +129,46 @@ def subtract_acceleration_errors(structure, values, now, z, a, r, s):
 
 
 @inlined
+def refine(structure, values, work, x):
+    """Turn a solution x of a system with `work.matrix` into that with the masses of the bodies.
+
+    Where bodies are massless the matrix has N in place of zeros. Then the solution with N x on the
+    right-hand side corrects x, and so on. Returns the mask of samples in which the corrections do
+    not become smaller: a massless body can move there while all that has mass is at rest.
+    """
+    unsettled = filled(0.0)
+    if len(structure.mass.massless) > 0:
+        unsettled = refine_massless(
+            structure.mass, structure.pattern, structure.state, values.mass, values.regular_mass,
+            values.inverse_scale, work.matrix, work.t, x,
+        )  # fmt: skip
+    return unsettled
+
+
+@compiled
+def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matrix, t, x):
+    """Perform `refine`, with `t` as work space."""
+    for i in range(state.angle):
+        store(t, i, load(x, i))
+    for _ in range(REFINEMENTS):
+        n = 0
+        for i in range(state.angle):
+            p = mass.massless[n]
+            massless = mass.i[p] == i
+            added = load(regular, p) - load(entries, p)
+            store(t, i, added * load(t, i) if massless else filled(0.0))
+            n = min(n + massless, len(mass.massless) - 1)
+        solve(pattern, pattern.below, matrix, (t,))
+        for i in range(1, state.angle):
+            store(x, i, load(x, i) + load(t, i))
+    largest, last = filled(0.0), filled(0.0)
+    for i in range(1, state.coordinates + 1):
+        largest = maximum(largest, magnitude(load(x, i)) * load(inverse_scale, i))
+        last = maximum(last, magnitude(load(t, i)) * load(inverse_scale, i))
+    return less(UNSETTLED * largest, last)
+
+
+@inlined
 def project(structure, method, values, now, work, solved, moved):
     """Move v, q̈, a and λ of lanes that are `solved` to those that agree with the constraints.
 
@@ -135,6 +182,7 @@ def project(structure, method, values, now, work, solved, moved):
     clear(r, velocity)
     subtract_velocity_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
+    refine(structure, values, work, r)
     largest = none
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, magnitude(load(r, i)) * load(values.inverse_scale, i))
@@ -147,6 +195,8 @@ def project(structure, method, values, now, work, solved, moved):
     clear(s, velocity)
     subtract_acceleration_errors(structure, values, now, z, a, r, s)
     solve(pattern, pattern.reached, matrix, (r, s))
+    refine(structure, values, work, r)
+    refine(structure, values, work, s)
     for i in range(1, state.coordinates + 1):
         store(z, acceleration + i, load(z, acceleration + i) + where(here, load(r, i), none))
         store(a, i, load(a, i) + where(here, load(s, i), none))
@@ -160,7 +210,7 @@ def mass_matrix(structure, values, now, z, matrix):
     """Set the matrix to [M, Φ_qᵀ; Φ_q, 0]."""
     none = filled(0.0)
     clear_matrix(structure.pattern, matrix)
-    add_mass(structure.mass, values.mass, matrix)
+    add_mass(structure.mass, values.regular_mass, matrix)
     add_constraint_tangent(structure.terms, values.terms, values.functions, now, z, none, matrix)
     add_angle_tangent(
         structure.vectors, values.vectors, structure.terms, values.terms, structure.state,
@@ -182,6 +232,7 @@ def accelerate(structure, values, now, work, chosen):
         store(r, i, -load(r, i) if i <= state.coordinates else none)
     subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    refine(structure, values, work, r)
     for i in range(1, state.coordinates + 1):
         row = state.acceleration + i
         store(z, row, load(z, row) + where(chosen, load(r, i), none))
@@ -207,6 +258,7 @@ def strike(structure, method, values, now, work, struck):
     clear(r, state.velocity)
     subtract_velocity_errors(structure, values, now, z, r)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    refine(structure, values, work, r)
     for i in range(1, state.coordinates + 1):
         change, row = where(struck, load(r, i), none), state.acceleration + i
         store(z, row, where(struck, change, load(z, row)))

@@ -1,17 +1,20 @@
-"""Redundant constraints, from the rank of their Jacobian in one configuration."""
+"""Redundant constraints, and motions without inertia, from the Jacobian in one configuration."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import null_space
 
-from flexband.errors import returned, warn
+from flexband.errors import InputError, returned, warn
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 
 RANK = 1e-9
 """Singular values below this fraction of the largest one count as zero."""
 
+
+DETERMINED = 1e-6
+"""Displacement of what has mass, relative to that of massless bodies, that determines theirs."""
 
 INVOLVED = 0.1
 """Part of a constraint in the combination that is nearest to zero, from which on it is named."""
@@ -48,6 +51,53 @@ def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray
     sound = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
     sizes = np.linalg.svd(np.where(sound, matrices, 0.0), compute_uv=False)
     return np.sum(sizes < RANK * sizes[:, :1], axis=1) + matrices.shape[1] - sizes.shape[1]
+
+
+def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.ndarray) -> None:
+    """Raise `InputError` if massless bodies can move while all that has mass is at rest.
+
+    Parameters
+    ----------
+    values, z : of a block at the first time, with the states (rows, lanes) of its first samples.
+    samples : their numbers.
+    """
+    entries = system.structure.mass.massless
+    if not len(entries):
+        return
+    here, coordinates = slice(z.shape[1]), slice(1, 1 + system.structure.state.coordinates)
+    massless = (values.mass != values.regular_mass)[entries, here]
+    places = system.structure.mass.i[entries] - 1
+    c = (values.terms * values.functions[system.structure.terms.f])[:, here]
+    x, y = (v[:, here] for v in values.vectors)
+    Phi = derivatives(system, c, x, y, z) / values.inverse_scale[coordinates, here]
+    for lane, sample in enumerate(samples):
+        free, motion = places[massless[:, lane]], np.zeros(Phi.shape[1])
+        matrix = _unit_rows(Phi[:, :, lane])[:, free]
+        if not len(free) or not np.isfinite(matrix).all():
+            continue
+        _, sizes, directions = np.linalg.svd(matrix)
+        motion[free] = directions[-1]
+        if len(sizes) < len(free) or sizes[-1] < DETERMINED:
+            where = f" (sample {sample})" if system.samples > 1 else ""
+            raise InputError(_without_inertia(system, motion) + where)
+
+
+def _without_inertia(system: System, motion: np.ndarray) -> str:
+    """Return which body can move without inertia, and how; coordinates are relative to the size."""
+    first = {name: n - 1 for name, n in system.mechanism.first_coordinates.items()}
+    bodies = {
+        name: motion[first[name] : first[name] + body.size]
+        for name, body in system.mechanism.bodies.items()
+    }
+    name = max(bodies, key=lambda name: np.abs(bodies[name]).max())
+    x, y, *turn = bodies[name]
+    what, way = "mass", f"move along ({x + 0.0:.2g}, {y + 0.0:.2g})"
+    if np.abs(turn).max(initial=0.0) > DETERMINED:
+        what, way = "inertia" if max(abs(x), abs(y)) < DETERMINED else "mass or inertia", "turn"
+    return (
+        f"body {name!r} has no {what} and can still {way} while all that has mass is at rest; give "
+        f"it {what}, or a joint that determines this motion"
+    )
 
 
 def derivatives(

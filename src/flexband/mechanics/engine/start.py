@@ -121,7 +121,7 @@ def assemble(structure, values, s, work):
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
-    elastic_matrix(structure, values, values.mass, s, work, filled(SMALLEST_PIVOT))
+    elastic_matrix(structure, values, values.regular_mass, s, work, filled(SMALLEST_PIVOT))
     velocity, terms = state.velocity, structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
@@ -134,6 +134,7 @@ def project_velocities(structure, values, s, work):
             drift = load(values.terms, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+        projection.refine(structure, values, work, r)
         for i in range(1, state.coordinates + 1):
             store(z, velocity + i, load(r, i))
 

@@ -110,7 +110,7 @@ def add_mass_product(mass, values, z, first, r):
 
 @compiled
 def add_mass(mass, values, matrix):
-    """Add M."""
+    """Add M, or what the matrices have in its place."""
     for p in range(len(mass.slot)):
         add_to(matrix, mass.slot[p], load(values, p))
 
@@ -201,7 +201,7 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     """
     state, functions = structure.state, values.functions
     clear_matrix(structure.pattern, matrix)
-    add_mass(structure.mass, values.mass, matrix)
+    add_mass(structure.mass, values.regular_mass, matrix)
     add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks)
     add_spring_tangent(
         structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,

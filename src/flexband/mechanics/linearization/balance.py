@@ -7,6 +7,8 @@ the size of the mechanism, so that r [N m] and displacements compare.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.linalg import get_lapack_funcs
 
@@ -56,6 +58,10 @@ The next ones are ten times as large.
 
 GROWTH = 100.0
 """Of the weight of the stiffness against the inertia, with every step that succeeds."""
+
+
+Factors = tuple[np.ndarray, np.ndarray]
+"""LU factors of a matrix, and the order of its rows."""
 
 
 class Balance:
@@ -127,11 +133,16 @@ class Balance:
         tolerated = UNBALANCED * self.largest_force * reach + noise + np.finfo(float).tiny
         return float(np.max(np.abs(self.forces) / tolerated, initial=0.0))
 
+    @cached_property
+    def stiffness(self) -> tuple[np.ndarray, np.ndarray, Factors | None]:
+        """The stiffness on the allowed directions, as `_scaled` returns it."""
+        return _scaled(reduced(self.linear.K + self.linear.L, self.basis))
+
     @property
     def unresolved(self) -> bool:
         """Whether forces act along directions whose stiffness is lost in rounding errors."""
-        matrix, scale = _scaled(self.basis.T @ (self.linear.K + self.linear.L) @ self.basis)
-        if _factored(matrix) is not None:
+        matrix, scale, factors = self.stiffness
+        if factors is not None:
             return False
         _, sizes, directions = np.linalg.svd(matrix)
         lost = directions[sizes <= SINGULAR * sizes.max(initial=0.0)] * scale
@@ -146,9 +157,11 @@ class Balance:
         back = np.zeros(len(size))
         if len(self.rows):
             back = -np.linalg.lstsq(self.rows, self.violation, rcond=RANK)[0] * size
-        matrix, scale = _scaled(self.basis.T @ (K + self.linear.M / weight) @ self.basis)
+        matrix, scale, factors = self.stiffness
+        if np.isfinite(weight):
+            matrix, scale, factors = _scaled(reduced(K + self.linear.M / weight, self.basis))
         right = -self.forces - self.basis.T @ (K @ back)
-        y = scale * _solution(matrix, scale * right)
+        y = scale * _solution(matrix, factors, scale * right)
         return (back + self.basis @ y) / size
 
     def moved(self, step: np.ndarray) -> Balance:
@@ -175,20 +188,25 @@ class Balance:
             return 0.0
         return float(softest(self.linear, self.basis, 1)[0][0])
 
+    @cached_property
     def stable(self) -> bool:
-        """Return whether no small motion grows, but for rounding of the multipliers."""
+        """Whether no small motion grows, but for rounding of the multipliers."""
         floor = ROUNDING * np.abs(self.carried).max(initial=0.0) / self.equations.size**2
         return is_stable(self.linear._replace(K=self.linear.K + np.diag(floor)), self.basis)
 
 
-def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a matrix with its rows and columns over the roots of its diagonal, and these."""
+def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
+    """Return a matrix with rows and columns over the roots of its diagonal, 1 over these, factors.
+
+    The factors are None if the matrix is singular.
+    """
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
-    return matrix * scale * scale[:, None], scale
+    matrix = matrix * scale * scale[:, None]
+    return matrix, scale, _factored(matrix)
 
 
-def _factored(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return LU factors and the order of rows, or None if the matrix is singular."""
+def _factored(matrix: np.ndarray) -> Factors | None:
+    """Return the factors of a matrix, or None if it is singular."""
     if not len(matrix):
         return matrix, np.zeros(0, dtype=np.int32)
     (getrf,) = get_lapack_funcs(("getrf",), (matrix,))
@@ -197,11 +215,10 @@ def _factored(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     return (lu, order) if pivots.min() > SINGULAR * pivots.max() else None
 
 
-def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+def _solution(matrix: np.ndarray, factors: Factors | None, right: np.ndarray) -> np.ndarray:
     """Return x of least norm with matrix @ x = right, where directions without stiffness rest."""
     if not len(right):
         return right
-    factors = _factored(matrix)
     if factors is None:
         return np.linalg.lstsq(matrix, right, rcond=SINGULAR)[0]
     (getrs,) = get_lapack_funcs(("getrs",), (matrix,))
@@ -243,9 +260,9 @@ def find_rest(
     balance, success = _search(equations, z, spin, downhill=False)
     if not success:
         balance, success = _search(equations, z, spin, downhill=True)
-    elif not balance.stable():
+    elif not balance.stable:
         other, lower = _search(equations, start, spin, downhill=True)
-        if lower and other.stable():
+        if lower and other.stable:
             balance = other
     return balance, success and not balance.unresolved
 

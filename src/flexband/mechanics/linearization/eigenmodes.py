@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky, eigh, qr, solve_triangular
+from scipy.sparse import csr_array
 
 from flexband.mechanics.engine.redundancy import RANK
 from flexband.mechanics.linearization.linearize import Linear
@@ -22,6 +23,9 @@ SYMMETRY = 1e-7
 
 RESOLVED = 1e-12
 """Eigenvalues of a shifted and inverted problem below this are nothing but rounding."""
+
+SPARSE = 150
+"""Coordinates from which on products of sparse matrices take less time than of dense ones."""
 
 PURE = 1e-9
 """Relative real part below which an eigenvalue counts as imaginary."""
@@ -82,7 +86,12 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
 
 def reduced(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Return a matrix on the directions of a basis."""
-    return basis.T @ matrix @ basis if matrix.any() else np.zeros((basis.shape[1],) * 2)
+    if not matrix.any():
+        return np.zeros((basis.shape[1],) * 2)
+    if len(matrix) < SPARSE:
+        return basis.T @ matrix @ basis
+    directions = csr_array(basis)
+    return (directions.T @ (csr_array(matrix) @ directions)).toarray()
 
 
 def _pivoted(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -36,7 +36,7 @@ FAST = 1e9
 class Linear(NamedTuple):
     """The matrices of small motions."""
 
-    M: np.ndarray
+    M: np.ndarray  # without zeros, where bodies are massless
     D: np.ndarray
     K: np.ndarray
     L: np.ndarray
@@ -109,14 +109,18 @@ class Equations:
     @cached_property
     def _massless(self) -> Values:
         """The numbers without the mass: M + K would round K relative to M."""
-        return self.values._replace(mass=np.zeros_like(self.values.mass))
+        none = np.zeros_like(self.values.mass)
+        return self.values._replace(mass=none, regular_mass=none)
 
     @cached_property
     def mass(self) -> np.ndarray:
         """The mass matrix."""
+        return self._square(self.values.mass)
+
+    def _square(self, entries: np.ndarray) -> np.ndarray:
         mass, count = self.system.structure.mass, self.state.coordinates
         M = np.zeros((count + 1, count + 1))
-        M[mass.i, mass.j] = M[mass.j, mass.i] = self.values.mass[:, 0]
+        M[mass.i, mass.j] = M[mass.j, mass.i] = entries[:, 0]
         return M[1:, 1:]
 
     def spun(self, z: np.ndarray, spin: Spin) -> np.ndarray:
@@ -190,6 +194,7 @@ class Equations:
         centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)
         L = -by_place - spin.rate * turning(by_rate)
         terms = np.abs(K) + np.abs(L) + np.abs(centrifugal)
+        M = self._square(self.values.regular_mass)
         return Linear(M, D - by_rate + coriolis, K - centrifugal, L, Phi, terms)
 
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:

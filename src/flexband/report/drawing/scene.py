@@ -91,7 +91,8 @@ class Scene:
         corners = self.corners(name)
         if len(corners) > 1 or not isinstance(body, RigidBody):
             return corners
-        radius = np.sqrt(self.start.number(body.inertia) / self.start.number(body.mass))
+        mass = self.start.number(body.mass)
+        radius = np.sqrt(self.start.number(body.inertia) / mass) if mass > 0 else 0.0
         return circle(corners, radius, 60)[:-1]
 
     def half_height(self, name: str, count: int = 0) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import xarray as xr
 from checks import Check, differences
@@ -201,8 +203,15 @@ def slider_crank_of_the_test_set() -> list[Check]:
     ]
 
 
+def strained(model: fb.Mechanism, duration: float, step: float) -> xr.DataArray:
+    """Return a motion of members that are strained by more than 10 %, as their problems demand."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.StrainWarning)
+        return fb.simulate(model, duration=duration, step=step)
+
+
 def flying_spaghetti() -> list[Check]:
-    """Simo and Vu-Quoc (1986): a free beam of EA = kGA = 1e4, ρA = 1 and ρI = 10, thrown and spun."""
+    """Simo, Vu-Quoc (1986): a free beam of EA = kGA = 1e4, ρA = 1, ρI = 10, thrown and spun."""
     exact = {
         500: {5: (4.2994, 0.6402, 11.8238, 7.2220), 10: (21.0650, 7.9515, 14.9573, 0.0313)},
         100: {5: (5.7315, 6.7442, 10.4829, 5.7530), 10: (15.6657, 1.6030, 16.1057, 7.3238)},
@@ -226,7 +235,7 @@ def flying_spaghetti() -> list[Check]:
             },
             sensors={"lower": fb.Position("beam.start"), "upper": fb.Position("beam.end")},
         )
-        motion = fb.simulate(model, duration=10.0, step=2e-3)
+        motion = strained(model, 10.0, 2e-3)
         for t, reference in ends.items():
             values = motion.sel(time=t, method="nearest").values
             for end, place in (("lower", slice(2)), ("upper", slice(2, 4))):
@@ -258,7 +267,7 @@ def escalonas_pendulum() -> list[Check]:
         0.6: (-0.334759, -1.250512),
         0.8: (-0.877217, -0.821654),
     }
-    motion = fb.simulate(escalona(64), duration=0.8, step=2e-4)
+    motion = strained(escalona(64), 0.8, 2e-4)
     return [
         c
         for t, r in exact.items()

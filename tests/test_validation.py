@@ -1,7 +1,10 @@
 """The reference problems of docs/validation.md."""
 
 import pytest
+from flexible import escalona
 from table import PROBLEMS
+
+import flexband as fb
 
 
 @pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.__name__)
@@ -10,3 +13,8 @@ def test_published_problem(problem):
     assert checks
     off = [f"{c.name}: {c.ours} instead of {c.reference}" for c in checks if not c.holds]
     assert not off, "\n".join(off)
+
+
+def test_a_mesh_too_coarse_for_the_whip_of_a_pendulum_is_refused():
+    with pytest.raises(fb.SimulationError, match="diverged"):
+        fb.simulate(escalona(8), duration=0.8, step=1e-3)

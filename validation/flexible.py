@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import xarray as xr
 from checks import Check, differences
@@ -201,6 +203,83 @@ def slider_crank_of_the_test_set() -> list[Check]:
     ]
 
 
+def strained(model: fb.Mechanism, duration: float, step: float) -> xr.DataArray:
+    """Return a motion of members that are strained by more than 10 %, as their problems demand."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.StrainWarning)
+        return fb.simulate(model, duration=duration, step=step)
+
+
+def flying_spaghetti() -> list[Check]:
+    """Simo, Vu-Quoc (1986): a free beam of EA = kGA = 1e4, ρA = 1, ρI = 10, thrown and spun."""
+    exact = {
+        500: {5: (4.2994, 0.6402, 11.8238, 7.2220), 10: (21.0650, 7.9515, 14.9573, 0.0313)},
+        100: {5: (5.7315, 6.7442, 10.4829, 5.7530), 10: (15.6657, 1.6030, 16.1057, 7.3238)},
+    }
+
+    def load(most: float):
+        return lambda t: most * np.interp(t, [0.0, 2.5, 5.0], [0.0, 1.0, 0.0])
+
+    checks = []
+    for stiffness, ends in exact.items():
+        beam = fb.Beam(
+            length=10.0, start=(6.0, 0.0), angle=np.arctan2(8.0, -6.0), elements=16,
+            section=fb.GeneralSection(1.0, stiffness / 1e4), density=1.0, youngs_modulus=1e4,
+            poissons_ratio=0.0, shear_factor=2.0, rotary_inertia=10.0,
+        )  # fmt: skip
+        model = fb.Mechanism(
+            bodies={"beam": beam},
+            loads={
+                "force": fb.Force("beam.start", x=load(8.0)),
+                "moment": fb.Moment("beam.start", load(-80.0)),
+            },
+            sensors={"lower": fb.Position("beam.start"), "upper": fb.Position("beam.end")},
+        )
+        motion = strained(model, 10.0, 2e-3)
+        for t, reference in ends.items():
+            values = motion.sel(time=t, method="nearest").values
+            for end, place in (("lower", slice(2)), ("upper", slice(2, 4))):
+                name = f"flying spaghetti, EI = {stiffness}, {end} end at {t} s [m]"
+                checks += differences(name, values[place], reference[place], 3e-3)
+    return checks
+
+
+def escalona(elements: int) -> fb.Mechanism:
+    """Return the pendulum of Escalona, Hussien and Shabana (1998), released horizontally."""
+    beam = fb.Beam(
+        length=1.2, section=fb.GeneralSection(1.8e-3, 1.215e-8), density=5540.0,
+        youngs_modulus=0.7e6, poissons_ratio=0.3, shear_factor=0.85, elements=elements,
+    )  # fmt: skip
+    return fb.Mechanism(
+        bodies={"beam": beam},
+        joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},
+        loads={"gravity": fb.Gravity()},
+        sensors={"tip": fb.Position("beam.end")},
+    )
+
+
+def escalonas_pendulum() -> list[Check]:
+    """Compare with Reissner's beam of 200 quadratic elements, integrated by DOP853."""
+    exact = {
+        0.2: (1.179927, -0.196202),
+        0.4: (0.852847, -0.785515),
+        0.5: (0.395905, -1.216413),
+        0.6: (-0.334759, -1.250512),
+        0.8: (-0.877217, -0.821654),
+    }
+    motion = strained(escalona(64), 0.8, 2e-4)
+    return [
+        c
+        for t, r in exact.items()
+        for c in differences(
+            f"Escalona's pendulum, tip({t:g} s) [m]",
+            motion.sel(time=t, method="nearest").values,
+            r,
+            1e-4 if t < 0.7 else 5e-4,
+        )
+    ]
+
+
 PROBLEMS = [
     elastica,
     thin_cantilever,
@@ -209,4 +288,6 @@ PROBLEMS = [
     stiff_pendulum,
     flexible_slider_crank,
     slider_crank_of_the_test_set,
+    flying_spaghetti,
+    escalonas_pendulum,
 ]

@@ -240,8 +240,8 @@ class Adaptation:
         count = min(len(doubted.values.weight), self.rare_left, self.left - BATCH)
         if count < 1 or (met and doubted.taken):
             return False
-        missed = share(m) * np.max(doubted.missed / self.error.width)
-        grows = np.max(doubted.overshoot / self.error.width) > tolerance >= missed
+        part = share(m) / self.error.width
+        grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
         unseen = self.rare_left == MOST_RARE and self.most >= FEW * BATCH
         if not (grows or (last and unseen)):
             return False

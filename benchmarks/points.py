@@ -97,7 +97,7 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
     case, at = slider_crank(**version), np.array(list(index))
     F = case.response(**Space(case.inputs).values(at[:, 2:] * [1.0, 0.0], at[:, :2]))
     F = F.transpose("sample", "output", "time").values
-    found = decompose(F, 1e-3)[1]
+    found = list(decompose(F, 1e-3))[1]
     F, first = F[..., ::THIN], found.carriers[0]
     carrier = Carrier(first.phase[:, ::THIN], first.envelope[..., ::THIN], first.frequency)
     columns = PartColumns.of(F.shape[1], 1)

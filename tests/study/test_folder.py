@@ -66,7 +66,7 @@ def test_a_finished_study_is_not_run_again(file, tmp_path):
     assert made == 9 + 1 + 4
     again = call("run", file, "-o", out, "--verify", 4)
     assert "has this result already: no run was made" in again
-    assert "Outputs of 10 runs take 8e-05 MB." in first
+    assert "Outputs of 10 runs take 8e-05 MB; the study needs about 4 MB of memory." in first
     assert "sum: improved PCCI (2, 2), 10 runs" in first
     assert "sum: improved PCCI (2, 2), 10 runs" in again
     assert "has this result already" in call("resume", out)

@@ -23,13 +23,16 @@ from accuracy_formulas import (
 )
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
+from scipy.stats import norm
 
 import flexband as fb
 from flexband.report.tables import expected_errors, remarks
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
+from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.runs import Runs, succeeded
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
@@ -179,6 +182,13 @@ def test_what_no_order_follows_at_rare_values_is_not_expected_to_be_right(power,
     off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
     assert off < 5 * bands.attrs["expected_error"]
     assert "tolerance" not in bands.attrs["stopped"]
+
+
+def test_runs_along_slopes_tell_the_mean_square_of_a_cube_beyond_other_runs():
+    found = RareValues.along_slopes(np.ones((1, 1)), [HERMITE], 0)
+    missed = found.weight @ (found.xi[:, 0] ** 3) ** 2
+    exact = 2 * quad(lambda z: norm.pdf(z) * z**6, 2.5, 20)[0]
+    assert missed == pytest.approx(exact, rel=1e-6)
 
 
 def test_rare_values_at_which_a_response_fails_are_left_out():

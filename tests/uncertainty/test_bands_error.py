@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.answers.results import expected_error
+from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.phase_resolved.method import HELD
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 
 NUMBER = np.ones(1)
@@ -83,3 +86,20 @@ def test_many_variables_and_outputs_that_nothing_is_missed_of():
     )
     assert np.all(np.isfinite(bands["error_bar_expected_error"]))
     assert bands["error_bar_expected_error"].max() < 1e-4
+
+
+def test_one_run_of_four_tells_what_is_missed_at_one_time():
+    """A narrow bump is met by one of the runs alone; its square is a quarter of the mean square."""
+    held = generic_points(0, HELD, 1, [HERMITE])[1][:, 0]
+    alone = held[np.argmax(np.abs(held[:, None] - held + 9 * np.eye(HELD)).min(axis=1))]
+
+    def bumped(e, x):
+        return (0.1 * (x + e) + np.exp(-(((e - alone) / 0.02) ** 2)))[:, None] * NUMBER
+
+    found = fb.expand(bumped, INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    error = float(found.bands()["pointwise_error"][0])
+    missed = np.abs(found.held_out.missed[:, 0, 0])
+    assert np.sort(missed)[-2] < 0.01
+    assert missed.max() > 0.9
+    assert error == pytest.approx(AT_ONE_TIME * missed.max() / 2, rel=1e-6)
+    assert 2 * error > 1.0

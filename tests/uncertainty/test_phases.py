@@ -214,7 +214,7 @@ def test_bounds_do_not_depend_on_the_number_of_threads(monkeypatch):
 def test_runs_are_what_base_and_carriers_add_up_to():
     x, e = np.random.default_rng(0).standard_normal((2, 6, 1))
     F = np.stack([two_carriers(x, e, TIMES), 0.3 * wave(x, e, TIMES) + 1.0], axis=1)
-    stages = decompose(F, 0.02)
+    stages = list(decompose(F, 0.02))
     assert len(stages) > 2
     for stage in stages:
         np.testing.assert_allclose(stage.signal, F, atol=1e-12)

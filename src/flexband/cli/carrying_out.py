@@ -43,6 +43,9 @@ from flexband.study.points import Points
 from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import evaluations
 from flexband.uncertainty.evaluations.reuse import located
+from flexband.uncertainty.inputs.choices import cases
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.runs.memory import peak_memory
 from flexband.uncertainty.surrogates.verdicts import implied_error
 from flexband.words import are, number_of
 
@@ -103,7 +106,7 @@ def carry_out(
             "process": this_process(),
             "started": time.strftime("%Y-%m-%d %H:%M:%S%z"),
         }
-        course = Course(folder, about, claim)
+        course = Course(folder, about, claim, partial(memory_of, study, store))
         if not recorded:
             claim()
         course.begins(recorded=recorded)
@@ -120,6 +123,13 @@ def carry_out(
     tell(result, as_json=as_json)
     if result["doubts"]:
         raise typer.Exit(DOUBTFUL)
+
+
+def memory_of(study: Study, store: Store | None, runs: int, one: float) -> tuple[float, float]:
+    """Return what `peak_memory` does; the combinations of options are studied one by one."""
+    inputs = cases(located(study.response, study.inputs, store)[0])
+    intervals = Space(next(iter(inputs.values()))).interval_dimension
+    return peak_memory(study.method, intervals, -(-runs // len(inputs)), one)
 
 
 def wait(course: Course, needed: RunsNeeded, study: Study) -> NoReturn:

@@ -16,18 +16,32 @@ from flexband.progress import Budget, Progress
 from flexband.study.folder import StudyFolder
 from flexband.words import number_of
 
+GIGABYTE = 1e9
+
 PERIOD = 0.5
 """Time [s] between two writings of study.json."""
+
+
+def in_bytes(size: float) -> str:
+    """Return a size in bytes as text, in MB or GB."""
+    return f"{1e-9 * size:.3g} GB" if size >= GIGABYTE else f"{1e-6 * size:.3g} MB"
 
 
 class Course:
     """How far a study is, written to its folder while it runs.
 
     `claim` is called once the store has been opened: until then it may refuse the study.
+    `memory` returns what `peak_memory` does, for a number of runs and the memory of one.
     """
 
-    def __init__(self, folder: StudyFolder, about: dict[str, Any], claim: Callable[[], object]):
-        self.folder, self.about, self.claim = folder, about, claim
+    def __init__(
+        self,
+        folder: StudyFolder,
+        about: dict[str, Any],
+        claim: Callable[[], object],
+        memory: Callable[[int, float], tuple[float, float]],
+    ):
+        self.folder, self.about, self.claim, self.memory = folder, about, claim, memory
         self.begin, self.written, self.told = time.monotonic(), float("-inf"), False
         self.bar: Progress = lambda done, total: None
         self.before, self.sized, self.first, self.opened = 0, False, False, False
@@ -86,15 +100,21 @@ class Course:
             self.write("running")
 
     def tell_size(self, total: int) -> None:
-        """Tell how much memory the outputs take, once the store knows the size of one run's."""
+        """Tell how much memory the study takes, once the store knows the size of one run's."""
         outputs = GrowingArrays(self.folder.runs).arrays.get("outputs")
         if outputs is None:
             return
         self.sized = True
-        size = 8e-6 * total * math.prod(outputs.shape[1:])
-        print_text(f"Outputs of {number_of(total, 'run')} take {size:.3g} MB.", error=True)
-        if size > 1e-6 * free_memory():
-            print_remark(f"only {1e-6 * free_memory():.3g} MB of memory are free")
+        one = 8.0 * math.prod(outputs.shape[1:])
+        peak, per_carrier = self.memory(total, one)
+        ringing = f", {in_bytes(per_carrier)} more for each carrier if they ring"
+        print_text(
+            f"Outputs of {number_of(total, 'run')} take {in_bytes(total * one)}; the study needs "
+            f"about {in_bytes(peak)} of memory{ringing * (per_carrier > 0)}.",
+            error=True,
+        )
+        if peak > free_memory():
+            print_remark(f"only {in_bytes(free_memory())} of memory are free")
 
     def write(self, state: str, **more: Any) -> None:
         """Write study.json; print a remark, once, if that fails: the study goes on."""

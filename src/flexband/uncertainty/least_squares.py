@@ -60,6 +60,7 @@ class RegressionPCCI:
     seed: int = 0
 
     name = "regression PCCI"
+    copies = 3.2
     leaves_out_failed = True
 
     def __post_init__(self) -> None:

@@ -136,6 +136,7 @@ class PCCI:
     interval_order: Order = 3
 
     name = "PCCI"
+    copies = 2.5
 
     @property
     def label(self) -> str:

@@ -60,6 +60,7 @@ class PerturbationChebyshev:
     improved: bool = False
 
     name = "perturbation–Chebyshev"
+    copies = 2.6
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -102,7 +103,7 @@ class PerturbationChebyshev:
         expansion = HybridExpansion(space.families, index, transformed(flat, [*chebyshev, linear]))
         curved = np.abs(bend @ flat.reshape(len(eta), len(xi), -1)).sum(axis=1).max(axis=0)
         highest = expansion.highest()[: len(orders)].any(axis=0)
-        indicator = curved + np.abs(expansion.weighted[highest]).sum(axis=0)
+        indicator = curved + expansion.size_of(highest)
         direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
         told = xr.Dataset({"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))})
         return Surrogate(space, values[:0], (direct,), told)

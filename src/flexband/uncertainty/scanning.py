@@ -27,6 +27,7 @@ class Scanning:
     seed: int = 0
 
     name = ""
+    copies = 2.0
     leaves_out_failed = True
     lost = 1
     """What N is reduced by in the mean square of the deviations: 1 as in Eq. (10), or 0."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, Fit, GrowingDesign
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.parts import Split, compared_times
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
 from flexband.uncertainty.adaptive.runs import FEWEST_HELD, MadeRuns, RareRuns, Runs, succeeded
@@ -161,15 +161,18 @@ class Adaptation:
         if in_use:
             del self.choice, self.error  # the memory of what they missed is free
         F = self.made.all.values
-        self.stages = self._split(F)
-        fits = [Fit.of(self.design, stage) for stage in self.stages]
+        fits = list(map(self._fit, self._split(F)))  # one by one: a stage takes more than the runs
         own = self.fitted, self.held, self.generic, self.rare, self.design.weights
         self.choice = Choice.of([*fits, *in_use], *own)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
         self.error = ExpectedError.of(self.choice, *of)
 
-    def _split(self, F: np.ndarray) -> list[Stage]:
+    def _fit(self, stage: Stage) -> Fit:
+        self.stages.append(compared_times(stage))
+        return Fit.of(self.design, stage)
+
+    def _split(self, F: np.ndarray) -> Iterable[Stage]:
         """Return runs with 0, 1, 2, … carriers."""
         return decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
 
@@ -237,8 +240,8 @@ class Adaptation:
         count = min(len(doubted.values.weight), self.rare_left, self.left - BATCH)
         if count < 1 or (met and doubted.taken):
             return False
-        missed = share(m) * np.max(doubted.missed / self.error.width)
-        grows = np.max(doubted.overshoot / self.error.width) > tolerance >= missed
+        part = share(m) / self.error.width
+        grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
         unseen = self.rare_left == MOST_RARE and self.most >= FEW * BATCH
         if not (grows or (last and unseen)):
             return False
@@ -281,7 +284,7 @@ class Adaptation:
             self.finer = runs_on_finer(self.evaluate, *few)
         coarse, few = self.made.count, len(few[0])
         runs = [self.made.all.values, *self.finer.values()]
-        stages = self._split(np.concatenate(runs)) if self.finer else []
+        stages = list(self._split(np.concatenate(runs))) if self.finer else []
         self.of_finer = {}
         for k, name in enumerate(self.finer):
             fine = slice(coarse + k * few, coarse + (k + 1) * few)

@@ -143,7 +143,7 @@ class ExpectedError:
         squares = [np.mean(own**2, axis=0) for own in groups if len(own)]
         missed = np.max([*squares, choice.later**2], axis=0)
         size, times = rms(F), F.shape[-1]
-        values = np.hypot(share(m) * np.sqrt(missed), choice.overshoot)
+        values = share(m) * np.hypot(np.sqrt(missed), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)
         values = running(values, window)

@@ -16,7 +16,6 @@ from flexband.uncertainty.expansions.interpolation import Interpolation
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import share
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
@@ -157,8 +156,7 @@ class Fit(NamedTuple):
         squares, shares = zip(*(fit._outside(seen, values) for values in groups), strict=True)
         missed = rare.runs.at(thin).values[:, self.outputs]
         missed = missed - fit.evaluate(rare.runs.xi, rare.runs.eta)
-        counts = share(seen.eta.shape[1]) ** 2 * rare.weight
-        square = np.max(squares, axis=0) + np.einsum("p,pot->ot", counts, missed**2)
+        square = np.max(squares, axis=0) + np.einsum("p,pot->ot", rare.weight, missed**2)
         values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
         return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 

@@ -15,12 +15,18 @@ MOST_TIMES = 128
 """Times at which parts are compared."""
 
 
+def compared_times(stage: Stage) -> Stage:
+    """Return a stage at some of the times, without the memory of all of them."""
+    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // MOST_TIMES)))
+    return some.copy() if stage.carriers else some
+
+
 class Split(NamedTuple):
     """All runs split into parts, with the numbers of carriers that are in use.
 
     Attributes
     ----------
-    stages : all runs, those of the design first, at some of the times.
+    stages : all runs, those of the design first, at `compared_times`.
     outputs : the outputs that each stage stands for.
     xi, eta : of the held-out runs, which are the last.
     """
@@ -38,9 +44,8 @@ class Split(NamedTuple):
         """
         carriers = np.minimum(carriers, len(stages) - 1)
         used = np.unique(carriers)
-        times = slice(None, None, max(1, stages[0].base.shape[-1] // MOST_TIMES))
         outputs = [np.flatnonzero(carriers == k) for k in used]
-        return Split([stages[k].at(times) for k in used], outputs, xi, eta)
+        return Split([stages[k] for k in used], outputs, xi, eta)
 
     def rows(self, combined: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return combinations of runs, relative to the size of each output, (rows, parts, times).

@@ -27,6 +27,10 @@ SWEEPS = 3
 STEEPEST, STEEP = 2, 0.1
 """Most directions of large slopes, and the least slope of one in parts of the largest."""
 
+MISSED_ORDER, FACTORIAL = 3, 15
+"""What is missed at rare values grows as z³ at least, since z and z² are expanded; and 5!! = E z⁶.
+A run at 3.5 would count three times as much if all of |z| > 2.5 missed as much as it does."""
+
 RARE, REACHED = 3.5, 2.5
 """A value of a normal variable along a slope, and the least value for which it speaks: it is in the
 middle between 3.5 and the outermost of eight samples."""
@@ -82,7 +86,8 @@ class RareValues(NamedTuple):
         largest = np.take_along_axis(own, at[:, None], axis=1)
         own = -np.sign(largest) * own  # either sign may come out of the decomposition
         along = np.concatenate([own, -own])
-        weight = np.full(len(along), chdtrc(1, REACHED**2) / 2)
+        beyond = FACTORIAL * chdtrc(1 + 2 * MISSED_ORDER, REACHED**2)  # E[z⁶; |z| > 2.5]
+        weight = np.full(len(along), beyond / RARE ** (2 * MISSED_ORDER) / 2)
         xi = of_normals(RARE * along, families)
         return RareValues(xi, np.zeros((len(xi), m)), along, weight)
 

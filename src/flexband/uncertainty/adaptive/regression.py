@@ -64,13 +64,18 @@ class SampledDesign:
         varied = variation(F)
         counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
         weight = np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
-        terms = np.zeros((len(self.index), series.shape[1]))
-        for part in columns.parts(series.shape[1]):
-            own = sparse_fit(values, self.index, series[:, part.ravel()], _weights(part, weight))
-            terms[np.ix_(own.which, part.ravel())] = own.coefficients
-        used = terms.any(axis=1) | ~self.index.any(axis=1)
-        scales = term_scales(self.index[used], self.families)[:, None]
-        return HybridExpansion(tuple(self.families), self.index[used], terms[used] / scales)
+        parts, fits = list(columns.parts(series.shape[1])), []
+        for part in parts:
+            own = series[:, part.ravel()]
+            fits.append(sparse_fit(values, self.index, own, _weights(part, weight)))
+        used = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
+        terms = np.zeros((len(used), series.shape[1]))
+        for part, fit in zip(parts, fits, strict=True):
+            kept = np.isin(fit.which, used)
+            rows = np.searchsorted(used, fit.which[kept])
+            terms[np.ix_(rows, part.ravel())] = fit.coefficients[kept]
+        terms /= term_scales(self.index[used], self.families)[:, None]
+        return HybridExpansion(tuple(self.families), self.index[used], terms)
 
     @property
     def few(self) -> int:

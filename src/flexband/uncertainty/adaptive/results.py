@@ -71,7 +71,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         course.held.xi,
         course.held.eta,
         choice.missed,
-        np.hypot(choice.overshoot, share(course.space.interval_dimension) * choice.later),
+        share(course.space.interval_dimension) * np.hypot(choice.overshoot, choice.later),
         error.window,
     )
     _warn_of_unexplained(course)

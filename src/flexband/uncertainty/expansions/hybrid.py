@@ -15,6 +15,9 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values
 SMALL_PRODUCT, ROWS = 2**18, 32
 """Multiplications of a product of matrices that libraries leave to one thread, and its rows."""
 
+AT_ONCE = 1024
+"""Series whose terms are compared at once."""
+
 FEW_PRODUCTS = 2**24
 """Multiplications for which the threads of the linear algebra library are not woken: they would
 wait busily for more, for longer than these take, on cores that others can use."""
@@ -51,7 +54,12 @@ def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarra
     """Return values (Π columns, series) on a tensor product transformed by a matrix per factor."""
     before = 1
     for matrix in matrices:
-        values = matrix @ values.reshape(before, matrix.shape[1], -1)
+        own = values.reshape(before, matrix.shape[1], -1)
+        if before == 1 or len(matrix) != matrix.shape[1]:
+            values = matrix @ own
+        else:  # in place, since it may take as much memory as all runs
+            for part in own:
+                part[:] = matrix @ part
         before *= len(matrix)
     return values.reshape(before, -1)
 
@@ -244,8 +252,13 @@ class HybridExpansion:
         Since |T_i| ≤ 1, it bounds their contribution to mean and standard deviation; if the series
         converges, it is of the order of the first omitted terms. Zero orders do not count.
         """
-        highest = self.highest().any(axis=0)
-        return np.abs(self.weighted[highest]).sum(axis=0)
+        return self.size_of(np.asarray(self.highest().any(axis=0)))
+
+    def size_of(self, which: np.ndarray) -> np.ndarray:
+        """Return the sum of the sizes of some terms, shape (series,)."""
+        weight, count = np.sqrt(self.norms)[self.j[which], None], self.coefficients.shape[1]
+        parts = np.array_split(self.coefficients, max(1, count // AT_ONCE), axis=1)
+        return np.concatenate([np.abs(own[which] * weight).sum(axis=0) for own in parts])
 
 
 def _products(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

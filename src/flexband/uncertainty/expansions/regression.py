@@ -52,14 +52,17 @@ class Fit(NamedTuple):
     ----------
     which : numbers of the candidates that were taken, shape (terms,).
     coefficients : shape (terms, series).
-    left_out : error of every run in the fit to all others, shape (runs, series).
     correction : √T.
     """
 
     which: np.ndarray
     coefficients: np.ndarray
-    left_out: np.ndarray
     correction: float
+
+    @property
+    def used(self) -> np.ndarray:
+        """Numbers of the candidates whose coefficients are not all zero."""
+        return self.which[self.coefficients.any(axis=1)]
 
 
 def candidates(dimension: int) -> np.ndarray:
@@ -114,7 +117,9 @@ def sparse_fit(
     index : orders of the candidates, shape (candidates, variables).
     series, weight : shape (runs, series), and the weight of each series, shape (series,).
     """
-    y, orders = compressed(weight * series), index.sum(axis=1)
+    y, orders = weight * series, index.sum(axis=1)
+    y -= y.mean(axis=0)  # the constant term is always taken
+    y = principal(y)
     merit = MERIT_PER_ORDER ** np.maximum(orders - 1, 0)
 
     def path(kind: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -126,8 +131,8 @@ def sparse_fit(
     first = index[found[0][2][1:2]].any(axis=0)  # the most important variable, if any
     found.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
     _, correction, which = min(found, key=lambda path: path[0])
-    coefficients, left_out = least_squares(values[:, which], series)
-    return Fit(which, coefficients, left_out, correction)
+    Q, R = np.linalg.qr(values[:, which])
+    return Fit(which, np.linalg.solve(R, Q.T @ series), correction)
 
 
 def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -139,14 +144,6 @@ def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.nda
     np.subtract(series, left_out, out=left_out)
     left_out /= (1 - lever)[:, None]
     return np.linalg.solve(R, projected), left_out
-
-
-def compressed(series: np.ndarray) -> np.ndarray:
-    """Return at most as many series as runs, with the same products between the runs.
-
-    The mean over the runs is subtracted, since the constant term is always taken.
-    """
-    return principal(series - series.mean(axis=0))
 
 
 def principal(series: np.ndarray) -> np.ndarray:

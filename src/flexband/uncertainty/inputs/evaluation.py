@@ -198,7 +198,8 @@ def not_finite(
 
     The words have the inputs of one run. Both texts are "" if all are finite.
     """
-    size = np.abs(values.reshape(len(values), -1)).max(axis=1)  # NaN if one is
+    flat = values.reshape(len(values), -1)
+    size = np.maximum(flat.max(axis=1), -flat.min(axis=1))  # NaN if one is
     bad = np.asarray(~(size <= LARGEST))
     if not bad.any():
         return "", "", bad

@@ -19,7 +19,7 @@ from flexband.uncertainty.adaptive.runs import Runs
 from flexband.uncertainty.expansions.expansion import SIGMAS, joined
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.surrogates.diagnostics import rms, running
+from flexband.uncertainty.surrogates.diagnostics import rms, running, share
 from flexband.uncertainty.surrogates.sigmas import growth
 
 RANDOM = (0.1, 0.3)
@@ -133,10 +133,25 @@ def error_of_bands(polynomials: NodePolynomials, held: Runs, error: ExpectedErro
                 parts[k] += np.maximum(rise, there).mean(axis=-1) / 2
     if random:
         parts = np.hypot(parts, _of_random(np.sqrt(square[:, intervals:].sum(axis=1)), std))
-    overshoot = running(error.choice.overshoot, error.window)
+    overshoot = share(intervals) * running(error.choice.overshoot, error.window)
     values = np.hypot(parts[..., None] * in_time, overshoot)
     values[0] *= growth(0) if random else 1.0  # without σ, the mean is the error bar
     return np.maximum(values, np.finfo(float).eps * rms(held.values)[:, None])
+
+
+def largest_error(error: ExpectedError, m: int) -> np.ndarray:
+    """Return the error of μ ± σ anywhere that the worst of all held-out runs tells.
+
+    Its shape is (outputs, times). The mean square of few runs is often that of one alone: where it
+    is far from all others, the mean is far too small.
+
+    Parameters
+    ----------
+    error : what the expansion misses in held-out runs.
+    m : number of interval variables.
+    """
+    worst = np.abs(error.choice.missed).max(axis=0)
+    return share(m) * running(np.hypot(worst, error.choice.overshoot), error.window)
 
 
 def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,11 +16,21 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order, quantities
-from flexband.uncertainty.phase_resolved.bands_error import NodePolynomials, error_of_bands
+from flexband.uncertainty.phase_resolved.bands_error import (
+    NodePolynomials,
+    error_of_bands,
+    largest_error,
+)
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import diagnostics, least_error, step, trust
+from flexband.uncertainty.surrogates.diagnostics import (
+    diagnostics,
+    least_error,
+    share,
+    step,
+    trust,
+)
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -54,6 +64,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     interval_order: Order = 1
 
     name = "phase-resolved PCCI"
+    copies, copies_per_carrier = 3.5, 12.0
 
     def runs(self, space: Space) -> int:
         """Return Π (k+1) Π (q+1) + 4."""
@@ -63,7 +74,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         """Return the surrogate, the expected error of its bands, and the carriers of each output.
 
         All are told as by `AdaptivePCCI`. Bounds often rest on nodes, where nothing is missed;
-        `pointwise_error` is that of μ ± σ at any values of the interval inputs. The error of step
+        `pointwise_error` is that of μ ± σ at any values of the interval inputs, as the worst of
+        the held-out runs tells it. The error of step
         and elements is not estimated.
         """
         random_orders, interval_orders = self.orders(space)
@@ -92,8 +104,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         )
         for band in ("mean", "error_bar"):
             told[f"{band}_expansion_error"] = told[f"{band}_expected_error"]
-        at_one_time = AT_ONE_TIME * np.maximum(error.values, least).reshape(values.shape[1:])
-        told["pointwise_error"] = values.dims[1:], at_one_time
+        worst = AT_ONE_TIME * np.maximum(largest_error(error, len(nodes)), least)
+        told["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
         relative = error.relative(both)
         told = told.assign_attrs(
             expected_error=relative,
@@ -103,7 +115,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
             runs_checked=HELD,
             runs_generic=HELD,
         )
-        checked = HeldOut(held.xi, held.eta, choice.missed, choice.overshoot, error.window)
+        overshoot = share(len(nodes)) * choice.overshoot
+        checked = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
         return Surrogate(space, values[:0], tuple(choice.expansions()), told, checked)
 
 

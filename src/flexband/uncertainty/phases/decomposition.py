@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -52,9 +53,14 @@ class Stage(NamedTuple):
         """Return the runs at some of the times."""
         return Stage([c.at(times) for c in self.carriers], self.base[..., times])
 
+    def copy(self) -> Stage:
+        """Return a copy, which keeps no other runs or times in memory."""
+        carriers = [Carrier(c.phase.copy(), c.envelope.copy(), c.frequency) for c in self.carriers]
+        return Stage(carriers, self.base.copy())
 
-def decompose(F: np.ndarray, dt: float) -> list[Stage]:
-    """Return the runs with 0, 1, 2, … carriers, until no further one is found.
+
+def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
+    """Yield the runs with 0, 1, 2, … carriers, until no further one is found.
 
     A new carrier is tracked in the rest of the runs without the earlier ones; then each carrier is
     tracked once more in the rest without all others. If a carrier is lost but its frequency is near
@@ -64,12 +70,13 @@ def decompose(F: np.ndarray, dt: float) -> list[Stage]:
     ----------
     F : shape (runs, outputs, times), at steps of dt.
     """
-    stages = [Stage([], F)]
+    stage = Stage([], F)
+    yield stage
     scale = np.sqrt([np.mean(own.var(axis=-1)) for own in np.moveaxis(F, 1, 0)])
     scale, least = np.where(scale > 0, scale, 1.0), 0.0
     multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
-    while F.shape[-1] >= MIN_TIMES and len(stages) <= MAX_CARRIERS:
-        found, rest = stages[-1]
+    while F.shape[-1] >= MIN_TIMES and len(stage.carriers) < MAX_CARRIERS:
+        found, rest = stage
         own, varying = spectra(rest, scale)
         least = least if found else MIN_ENERGY * varying.sum()
         peaks = detect(own, varying, F.shape[-1], dt, least)[:MAX_PEAKS]
@@ -85,8 +92,8 @@ def decompose(F: np.ndarray, dt: float) -> list[Stage]:
             again = track(rest, dt, old.frequency, psi, scale, 0 if h else 1)
             carriers[j] = old if again is None else again
             rest = rest - carriers[j].signal
-        stages.append(Stage(carriers, rest))
-    return stages
+        stage = Stage(carriers, rest)
+        yield stage
 
 
 def _next_carrier(

@@ -15,7 +15,10 @@ SMALLEST = 1e-120
 
 def check_size(values: xr.DataArray) -> None:
     """Raise `InputError` if an output is not zero, but smaller than `SMALLEST` in all runs."""
-    size = np.nanmax(np.abs(series(values)), axis=(0, 2), initial=0.0)
+    own = series(values)
+    size = np.maximum(
+        np.nanmax(own, axis=(0, 2), initial=0.0), -np.nanmin(own, axis=(0, 2), initial=0.0)
+    )
     for name, one in zip(names_of_outputs(values), size.tolist(), strict=True):
         if 0 < one < SMALLEST:
             raise InputError(

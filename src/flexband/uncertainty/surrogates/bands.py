@@ -13,6 +13,9 @@ from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
 
+AT_ONCE = 4096
+"""Places whose values of the inputs are computed at once."""
+
 BOUNDS = ["lower", "upper"]
 
 VARIABLES = frozenset(
@@ -77,10 +80,14 @@ def bands(
         return dims, values.reshape(shape)
 
     def places(low: np.ndarray, high: np.ndarray):
-        eta = np.stack([low, high]).reshape(-1, low.shape[-1])
-        values = intervals.numbers_at(np.zeros((len(eta), 0)), eta)
-        coords["input"] = xr.Variable("input", list(values))
-        return ("input", *dims), np.array(list(values.values())).reshape(-1, *shape)
+        values = np.empty((len(coords["input"]), 2, low[..., 0].size))
+        for own, bound in zip(np.moveaxis(values, 1, 0), (low, high), strict=True):
+            flat = bound.reshape(-1, bound.shape[-1])
+            for k in range(0, len(flat), AT_ONCE):  # all together take as much as many runs
+                eta = flat[k : k + AT_ONCE]
+                numbers = intervals.numbers_at(np.zeros((len(eta), 0)), eta)
+                own[:, k : k + AT_ONCE] = list(numbers.values())
+        return ("input", *dims), values.reshape(-1, *shape)
 
     data = {
         "mean": variable(mean.values),
@@ -92,6 +99,7 @@ def bands(
     coords["bound"] = xr.Variable("bound", BOUNDS)
     intervals = Space(space.of_kind(random=False))
     if intervals.inputs:
+        coords["input"] = xr.Variable("input", list(intervals.numbers_at(*intervals.nominal())))
         data["mean_at"] = places(mean.places[0], mean.places[1])
         data["error_bar_at"] = places(lower.places[0], upper.places[1])
     return xr.Dataset(data, coords, {"sigmas": sigmas} | remark(space))

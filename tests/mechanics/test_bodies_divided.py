@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
-from scipy.optimize import root_scalar
 
 import flexband as fb
+
+from .models import roots, timoshenko
 
 E, NU, WIDTH, RHO = 7e10, 0.3, 0.03, 2700.0
 FORCE = 1e-3
@@ -144,20 +144,12 @@ def test_modes_of_a_beam_on_a_pivot():
     mass, rotary = RHO * WIDTH * height, RHO * WIDTH * height**3 / 12
 
     def determinant(omega):
-        A = np.zeros((4, 4))
-        A[0, 1], A[0, 3], A[1, 2], A[2, 3] = 1, 1 / kGA, 1 / EI, -1
-        A[2, 1], A[3, 0] = -rotary * omega**2, -mass * omega**2
-        before, behind = expm(A * a), expm(A * (1 - a))
-        free = np.array([before[0, 0], before[0, 1], 0.0])  # w at the pivot
-        end = behind @ np.column_stack([before[:, 0], before[:, 1], [0, 0, 0, 1]])
-        return np.linalg.det(np.stack([free, end[2] / EI, end[3] / EI]))
+        before, behind = (timoshenko(omega, span, EI, kGA, mass, rotary) for span in (a, 1 - a))
+        at_pivot = [*before[0, :2], 0.0]  # w, of w and φ at the start and of the force of the pivot
+        end = behind @ np.column_stack([before[:, :2], [0, 0, 0, 1]])
+        return np.linalg.det([at_pivot, *end[2:]])
 
-    omega = 2 * np.pi * np.linspace(300, 3000, 200)
-    values = [determinant(one) for one in omega]
-    exact = [
-        root_scalar(determinant, bracket=omega[k : k + 2]).root / (2 * np.pi)
-        for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    ]
+    exact = roots(determinant, np.linspace(300, 3000, 200))
     found = fb.modes(pivoted(10), 3, about="start").frequency.to_numpy()
     np.testing.assert_allclose(found[1:], exact, rtol=3e-4)  # the first is the free swing
 

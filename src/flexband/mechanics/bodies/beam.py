@@ -50,6 +50,12 @@ from flexband.mechanics.forms import Form, Frame, Vector, add, scale, subtract
 from flexband.mechanics.kernels.elements.continuum_strains import strains
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
 
+DIRECTION = ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1)
+"""Coordinates of an element that the components of d follow from, and the sign of the first four.
+
+They are those of r and r_x turned by 90°, and of r_y.
+"""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Beam(CentreLine):
@@ -349,21 +355,9 @@ class Beam(CentreLine):
             for e, first in enumerate(self.element_rows):
                 add_pairs(entries, [first + 4, first + 10], blocks[..., e])
             return entries
-        self._add_rotary_inertia(entries, rotary)
-        return entries
-
-    def _add_rotary_inertia(self, entries: MassEntries, rotary: np.ndarray) -> None:
-        """Add ∫ρI ḋ·ḋ ds, where d is as in `section_direction`.
-
-        The components of d are those of r and r_x turned by 90° and those of r_y.
-        """
-        il = 1 / self.element_lengths[..., None]
-        _, hi, h, hj = hermite_slope(POSITIONS)
-        ends = 1 - POSITIONS, POSITIONS
-        axis = [-h * il, hi - ends[0] + 0 * il, h * il, hj - ends[1] + 0 * il]
-        shapes = np.stack([*axis, ends[0] + 0 * il, ends[1] + 0 * il], axis=1)
+        shapes = self.direction_shapes
         blocks = np.einsum("neg,nieg,njeg->nije", rotary * self.weights, shapes, shapes)
-        for places, sign in ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1):
+        for places, sign in DIRECTION:
             for a, i in enumerate(places):
                 for b, j in enumerate(places):
                     if i <= j:
@@ -371,6 +365,24 @@ class Beam(CentreLine):
                         for e, first in enumerate(self.element_rows):
                             key = first + i, first + j
                             entries[key] = entries.get(key, 0.0) + factor * blocks[:, a, b, e]
+        return entries
+
+    @property
+    def rotary_weights(self) -> np.ndarray:
+        """Rotary inertia times the weights of the Gauss points [kg m²], (n or 1, elements, …)."""
+        return self._rotary * self.weights
+
+    @property
+    def direction_shapes(self) -> np.ndarray:
+        """Factors of the coordinates in `DIRECTION` at the Gauss points, up to their sign.
+
+        d is as in `section_direction`. The shape is (n or 1, 6, elements, points).
+        """
+        il = 1 / self.element_lengths[..., None]
+        _, hi, h, hj = hermite_slope(POSITIONS)
+        ends = 1 - POSITIONS, POSITIONS
+        axis = [-h * il, hi - ends[0] + 0 * il, h * il, hj - ends[1] + 0 * il]
+        return np.stack([*axis, ends[0] + 0 * il, ends[1] + 0 * il], axis=1)
 
 
 def _check_arc(curvature: np.ndarray, height: np.ndarray) -> None:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import root_scalar
 
 import flexband as fb
 from flexband.caching import cached_on_disk
@@ -320,3 +322,22 @@ def hardening_spring(speed):
         loads={"s": fb.Spring("m", (-1.0, 0.0), 10.0, 2.0, cubic=1e7)},
         sensors={"m": fb.Position("m")},
     )
+
+
+def timoshenko(omega, length, EI, kGA, mass, rotary):
+    """Transfer matrix of w, φ, M/EI and S/EI along Timoshenko's beam at an angular frequency.
+
+    `mass` and `rotary` are the mass [kg/m] and the rotary inertia [kg m] per length.
+    """
+    A = np.zeros((4, 4))
+    A[0, 1], A[0, 3], A[1, 2], A[2, 3] = 1, EI / kGA, 1, -1
+    A[2, 1], A[3, 0] = -rotary * omega**2 / EI, -mass * omega**2 / EI
+    return expm(A * length)
+
+
+def roots(function, frequencies):
+    """The frequencies [Hz] between the given ones at which a function of ω vanishes."""
+    omega = 2 * np.pi * frequencies
+    signs = np.sign([function(one) for one in omega])
+    changes = np.flatnonzero(signs[:-1] != signs[1:])
+    return [root_scalar(function, bracket=omega[k : k + 2]).root / (2 * np.pi) for k in changes]

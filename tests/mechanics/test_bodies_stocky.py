@@ -5,6 +5,8 @@ import pytest
 
 import flexband as fb
 
+from .models import roots, timoshenko
+
 RUBBER = {"density": 1000.0, "youngs_modulus": 1e9, "poissons_ratio": 0.3}
 
 
@@ -69,17 +71,31 @@ def test_an_arc_whose_inside_lies_beyond_its_centre_is_refused(ratio):
         )  # fmt: skip
 
 
-def test_modes_of_thickness_are_marked_and_left_out():
-    """Timoshenko's third bending mode at L/h = 2 is the fourth, after an axial one."""
-    beam = fb.Beam(length=0.2, height=0.1, width=0.1, elements=16, **RUBBER)
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 5.0])
+def test_modes_of_thickness_are_marked_and_left_out(ratio):
+    """What remains are the bending modes of Timoshenko's clamped beam, and the axial ones.
+
+    Modes of thickness reach beyond Timoshenko's fifth bending mode.
+    """
+    length, h, EI, kGA = 0.1 * ratio, 0.1, 1e9 * 0.1**4 / 12, 1e9 / 2.6 * 13 / 15.3 * 0.1**2
+    beam = fb.Beam(length=length, height=h, width=h, elements=16, **RUBBER)
     model = fb.Mechanism(
         bodies={"b": beam},
         joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
         sensors={"tip": fb.Position("b.end")},
     )
-    found = fb.modes(model, 4, about="start")
+
+    def determinant(omega):
+        across = timoshenko(omega, length, EI, kGA, 1000 * h**2, 1000 * h**4 / 12)
+        return np.linalg.det(across[2:, 2:])
+
+    bending = roots(determinant, np.linspace(50, 7000, 700))
+    axial = 1000.0 / (4 * length) * np.arange(1, 20, 2)
+    exact = np.sort([*bending, *axial])[:9]
+    found = fb.modes(model, 9, about="start")
     assert not found["thickness"].any()
-    np.testing.assert_allclose(found["frequency"], [344.2, 1250.0, 1305.9, 2732.0], rtol=1e-3)
-    every = fb.modes(model, 9, about="start", thickness=True)
-    np.testing.assert_allclose(every["frequency"][:3], found["frequency"][:3], rtol=1e-9)
-    np.testing.assert_array_equal(every["thickness"], [False] * 3 + [True] * 6)
+    np.testing.assert_allclose(found["frequency"], exact, rtol=1e-3)
+    every = fb.modes(model, 40, about="start", thickness=True)
+    others = every["frequency"][~every["thickness"]][:9]
+    np.testing.assert_allclose(others, found["frequency"], rtol=1e-9)
+    assert every["thickness"].sum() > 10

@@ -31,6 +31,7 @@ def test_tangent_is_the_derivative_of_the_residual(integration):
     np.testing.assert_allclose(dense.tangent(unknowns), exact, atol=1e-8 * np.abs(exact).max())
 
 
+@pytest.mark.filterwarnings("ignore:'b' has 1 element:flexband.ResolutionWarning")
 def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
     """Gears, a rack, a drive along a beam, and laws and a moment on bodies and on its sections, in
     any state, multipliers too.

@@ -68,7 +68,7 @@ def leaf(elements, modulus):
         joints={"clamp": fb.Weld("leaf.start", (0.0, 0.0))},
         loads={
             "P": fb.Force("leaf.node 2", y=-5.0), "w": fb.DistributedLoad("leaf", y=lambda x: -x),
-            "k": fb.Spring("leaf.0.7", (0.2, 1.0), 300.0),
+            "k": fb.Spring("leaf.0.5", (0.2, 1.0), 300.0),
         },
         sensors={name: fb.Position(point) for name, point in at.items()}
         | {"N": fb.SectionForces("leaf", "node 1"), "d": fb.Deflection("leaf", "node 2")},

@@ -41,6 +41,7 @@ from flexband.mechanics.loads.load import (
 )
 from flexband.mechanics.parts import (
     KINDS,
+    Fixed,
     check_body,
     check_entries,
     check_forms,
@@ -82,6 +83,7 @@ class Mechanism:
             raise InputError("a Mechanism needs at least one body; got none")
         for name, body in self.bodies.items():
             naming(f"body {name!r}", check_body, body)
+        object.__setattr__(self, "bodies", Fixed(self._divided()))
         for name, joint in self.joints.items():
             naming(f"joint {name!r}", self._check_joint, joint)
         for name in self.loads:
@@ -91,6 +93,15 @@ class Mechanism:
         for name, sensor in self.sensors.items():
             rows = naming(f"sensor {name!r}", sensor.rows, self)
             naming(f"sensor {name!r}", partial(check_forms, "rows", rows=self.state.rows), rows)
+
+    def _divided(self) -> dict[str, Body]:
+        """Return the bodies, divided where joints and loads act."""
+        points: dict[str, list[str]] = {name: [] for name in self.bodies}
+        for part in (*self.joints.values(), *self.loads.values()):
+            for body, _, point in (p.partition(".") for p in part.points if isinstance(p, str)):
+                if body in points:
+                    points[body].append(point or "center")
+        return {name: body.divided(points[name]) for name, body in self.bodies.items()}
 
     def _check_joint(self, joint: Joint) -> None:
         rows = joint.constraints(self.frame)

@@ -9,7 +9,7 @@ the centrifugal term −Ω²M x.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -23,7 +23,6 @@ from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Point, point
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE, statics
@@ -31,12 +30,12 @@ from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import require_inertia
 from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import MOST_STEPS, rest
-from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 from flexband.mechanics.linearization.rotation import check_rotation
+from flexband.mechanics.linearization.thickness import Thickness
 from flexband.mechanics.mechanism import Mechanism
 
 NUDGE = 1e-6
@@ -106,7 +105,7 @@ def modes(
       oscillating, 0 if it is free;
     - `damping_ratio`, −Re s/|s|, negative if the motion grows;
     - `unstable`, whether the motion grows;
-    - `thickness`, whether most of the elastic energy is in changes of the sections' thickness;
+    - `thickness`, whether most of the kinetic energy is in changes of the sections' thickness;
     - `shape`, dims (mode, output), the change of the sensors' outputs with a mode φ of modal mass
       φᴴMφ = 1 kg. It is complex if parts of the mechanism move out of phase.
 
@@ -150,13 +149,14 @@ def found_modes(
     else:
         known("about", about, ["start", "equilibrium"])
     packed = pack(system, AT_START)
+    sections = Thickness(mechanism)
     failures = np.zeros((system.samples, 4))
     found, unbalanced, moving = [], [], False
     for block in range(-(-system.samples // WIDTH)):
         own = np.arange(system.samples)[block * WIDTH :][:WIDTH]
         own_spins = None if spins is None else spins[own[0] : own[-1] + 1]
         solve = partial(
-            _solve, system, packed(block), about, steps, own, own_spins, count, thickness
+            _solve, system, packed(block), about, steps, own, own_spins, count, sections, thickness
         )
         wait = interruptible if statics.signatures else while_compiling
         failure, results, forced, moves = wait(solve)
@@ -198,6 +198,7 @@ def _solve(
     own: np.ndarray,
     spins: Sequence[Spin] | None,
     count: int,
+    sections: Thickness,
     thickness: bool,
 ) -> tuple[np.ndarray, list[Found], list[int], bool]:
     """Return failures (4, WIDTH), modes with shapes, unbalanced samples, and whether they move."""
@@ -232,7 +233,8 @@ def _solve(
                 unbalanced.append(sample)
         require_inertia(system, balance.equations.values, z[:, None], own[lane : lane + 1])
         linear = linear._replace(M=balance.equations.mass)
-        found = _eigenmodes(linear, balance, z, count, thickness)
+        share = partial(sections.share, sample, z)
+        found = _eigenmodes(linear, balance, share, count, thickness)
         if spins is not None and spins[lane].rate:
             check_rotation(system, sample, balance, found, spins[lane])
         shapes = _shapes(balance.equations, z, found.vectors)
@@ -241,48 +243,25 @@ def _solve(
 
 
 def _eigenmodes(
-    linear: Linear, balance: Balance, z: np.ndarray, count: int, thickness: bool
+    linear: Linear,
+    balance: Balance,
+    share: Callable[[np.ndarray], np.ndarray],
+    count: int,
+    thickness: bool,
 ) -> Eigenmodes:
-    """Return the modes of lowest frequency, with those of thickness or without."""
+    """Return the modes of lowest frequency, with those of thickness or without.
+
+    `share` returns the share of their kinetic energy that vectors have in changes of thickness.
+    """
     asked = count
     while True:
         found = eigenmodes(linear, balance.basis, asked)
-        across = _of_thickness(balance.equations, z, found)
+        across = share(found.vectors) > 0.5
         found = found._replace(thickness=across)
         listed = np.flatnonzero(thickness | ~across)
         if len(listed) >= count or len(found.s) < asked:
             return found.selected(listed[:count])
         asked *= 2
-
-
-def _of_thickness(equations: Equations, z: np.ndarray, found: Eigenmodes) -> np.ndarray:
-    """Return whether most of the elastic energy of each mode makes no section force of a `Beam`.
-
-    It is in b = (r_y · r_y − 1)/2, or in a parabola of Γ without mean and slope: both are changes
-    of the length of the section's direction, in nodes and between them.
-    """
-    structure, values = equations.system.structure, equations.values
-    members = equations.system.mechanism.bodies.values()
-    beam = next((b for b in members if isinstance(b, Beam) and b.integration is None), None)
-    if beam is None:
-        return np.zeros(len(found.s), dtype=bool)
-    rows = structure.beams.first + np.arange(12)[:, None]
-    length = 1 / values.beams.inverse_length[:, :1]
-    c = values.beams.stiffness.reshape(-1, BEAM_NUMBERS, WIDTH)[:, :14, :1].transpose(1, 0, 2)
-    energy = np.zeros(len(found.s))
-    for part in (np.real(found.vectors), np.imag(found.vectors)):
-        largest = np.abs(part / equations.size[:, None]).max(axis=0)
-        size = NUDGE / np.where(largest > 0, largest, 1.0)
-        above, below = (
-            beam.element_strains(z[rows][..., None] + sign * size * part[rows - 1], length)
-            for sign in (1, -1)
-        )
-        strain = (above - below) / (2 * size)
-        parabola = (strain[0] - 2 * strain[1] + strain[2]) / 3  # Legendre's
-        stiffness = c[0] * (c[1] + c[2] - 0.5) ** 2 + c[3] + 2 * c[4] + c[5]
-        both = c[12] * strain[7] ** 2 + c[13] * strain[8] ** 2 + stiffness * parabola**2
-        energy += both.sum(axis=0)
-    return (found.s != 0) & (energy > 0.5 * np.abs(found.s) ** 2)  # of modal mass 1
 
 
 def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -39,15 +39,15 @@ class ElementTable:
     def take(self, body: Beam | Cable, first: int) -> None:
         """Append the elements of a body whose coordinates start in row `first` of z."""
         self._take(body, first)
-        strains = body.element_strains(body.at_start, body.element_length)
+        strains = body.element_strains(body.at_start, body.element_lengths.T)
         numbers = [np.moveaxis(c, 0, -1) for c in body.element_stiffness()] + list(strains)
         self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
 
     def _take(self, body: Beam | Cable, first: int) -> None:
         """Append what elements of all kinds have."""
-        starts = [first + body.per_node * e for e in range(body.elements)]
+        starts = [first + int(row) for row in body.element_rows]
         self.groups += [range(start, start + body.element_coordinates) for start in starts]
-        self.inverse_length += [1 / body.element_length] * body.elements
+        self.inverse_length += list(1 / body.element_lengths.T)
         self.retardation += [body.retardation] * body.elements
 
     def couples(self) -> Couples:

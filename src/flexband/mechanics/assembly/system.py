@@ -28,6 +28,7 @@ from flexband.mechanics.assembly.tables import MassTable, Places, Table
 from flexband.mechanics.assembly.vectors import VectorTable
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.forms import Form, TimeFunction
 from flexband.mechanics.kernels.indices import as_indices
@@ -36,6 +37,7 @@ from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.compiled_laws import CompiledLaw
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.sensors.motion import Sensor
+from flexband.words import number_of
 
 TURNING = 1e3
 """How much more assembly minds turning a rigid body by 1 rad than moving it by the size of all."""
@@ -122,6 +124,14 @@ def assemble(mechanism: Mechanism) -> System:
             f"the number of elements of {name!r} is left out: {mechanism.elements[name]} are used",
             ResolutionWarning,
         )
+    for name, body in mechanism.bodies.items():
+        if isinstance(body, CentreLine) and body.mesh.parts > body.elements:
+            warn(
+                f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} parts "
+                "between the points where joints and loads act: its section forces are wrong near "
+                f"these points. Give elements={body.mesh.parts} or more",
+                ResolutionWarning,
+            )
     state, start, mass = mechanism.state, mechanism.guess, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     beams, continua, cables = ElementTable(), ContinuumTable(), ElementTable()

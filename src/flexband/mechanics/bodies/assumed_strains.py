@@ -55,7 +55,8 @@ def line_stiffness(
 ) -> list[np.ndarray]:
     """Return E_m, α, β, E_ii, E_ij, E_jj, B_0, ρ and B_1, see `kernels.elements.centre_line`.
 
-    EA [N], EI [N m²] and the result are as in `stiffness`; `length` [m] is that of an element.
+    EA [N], EI [N m²] and the result are as in `stiffness`; `length` [m] is that of the elements,
+    shape (n or 1, elements).
     `held` is added to EA where the axis is stretched at the ends and compressed in the middle, so
     that its mean strain and the slope of it vanish; it has the shape of EA.
     """
@@ -67,7 +68,7 @@ def line_stiffness(
         )
     )
     axial = [mm, im / mm, mj / mm, ii - im**2 / mm, ij - im * mj / mm, jj - mj**2 / mm]
-    mean, mixed, change = (c / length[..., None] ** 2 for c in stiffness(bending(POSITIONS), EI))
+    mean, mixed, change = (c / length**2 for c in stiffness(bending(POSITIONS), EI))
     return [*axial, mean, mixed / mean, change - mixed**2 / mean]
 
 

@@ -46,9 +46,15 @@ from flexband.mechanics.bodies.section_stiffness import (
     SectionStiffness,
 )
 from flexband.mechanics.bodies.sections import Rectangle, Section, curved_second_moment
-from flexband.mechanics.forms import Frame, Vector, add, scale, subtract
+from flexband.mechanics.forms import Form, Frame, Vector, add, scale, subtract
 from flexband.mechanics.kernels.elements.continuum_strains import strains
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
+
+DIRECTION = ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1)
+"""Coordinates of an element that the components of d follow from, and the sign of the first four.
+
+They are those of r and r_x turned by 90°, and of r_y.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +79,8 @@ class Beam(CentreLine):
     youngs_modulus : E [Pa].
     poissons_ratio : ν, in (−1, 0.5). The material of a continuum element is in plane stress.
     elements : number of elements. If it is left out, 4 are used, with a warning, or
-        `AdaptivePCCI` chooses it (see `dynamic_response`).
+        `AdaptivePCCI` chooses it (see `dynamic_response`). They are equally long, unless joints or
+        loads act between the ends: then they are shared among the parts between these points.
     retardation : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains E + τ Ė.
         A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
@@ -156,9 +163,22 @@ class Beam(CentreLine):
     def counts(self) -> tuple[int, int]:
         return (9, 3) if self.integration is None else (12, 9)
 
+    def constraints(self, first: int) -> list[Form]:
+        """Return the differences of r and of r_y in doubled nodes.
+
+        r_x jumps: its length by that of the axial force, its angle by that of the shear force.
+        """
+        nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
+        pairs = [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
+        return [
+            row
+            for a, b in pairs
+            for row in (*subtract(a.position, b.position), *subtract(a.y, b.y))
+        ]
+
     def coordinates(self) -> list[np.ndarray]:  # r, r_x and r_y of each node
         nodes = []
-        for x, y, angle in zip(*(column.T for column in self.axis()), strict=True):
+        for x, y, angle in zip(*(column.T for column in self.node_axes()), strict=True):
             c, s = np.cos(angle), np.sin(angle)
             nodes += [x, y, c, s, -s, c]
         return nodes
@@ -209,7 +229,7 @@ class Beam(CentreLine):
         ends = interpolation(ENDS, POSITIONS)
         held = self._held * EA
         thickness = [np.sum(held * share, axis=-1) for share in ends]
-        line = line_stiffness(EA, EI, self.element_length, held - EA)
+        line = line_stiffness(EA, EI, self.element_lengths, held - EA)
         return line + stiffness(ends, kGA) + thickness
 
     @property
@@ -261,7 +281,7 @@ class Beam(CentreLine):
 
     def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
         """Return the strains of a continuum at these ξ at the start, (elements, points, n or 1)."""
-        q, length = self.at_start, self.element_length
+        q, length = self.at_start, self.element_lengths.T
         at_points = [strains.py_func(self.vectors(q, xi, length)) for xi in points]
         return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
 
@@ -332,31 +352,37 @@ class Beam(CentreLine):
         across = np.stack([1 - POSITIONS, POSITIONS])
         if self.integration is not None:
             blocks = np.einsum("neg,ig,jg->nije", rotary * self.weights, across, across)
-            for e in range(self.elements):
-                add_pairs(entries, [6 * e + 4, 6 * e + 10], blocks[..., e])
+            for e, first in enumerate(self.element_rows):
+                add_pairs(entries, [first + 4, first + 10], blocks[..., e])
             return entries
-        self._add_rotary_inertia(entries, rotary)
-        return entries
-
-    def _add_rotary_inertia(self, entries: MassEntries, rotary: np.ndarray) -> None:
-        """Add ∫ρI ḋ·ḋ ds, where d is as in `section_direction`.
-
-        The components of d are those of r and r_x turned by 90° and those of r_y.
-        """
-        il = 1 / np.atleast_1d(self.element_length)[:, None]
-        _, hi, h, hj = hermite_slope(POSITIONS)
-        ends = 1 - POSITIONS, POSITIONS
-        axis = [-h * il, hi - ends[0] + 0 * il, h * il, hj - ends[1] + 0 * il]
-        shapes = np.stack([*axis, ends[0] + 0 * il, ends[1] + 0 * il], axis=1)
-        blocks = np.einsum("neg,nig,njg->nije", rotary * self.weights, shapes, shapes)
-        for places, sign in ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1):
+        shapes = self.direction_shapes
+        blocks = np.einsum("neg,nieg,njeg->nije", rotary * self.weights, shapes, shapes)
+        for places, sign in DIRECTION:
             for a, i in enumerate(places):
                 for b, j in enumerate(places):
                     if i <= j:
                         factor = sign if (a < 4) != (b < 4) else 1
-                        for e in range(self.elements):
-                            key = 6 * e + i, 6 * e + j
+                        for e, first in enumerate(self.element_rows):
+                            key = first + i, first + j
                             entries[key] = entries.get(key, 0.0) + factor * blocks[:, a, b, e]
+        return entries
+
+    @property
+    def rotary_weights(self) -> np.ndarray:
+        """Rotary inertia times the weights of the Gauss points [kg m²], (n or 1, elements, …)."""
+        return self._rotary * self.weights
+
+    @property
+    def direction_shapes(self) -> np.ndarray:
+        """Factors of the coordinates in `DIRECTION` at the Gauss points, up to their sign.
+
+        d is as in `section_direction`. The shape is (n or 1, 6, elements, points).
+        """
+        il = 1 / self.element_lengths[..., None]
+        _, hi, h, hj = hermite_slope(POSITIONS)
+        ends = 1 - POSITIONS, POSITIONS
+        axis = [-h * il, hi - ends[0] + 0 * il, h * il, hj - ends[1] + 0 * il]
+        return np.stack([*axis, ends[0] + 0 * il, ends[1] + 0 * il], axis=1)
 
 
 def _check_arc(curvature: np.ndarray, height: np.ndarray) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -71,6 +72,13 @@ class Body(ABC):
     def constraints(self, first: int) -> list[Form]:
         """Return the forms of z that the body itself requires to vanish; none by default."""
         return []
+
+    def divided(self, points: Iterable[str]) -> Self:
+        """Return the body with a mesh whose section forces may jump at these named points.
+
+        By default a body has no mesh and is returned as it is.
+        """
+        return self
 
     def refined(self, parts: int) -> Self:
         """Return the body on a mesh with this many elements in place of each, with the same points.

@@ -28,7 +28,7 @@ from flexband.mechanics.bodies.assumed_strains import (
 from flexband.mechanics.bodies.body import MassEntries
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Along, Property
-from flexband.mechanics.forms import Frame, Vector
+from flexband.mechanics.forms import Form, Frame, Vector, cross, subtract
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,8 @@ class Cable(CentreLine):
     axial_stiffness : EA [N].
     bending_stiffness : EI [N m²].
     elements : number of elements. If it is left out, 4 are used, with a warning, or
-        `AdaptivePCCI` chooses it (see `dynamic_response`).
+        `AdaptivePCCI` chooses it (see `dynamic_response`). They are equally long, unless joints or
+        loads act between the ends: then they are shared among the parts between these points.
     retardation : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the strains
         ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
@@ -82,8 +83,19 @@ class Cable(CentreLine):
             ("Cable bending_stiffness [N m²]", self.bending_stiffness, positive),
         )
 
+    def constraints(self, first: int) -> list[Form]:
+        """Return the differences of r and the sine of that of the angles in doubled nodes.
+
+        The length of r_x jumps by that of the axial force.
+        """
+        nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
+        pairs = [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
+        return [
+            row for a, b in pairs for row in (*subtract(a.position, b.position), cross(a.x, b.x))
+        ]
+
     def coordinates(self) -> list[np.ndarray]:  # r and r_x of each node
-        nodes = zip(*(column.T for column in self.axis()), strict=True)
+        nodes = zip(*(column.T for column in self.node_axes()), strict=True)
         return [c for x, y, angle in nodes for c in (x, y, np.cos(angle), np.sin(angle))]
 
     def node_frame(self, first: int) -> Frame:
@@ -101,7 +113,7 @@ class Cable(CentreLine):
     def element_stiffness(self) -> list[np.ndarray]:
         """Return the stiffness by the strains of an element [J], see `kernels.elements.cables`."""
         EA, EI = self.stiffness()
-        return line_stiffness(EA, EI, self.element_length)
+        return line_stiffness(EA, EI, self.element_lengths)
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
         ends = q.reshape(4, 2, *q.shape[1:])

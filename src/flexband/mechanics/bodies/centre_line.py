@@ -8,8 +8,10 @@ elements from its start; inside an element ξ in [0, 1] is the local coordinate.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -26,6 +28,7 @@ from flexband.errors import (
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
 from flexband.mechanics.bodies.curves import PANELS, Path, arc, drawn, measured
+from flexband.mechanics.bodies.mesh import Mesh, divided_mesh
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.forms import Frame, Vector, add, scale
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
@@ -43,6 +46,11 @@ class CentreLine(Body):
     `elements_per_node` is the number of elements between two named nodes. It is more than one if
     the mesh was `refined`, so that "node 2" stays where it was. `elements_left_out` tells whether
     no number of elements was given.
+
+    `divisions` are the places, as fractions of the length, where loads and joints act between the
+    ends. The line is divided there: it has a node at each, and its elements are shared among the
+    parts so that the longest one is as short as possible, all elements of a part being equal. Such
+    a node is doubled, and `constraints` join the two as far as section forces do not jump.
     """
 
     length: ArrayLike
@@ -55,6 +63,7 @@ class CentreLine(Body):
     retardation: ArrayLike = 0.0
     elements_per_node: int = 1
     elements_left_out: bool = False
+    divisions: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         name = type(self).__name__
@@ -144,7 +153,12 @@ class CentreLine(Body):
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.per_node * (self.elements + 1)
+        return self.per_node * (self.elements + 1 + len(self.mesh.doubled))
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """Where the nodes are."""
+        return divided_mesh(self.elements, self.elements_per_node, self.divisions)
 
     @property
     def element_coordinates(self) -> int:
@@ -152,23 +166,44 @@ class CentreLine(Body):
         return 2 * self.per_node
 
     @property
-    def element_length(self) -> np.ndarray:
-        """Length of an element [m], shape () or (n,)."""
+    def element_rows(self) -> np.ndarray:
+        """Index of the first coordinate of each element, counted from the line's first one."""
+        e = np.arange(self.elements)
+        return self.per_node * (e + np.searchsorted(self.mesh.doubled, e, side="right"))
+
+    @property
+    def even_length(self) -> np.ndarray:
+        """Length of an element [m], shape () or (n,), if all are equal; else the mean."""
         return np.asarray(self.length, dtype=float) / self.elements
+
+    def length_of(self, element: int) -> np.ndarray:
+        """Return the length of an element [m], shape () or (n,)."""
+        return self.even_length * np.diff(self.mesh.nodes)[element]
+
+    @property
+    def element_lengths(self) -> np.ndarray:
+        """Length of each element [m], shape (n or 1, elements)."""
+        return np.atleast_1d(self.even_length)[:, None] * np.diff(self.mesh.nodes)
+
+    def node_axes(self) -> list[np.ndarray]:
+        """Return X [m], Y [m] and angle [rad] of `axis`, with the nodes that are doubled."""
+        twice = np.sort(np.append(np.arange(self.elements + 1), self.mesh.doubled))
+        return [column[:, twice] for column in self.axis()]
 
     def axis(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return X [m], Y [m] and angle [rad] of the undeformed nodes, shape (n or 1, nodes)."""
         angle, x0, y0 = (
             np.atleast_1d(np.asarray(v, dtype=float))[:, None] for v in (self.angle, *self.start)
         )
-        length = np.atleast_1d(self.element_length)[:, None]
+        length = np.atleast_1d(self.even_length)[:, None]
         if callable(self.curvature):
             places = np.arange(self.elements * PANELS + 1) / PANELS
             curvature = self.evaluated(places, "curvature [1/m]", self.curvature, finite)
-            x, y, turned = drawn(curvature, length / PANELS)
+            steps = None if self.mesh.even else PANELS * self.mesh.at(places)
+            x, y, turned = drawn(curvature, length / PANELS, steps)
         else:
             curvature = np.asarray(self.curvature, dtype=float)[..., None]
-            x, y, turned = arc(curvature, length, self.elements)
+            x, y, turned = arc(curvature, length * self.mesh.nodes)
         c, s = np.cos(angle), np.sin(angle)
         return x0 + c * x - s * y, y0 + s * x + c * y, angle + turned
 
@@ -186,6 +221,14 @@ class CentreLine(Body):
         elements, each = parts * self.elements, parts * self.elements_per_node
         return replace(self, elements=elements, elements_per_node=each, elements_left_out=False)
 
+    def divided(self, points: Iterable[str]) -> Self:
+        places = set()
+        for name in points:
+            with suppress(InputError):  # it is refused where the point is used
+                places.add(self._place(name) / self.elements)
+        divisions = tuple(sorted(places - {0.0, 1.0}))
+        return self if divisions == self.divisions else replace(self, divisions=divisions)
+
     def located(self, name: str) -> float:
         """Return the position of a named point, in elements from the start.
 
@@ -194,6 +237,10 @@ class CentreLine(Body):
         InputError
             If the body has no point of this name.
         """
+        return self.mesh.located(self._place(name))
+
+    def _place(self, name: str) -> float:
+        """Return the place of a named point in lengths of an element, if all were equal."""
         count, each = self.elements, self.elements_per_node
         places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
         places |= {f"node {k}": k * each for k in range(count // each + 1)}
@@ -209,13 +256,18 @@ class CentreLine(Body):
         return place
 
     def frame(self, name: str, first: int) -> Frame:
-        place = self.located(name)
-        if place == round(place):
-            return self.node_frame(first + self.per_node * round(place))
+        place, rows = self.located(name), first + self.element_rows
+        if place == self.elements:
+            return self.node_frame(int(rows[-1]) + self.per_node)
         element = int(place)
-        a = self.node_frame(first + self.per_node * element)
-        b = self.node_frame(first + self.per_node * (element + 1))
-        xi, length = place - element, self.element_length
+        a = self.node_frame(int(rows[element]))
+        b = self.node_frame(int(rows[element]) + self.per_node)
+        if element in self.mesh.doubled and place == element:
+            before = self.node_frame(int(rows[element]) - self.per_node)
+            return replace(a, x=scale(0.5, add(before.x, a.x)))
+        if place == element:
+            return a
+        xi, length = place - element, self.length_of(element)
 
         def combined(h, position, slope):
             ends = add(scale(h[0] * position, a.position), scale(h[2] * position, b.position))
@@ -223,6 +275,12 @@ class CentreLine(Body):
 
         x = combined(hermite_slope(xi), 1 / length, 1.0)
         return Frame(combined(hermite(xi), 1.0, length), x, self.section_direction(xi, a, b, x))
+
+    def fractions(self, parts: int) -> np.ndarray:
+        """Return fractions of the length that divide each element into this many equal parts."""
+        count = parts * self.elements
+        places = np.arange(count + 1) / count
+        return places if self.mesh.even else self.mesh.at(self.elements * places) / self.elements
 
     def at_gauss_points(self, name: str, value: Property, check: Callable) -> np.ndarray:
         """Return a property at the Gauss points, shape (n or 1, elements, GAUSS_POINTS)."""
@@ -234,12 +292,15 @@ class CentreLine(Body):
         self, places: np.ndarray, name: str, value: Property, check: Callable
     ) -> np.ndarray:
         """Return a property at `places`, in elements from the start, shape (n or 1, places)."""
-        return evaluated(self.element_length[..., None] * places, name, value, check)
+        return evaluated(self.even_length[..., None] * self.mesh.at(places), name, value, check)
 
     @property
     def weights(self) -> np.ndarray:
-        """Weights of the Gauss points in integrals along an element [m], shape (…, 1, points)."""
-        return self.element_length[..., None, None] * WEIGHTS
+        """Weights of the Gauss points in integrals along the elements [m].
+
+        Their shape is (n or 1, elements, points).
+        """
+        return self.element_lengths[..., None] * WEIGHTS
 
     def stiffness(self) -> list[np.ndarray]:
         """Return each number of `section_stiffness` at the Gauss points, times their weights.
@@ -257,19 +318,18 @@ class CentreLine(Body):
     def at_start(self) -> np.ndarray:
         """Coordinates of the undeformed elements, shape (element coordinates, elements, n or 1)."""
         q = np.stack(np.broadcast_arrays(*self.coordinates()))
-        first = self.per_node * np.arange(self.elements)
-        return q[np.arange(self.element_coordinates)[:, None] + first]
+        return q[np.arange(self.element_coordinates)[:, None] + self.element_rows]
 
     @property
     def _shapes(self) -> np.ndarray:
-        """Factors of r and r_x of both ends in r₀ at the Gauss points, (n or 1, 4, points)."""
-        length = np.atleast_1d(self.element_length)
+        """Factors of r and r_x of both ends in r₀, (n or 1, 4, elements, points)."""
+        length = self.element_lengths
         factors = np.stack([np.ones_like(length), length] * 2, axis=1)
-        return factors[:, :, None] * hermite(POSITIONS)
+        return factors[..., None] * hermite(POSITIONS)[:, None]
 
     def _axis_places(self, element: int) -> list[int]:
         """Return the indices of the X components of r and r_x of both ends of an element."""
-        first = self.per_node * element
+        first = int(self.element_rows[element])
         return [first, first + 2, first + self.per_node, first + self.per_node + 2]
 
     def line_load(self, x: Property, y: Property) -> dict[int, np.ndarray]:
@@ -280,7 +340,7 @@ class CentreLine(Body):
         force: dict[int, np.ndarray] = {}
         for axis, value in enumerate((x, y)):
             at_points = self.at_gauss_points(f"load {'xy'[axis]} [N/m]", value, finite)
-            parts = np.einsum("neg,nig->nei", at_points * self.weights, self._shapes)
+            parts = np.einsum("neg,nieg->nei", at_points * self.weights, self._shapes)
             for e in range(self.elements):
                 for k, place in enumerate(self._axis_places(e)):
                     force[place + axis] = force.get(place + axis, 0.0) + parts[:, e, k]
@@ -289,7 +349,7 @@ class CentreLine(Body):
     def axis_mass(self, mass: np.ndarray) -> MassEntries:
         """Return ∫ μ S₀ᵀS₀ ds with r₀ = S₀ q; μ [kg/m] has the shape of `at_gauss_points`."""
         shapes = self._shapes
-        blocks = np.einsum("neg,nig,njg->nije", mass * self.weights, shapes, shapes)
+        blocks = np.einsum("neg,nieg,njeg->nije", mass * self.weights, shapes, shapes)
         entries: MassEntries = {}
         for e in range(self.elements):
             add_pairs(entries, self._axis_places(e), blocks[..., e])

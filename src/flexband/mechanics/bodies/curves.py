@@ -69,26 +69,28 @@ def measured(path: Path) -> Curve:
     return Curve(float(s[-1]), start, float(angle[0]), CubicSpline(s, angle).derivative())
 
 
-def drawn(curvature: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def drawn(
+    curvature: np.ndarray, step: np.ndarray, places: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Integrate a curvature to x [m], y [m] and θ [rad] of the nodes, all zero at the start.
 
-    The curvature [1/m], shape (n, PANELS × elements + 1), is given at places whose distance is
-    `step` [m], shape (n, 1). The results have shape (n, elements + 1).
+    The curvature [1/m], shape (n, PANELS × elements + 1), is given at `places`, whose unit is a
+    `step` [m], shape (n, 1); without them, one step apart. The results have shape
+    (n, elements + 1).
     """
-    angle = step * cumulative_simpson(curvature, axis=-1, initial=0)
-    x, y = (step * cumulative_simpson(f(angle), axis=-1, initial=0) for f in (np.cos, np.sin))
+    angle = step * cumulative_simpson(curvature, x=places, axis=-1, initial=0)
+    x, y = (
+        step * cumulative_simpson(f(angle), x=places, axis=-1, initial=0) for f in (np.cos, np.sin)
+    )
     return x[:, ::PANELS], y[:, ::PANELS], angle[:, ::PANELS]
 
 
-def arc(
-    curvature: np.ndarray, step: np.ndarray, steps: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def arc(curvature: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return x [m], y [m] and θ [rad] along a circular arc, all zero at the start.
 
-    The curvature [1/m] and the `step` along the arc [m] have shape (n or 1, 1), the results
-    (n or 1, steps + 1).
+    The curvature [1/m] has shape (n or 1, 1), the places s along the arc [m] and the results
+    (n or 1, places).
     """
-    s = step * np.arange(steps + 1)
     half = curvature * s / 2
     chord = s * np.sinc(half / np.pi)
     return chord * np.cos(half), chord * np.sin(half), 2 * half

@@ -80,8 +80,7 @@ def run_samples(
     """
     packed = pack(system, times, samples)
     chosen = np.arange(system.samples) if samples is None else samples
-    schedule = packed.schedule
-    rounds = len(schedule.parts)
+    schedule, rounds = packed.schedule, len(packed.schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=attempts)
     tolerance = float(integrator.tolerance)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
@@ -130,10 +129,16 @@ def run_samples(
     in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
     pace.end()
     largest = Largest.joined(strains, len(chosen))
-    kept = times[schedule.numbers[kept_steps(rounds - 1), 0]]
-    impulses.sort(key=lambda own: (own.time, own.sample))
-    moved = corrections(system, firsts, chosen)
-    return Batch(outputs, failures, starts, moved, turned, largest, kept, impulses)
+    return Batch(
+        outputs,
+        failures,
+        starts,
+        corrections(system, firsts, chosen),
+        turned,
+        largest,
+        times[schedule.numbers[kept_steps(rounds - 1), 0]],
+        sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
+    )
 
 
 def _impulses(

@@ -63,8 +63,7 @@ class Members:
             half = np.zeros((1, body.elements))  # a cable has no height
             if isinstance(body, Beam):
                 half = body.profile.across(body.at_gauss_points).mean(axis=-1) / 2
-            length = np.atleast_1d(body.element_length)[:, None]
-            found.append((np.diff(body.axis()[2]).T, (half / length).T))
+            found.append((np.diff(body.axis()[2]).T, (half / body.element_lengths).T))
         return found
 
     def largest(self, states: np.ndarray, samples: np.ndarray) -> Largest:
@@ -72,11 +71,12 @@ class Members:
         strain = np.zeros((len(self.own), 2, len(samples)))
         kept = np.zeros(strain.shape, dtype=int)
         for m, (body, first) in enumerate(zip(self.own.values(), self.first, strict=True)):
-            at = first + body.per_node * np.arange(body.elements + 1) + 2
+            at = first + np.array(body.nodes) + 2
             gx, gy = states[:, at], states[:, at + 1]
+            i = body.element_rows // body.per_node
             turn = np.arctan2(
-                gx[:, :-1] * gy[:, 1:] - gy[:, :-1] * gx[:, 1:],
-                gx[:, :-1] * gx[:, 1:] + gy[:, :-1] * gy[:, 1:],
+                gx[:, i] * gy[:, i + 1] - gy[:, i] * gx[:, i + 1],
+                gx[:, i] * gx[:, i + 1] + gy[:, i] * gy[:, i + 1],
             )
             start, per_turn = (
                 own[:, samples] if own.shape[1] > 1 else own for own in self.bending[m]

@@ -115,7 +115,7 @@ class Load(Protocol):
 
     @property
     def points(self) -> Sequence[PointName]:
-        """The points that the load names."""
+        """The points that the load names. A flexible member is divided where they are."""
         ...
 
     def enters(self, model: Model) -> Entries:

@@ -160,8 +160,8 @@ class DistributedLoad:
 
     @property
     def points(self) -> Sequence[PointName]:
-        """The beam, whose centre stands for it."""
-        return [self.beam]
+        """The ends of the beam, between which it acts."""
+        return [f"{self.beam}.start", f"{self.beam}.end"]
 
     def enters(self, model: Model) -> Entries:
         """Return ∫ f · ∂r/∂q dx."""

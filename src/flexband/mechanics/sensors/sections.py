@@ -1,8 +1,9 @@
 """Sensors inside beams and cables: section forces, strains and stresses.
 
 They follow from the material law in one element, so they converge more slowly with the mesh than
-displacements do, and jump where a force or joint acts. At a node they are those of the element that
-starts there.
+displacements do. They jump where a force or joint acts. At such a point, as at every node, they are
+those of the element that starts there, on the side of the member's end; those on the other side are
+found a little before it, at "0.499999" for a point "0.5".
 """
 
 from __future__ import annotations
@@ -48,15 +49,15 @@ class _Local(Sensor):
             If the mechanism has no such member, or the member no such place.
         """
         member, first, element, xi = self._located(model)
-        first, at = first + member.per_node * element, np.array([element + xi])
+        first, at = first + int(member.element_rows[element]), np.array([element + xi])
 
         def along(name: str, value: Property, check: Callable) -> np.ndarray:
             return member.evaluated(at, name, value, check)[:, 0]
 
-        initial = member.element_strains(member.at_start, member.element_length)
+        initial = member.element_strains(member.at_start, member.element_lengths.T)
         return [
             *(Form.variable(first + k) for k in range(member.element_coordinates)),
-            Form.constant(member.element_length),
+            Form.constant(member.length_of(element)),
             *(Form.constant(strain[element]) for strain in initial),
             *map(Form.constant, member.section_stiffness(along)),
             *map(Form.constant, self._numbers(member, along)),

@@ -115,8 +115,9 @@ def _draw_force(scene: Scene, canvas: Canvas, load: Force, gid: str) -> np.ndarr
 
 def _draw_distributed(scene: Scene, canvas: Canvas, load: DistributedLoad, gid: str) -> np.ndarray:
     """Draw arrows on a beam in proportion to the load; return the middle [m]."""
-    axis, _ = scene.axis(load.beam, GAPS)
-    half = scene.half_height(load.beam, GAPS)
+    places = np.arange(GAPS + 1) / GAPS
+    axis, _ = scene.axis(load.beam, places)
+    half = scene.half_height(load.beam, places)
     length = getattr(scene.mechanism.bodies[load.beam], "length", 0.0)
     x = np.linspace(0.0, scene.start.number(length), GAPS + 1)
     force = np.stack([scene.start.along(part, x) for part in (load.x, load.y)], axis=1)

@@ -95,27 +95,28 @@ class Scene:
         radius = np.sqrt(self.start.number(body.inertia) / mass) if mass > 0 else 0.0
         return circle(corners, radius, 60)[:-1]
 
-    def half_height(self, name: str, count: int = 0) -> np.ndarray:
-        """Return half the height [m] of a beam at the points of `axis`, shape (count + 1, 1).
+    def half_height(self, name: str, places: np.ndarray | None = None) -> np.ndarray:
+        """Return half the height [m] of a beam at the points of `axis`, shape (places, 1).
 
         That of any other body is zero, shape (1, 1).
         """
         body = self.mechanism.bodies[name]
         if not isinstance(body, Beam):
             return np.zeros((1, 1))
-        x = np.linspace(0.0, self.start.number(body.length), (count or _gaps(body)) + 1)
+        x = self.start.number(body.length) * (_places(body) if places is None else places)
         height = body.profile.across(lambda _, value, check: self.start.along(value, x))
         return height[:, None] / 2
 
-    def axis(self, name: str, count: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    def axis(self, name: str, places: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return points along the axis of a beam [m] and the direction of its height there.
 
-        Both have shape (count + 1, 2); without a count, the nodes are among the points.
+        Both have shape (places, 2). `places` are fractions of the length; without them, there are
+        equally many points in each element, and the nodes are among them.
         """
         body = self.mechanism.bodies[name]
         assert isinstance(body, CentreLine)
-        count = count or _gaps(body)
-        frames = [self.mechanism.frame(f"{name}.{k / count!r}") for k in range(count + 1)]
+        places = _places(body) if places is None else places
+        frames = [self.mechanism.frame(f"{name}.{place!r}") for place in places.tolist()]
         points = np.array([self.start.vector(f.position) for f in frames])
         return points, np.array([self.start.vector(f.y) for f in frames])
 
@@ -125,9 +126,8 @@ def pitch_radii(part: Gear | Rack) -> Sequence[ArrayLike]:
     return part.radii if isinstance(part, Gear) else [part.radius]
 
 
-def _gaps(body: CentreLine) -> int:
-    """Return a multiple of the number of elements."""
-    return body.elements * max(2, -(-AXIS_GAPS // body.elements))
+def _places(body: CentreLine) -> np.ndarray:
+    return body.fractions(max(2, -(-AXIS_GAPS // body.elements)))
 
 
 def hull(points: np.ndarray) -> np.ndarray:

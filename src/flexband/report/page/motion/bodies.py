@@ -68,11 +68,11 @@ def outline(item: Item) -> Item:
 
 def _line(scene: Scene, tracks: Tracks, name: str, body: CentreLine) -> Item:
     each = -(-GAPS // body.elements)
-    count = each * body.elements
-    half = scene.half_height(name, count).ravel()
+    places = body.fractions(each)
+    half = scene.half_height(name, places).ravel()
     return {
         "kind": "beam" if half.any() else "cable",
-        "axis": [tracks.point(f"{name}.{k / count!r}") for k in range(count + 1)],
+        "axis": [tracks.point(f"{name}.{place!r}") for place in places.tolist()],
         "nodes": each,
         "half": [float(f"{value:.5g}") for value in half],
     }

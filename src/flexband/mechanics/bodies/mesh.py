@@ -1,0 +1,93 @@
+"""Meshes of lines that are divided where something acts on them.
+
+Places along a line are measured in two ways: in elements from the start, k + ξ being in the element
+k, and in units of the length that all elements would have if they were equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+LEAST_DISTANCE = 0.01
+"""Of points where a line is divided from each other and from the ends, in units; a point that is
+closer is not at a node, but so near that the element beside the node carries its load."""
+
+ROUNDING = 1e-9
+"""Difference of places that are the same, in units."""
+
+
+class Mesh(NamedTuple):
+    """Nodes of a line.
+
+    Attributes
+    ----------
+    nodes : their places in units, shape (elements + 1,).
+    doubled : which nodes are doubled, shape (divisions,).
+    even : whether all elements are equal.
+    parts : the number of parts that the line should have.
+    """
+
+    nodes: np.ndarray
+    doubled: np.ndarray
+    even: bool
+    parts: int = 1
+
+    def at(self, places: np.ndarray) -> np.ndarray:
+        """Return places in elements from the start in units."""
+        return places if self.even else np.interp(places, np.arange(len(self.nodes)), self.nodes)
+
+    def located(self, place: float) -> float:
+        """Return a place in units in elements from the start."""
+        if not len(self.doubled):
+            return place
+        located = float(np.interp(place, self.nodes, np.arange(len(self.nodes))))
+        nearest = round(located)
+        return nearest if abs(self.nodes[nearest] - place) < ROUNDING else located
+
+
+def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[float]) -> Mesh:
+    """Return the mesh of a line with nodes at these fractions of its length, in ascending order.
+
+    The mesh of `elements_per_node` elements in place of each is that of a coarser one. With fewer
+    elements than parts, the line is not divided.
+    """
+    even = np.arange(elements + 1.0)
+    for coarse in (elements // elements_per_node, elements):
+        places = _apart(coarse * np.asarray(divisions, dtype=float), coarse)
+        if len(places) < coarse:
+            break
+    parts = len(places) + 1
+    if not 1 < parts <= coarse:
+        return Mesh(even, np.array([], dtype=int), True, parts)
+    each = elements // coarse
+    ends = np.array([0.0, *places, coarse])
+    counts = each * _shared(np.diff(ends), coarse)
+    within = zip(ends, ends[1:], counts, strict=False)
+    parted = [np.linspace(a, b, n, endpoint=False) for a, b, n in within]
+    nodes = each * np.append(np.concatenate(parted), coarse)
+    is_even = bool(np.all(np.abs(nodes - even) < ROUNDING))
+    return Mesh(even if is_even else nodes, np.cumsum(counts)[:-1], is_even, parts)
+
+
+def _apart(places: np.ndarray, end: float) -> list[float]:
+    """Return the places that are not too close to the ends and to the place before."""
+    kept = [0.0]
+    for place in places:
+        if min(place - kept[-1], end - place) > LEAST_DISTANCE:
+            kept.append(float(place))
+    return kept[1:]
+
+
+def _shared(lengths: np.ndarray, elements: int) -> np.ndarray:
+    """Return numbers of elements of parts, such that the longest element is as short as it can be.
+
+    `lengths` are those of the parts in units, whose sum is the number of elements.
+    """
+    spare = elements - len(lengths)
+    counts = np.maximum(1, np.floor(lengths / elements * spare)).astype(int)
+    while counts.sum() < elements:
+        counts[np.argmax(lengths / counts)] += 1
+    return counts

@@ -108,7 +108,7 @@ class Case:
             return self.response({name: inputs[name] for name in names})
 
         response.__signature__ = _signature(names)  # pyright: ignore[reportFunctionMemberAccess]
-        return fb.expand(response, self.inputs, fb.PCCI(1, 2))
+        return fb.expand(response, self.inputs, fb.PCCI(2, 3))  # with orders to spare
 
 
 def _signature(names: list[str]) -> Any:

@@ -15,7 +15,10 @@ from flexband.uncertainty.surrogates.bands import BOUNDS, remark
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-ERRORS = ("error_bar_expected_error", "truncation")
+INDICATOR = "truncation"
+"""Diagnostic of methods that estimate no error: the size of the terms of highest order."""
+
+ERRORS = ("error_bar_expected_error", INDICATOR)
 """Diagnostics that tell the error of the error bar, the best first."""
 
 POINTWISE_ERRORS = ("pointwise_error", *ERRORS)

@@ -195,7 +195,7 @@ def estimate(
         enough = found.probability and found.error <= accuracy * found.probability
         if enough or len(found.u) + BATCH > MOST or not len(known.u):
             break
-    if not any(part.error.any() for part in state.parts):
+    if state.exact:
         return found
     tighter = state.tighter(moved)
 

@@ -22,6 +22,7 @@ from flexband.uncertainty.answers.probability.model import Model, models
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
 from flexband.uncertainty.answers.results import (
+    INDICATOR,
     POINTWISE_ERRORS,
     check_free,
     doubts_of,
@@ -36,6 +37,17 @@ from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ANY = "any limit"
+
+STATED = "probability", "confidence_low", "confidence_high"
+BETWEEN = "between_times", "between_times_low", "between_times_high"
+AT_EACH = "at_each_time", "at_each_time_low", "at_each_time_high"
+"""Names of probabilities and the ends of their intervals."""
+
+RARE = 1e-4
+"""Smaller probabilities of a surrogate are only bounded, unless its error is negligible."""
+
+ERRORS = 2.0
+"""Expected errors, root mean squares, that the ends of a confidence interval allow for."""
 
 UNSEEN = 0.03
 """Part of a probability that may be due to times at which bounds are not searched."""
@@ -62,9 +74,14 @@ def failure_probability(
     """Return the probability that a response leaves its limits, as bounds over interval inputs.
 
     A sample of the random inputs fails if it leaves the limit at any time: first passage. Its
-    probability is computed on the surrogate by importance sampling, down to 1e-9, without runs.
-    What the surrogate and the times miss is part of the result. With the response, runs near the
-    limit correct the probability for what the surrogate misses.
+    probability is computed on the surrogate by importance sampling, without runs. What the
+    surrogate and the times miss is part of the result. With the response, runs near the limit
+    correct the probability for what the surrogate misses.
+
+    Few runs tell what a surrogate misses in its tails. Probabilities below 1e-4 are therefore only
+    bounded, unless the response is given, or the expected error is at most 1e-5 of the output's
+    standard deviation, as where the response is a polynomial. Where a method estimates no error,
+    its indicator of the truncation error must be as small.
 
     Parameters
     ----------
@@ -83,9 +100,11 @@ def failure_probability(
     -------
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
     `probability` is that of leaving the limit at any output time; `confidence_low` and
-    `confidence_high` are its confidence interval, 95 %, of the sampling and of the search over the
-    interval inputs. If no sample leaves the
-    limit the probability is 0 and `confidence_high` a bound of it. `limit_looser` and
+    `confidence_high` are its confidence interval, 95 %, of the sampling, of the search over the
+    interval inputs, and, without runs, of twice the expected error of the surrogate. If no sample
+    leaves the limit, or the probability is only bounded, it is 0, `confidence_low` is 0, and
+    `confidence_high` is a bound of it; `surrogate_probability` is what the surrogate alone finds.
+    `limit_looser` and
     `limit_tighter` are the probability with the limit moved by what the surrogate is expected to
     miss of a run (root mean square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for
     μ ± kσ. `between_times` is the probability of leaving the limit at the times or between them, by
@@ -99,7 +118,7 @@ def failure_probability(
     error of more than a third, it is 0, and `at_each_time_high` tells how large it may be.
     `samples` counts samples of the surrogate. With the response, `probability` and its confidence
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
-    `surrogate_probability` is that of the surrogate, `runs` counts runs, and `disagreements` those
+    `runs` counts runs, and `disagreements` those
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
     else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
@@ -151,7 +170,7 @@ def failure_probability(
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
             found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
-    result = _over_choices(found) if several else found[""]
+    result = _bounded(_over_choices(found) if several else found[""])
     if any(missed_tolerance(one) for one in surrogates.values()):
         result = _withheld(result)
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
@@ -179,7 +198,7 @@ def _probability(
 ) -> xr.Dataset:
     """Return the result for one limit and one combination of options."""
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
-    _, error = error_of(surrogate.diagnostics, labels, POINTWISE_ERRORS)
+    source, error = error_of(surrogate.diagnostics, labels, POINTWISE_ERRORS)
     error = np.asarray(error) / share(space.interval_dimension)
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m = space.random_dimension, space.interval_dimension
@@ -218,21 +237,29 @@ def _probability(
     else:
         each[:, :, state.series] = np.stack(own[0].told_at_each())[:, None]
     each = each.reshape(3, 2, *labels.shape[1:])
-    low, high = zip(*(one.confidence() for one in told), strict=True)
+    stated = np.array([one.confidence() for one in told]).T
+    between = _between(own, told)
+    if source != INDICATOR and not state.exact:
+        grown = np.transpose([_by_errors(one) for one in own])
+        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
+        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
+        if model is None:
+            stated = np.minimum(1.0, stated * grown)
+            between[1:] = np.minimum(1.0, between[1:] * grown)
     data: dict[str, Any] = {
         "probability": ("bound", [one.probability for one in told]),
-        "confidence_low": ("bound", list(low)),
-        "confidence_high": ("bound", list(high)),
+        "confidence_low": ("bound", stated[0]),
+        "confidence_high": ("bound", stated[1]),
         "limit_looser": ("bound", [one.looser for one in own]),
         "limit_tighter": ("bound", [max(one.tighter, one.probability) for one in own]),
-        **{k: ("bound", v) for k, v in _between(own, told).items()},
+        **{k: ("bound", v) for k, v in zip(BETWEEN, between, strict=True)},
+        "surrogate_probability": ("bound", [one.probability for one in own]),
         "samples": ("bound", [len(one.u) for one in own]),
+        "exact": bool(source) and state.exact,
     }
     for name in ("runs", "disagreements") if model is not None else ():
         data[name] = "bound", [getattr(one, name) for one in told]
-        data["surrogate_probability"] = "bound", [one.probability for one in own]
-    for name, values in zip(("", "_low", "_high"), each, strict=True):
-        data[f"at_each_time{name}"] = ("bound", *dims), values
+    data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
     coords: dict[Any, Any] = {k: c.variable for k, c in coordinates(labels).items()}
     coords["bound"] = BOUNDS
     data |= places("probability_at", space, eta, ("bound",), (2,))
@@ -257,14 +284,22 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
     return union
 
 
-def _between(own: Sequence[Estimate], told: Sequence[Any]) -> dict[str, np.ndarray]:
-    """Return the probabilities between the times too, and their confidence intervals.
+def _by_errors(one: Estimate) -> tuple[float, float]:
+    """Return by which factors the expected error of the surrogate moves an interval's ends."""
+    if not one.probability:
+        return 1.0, 1.0
+    factors = one.looser / one.probability, max(1.0, one.tighter / one.probability)
+    return factors[0] ** ERRORS, factors[1] ** ERRORS
+
+
+def _between(own: Sequence[Estimate], told: Sequence[Any]) -> np.ndarray:
+    """Return the probabilities between the times too, and their confidence intervals, (3, bound).
 
     Parameters
     ----------
     own, told : of the surrogate, and with what runs correct.
     """
-    names, found = ("between_times", "between_times_low", "between_times_high"), []
+    found = []
     for one, other in zip(own, told, strict=True):
         low, high = one.confidence_between()
         value = one.between[0]
@@ -278,7 +313,7 @@ def _between(own: Sequence[Estimate], told: Sequence[Any]) -> dict[str, np.ndarr
                 high_told * grown[1],
             )
         found.append(np.minimum([value, low, high], 1.0))
-    return dict(zip(names, np.sort(np.transpose(found), axis=1), strict=True))
+    return np.sort(np.transpose(found), axis=1)
 
 
 def _least(state: LimitState, model: Model, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -300,10 +335,25 @@ def _withheld(result: xr.Dataset) -> xr.Dataset:
     """
     kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
     if "runs" in result:
-        kept |= {"probability", "confidence_low", "confidence_high", "surrogate_probability",
-                 "between_times", "between_times_low", "between_times_high"}  # fmt: skip
+        kept |= {"surrogate_probability", *STATED, *BETWEEN}
     names = [str(k) for k in result.data_vars if k not in kept]
     return result.assign({name: result[name] * np.nan for name in names})
+
+
+def _bounded(result: xr.Dataset) -> xr.Dataset:
+    """Return a result without the rare probabilities of surrogates that are not exact.
+
+    They are 0, with intervals from 0 to what can be rare at most. Runs correct all but those at
+    each time.
+    """
+    exact, bounded = result["exact"], {}
+    for names in (AT_EACH,) if "runs" in result else (STATED, BETWEEN, AT_EACH):
+        value, low, high = (result[name] for name in names)
+        rare = ~exact & (value < RARE)
+        most = np.maximum(high, RARE)
+        new = value.where(~rare, 0.0), low.where(~rare, 0.0), high.where(~rare, most)
+        bounded |= {name: one.transpose(*value.dims) for name, one in zip(names, new, strict=True)}
+    return result.assign(bounded).drop_vars("exact")
 
 
 def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:

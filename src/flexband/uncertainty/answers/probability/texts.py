@@ -19,11 +19,16 @@ def in_words(one: xr.Dataset) -> str:
     """Return the probability of leaving one limit as a sentence."""
     if np.isnan(one["between_times"]).any():
         return f"{one['limit'].values}: the probability of leaving it is {chance(one)}"
-    tighter = float(one["limit_tighter"][1])
+    tighter, alone = (float(one[k][1]) for k in ("limit_tighter", "surrogate_probability"))
     text = f"{one['limit'].values}: left with probability {chance(one, places=True)}"
     if "runs" in one:
         text += f", corrected with {number_of(int(one['runs'][1]), 'run')} of the model"
         text += " each" * _differs(one)
+    elif alone and not one["probability"][1]:
+        text += (
+            f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs of the "
+            f"model (response=…, --runs 64)"
+        )
     elif tighter > 0:
         more = tighter > (1 + SAME) * float(one["between_times"][1])
         told = f"up to {tighter:.2g}" if more else "hardly more"
@@ -87,7 +92,7 @@ def _place(one: xr.Dataset) -> str:
     if "probability_at" in one:
         pairs = zip(one["input"].values, one["probability_at"].values, strict=True)
         words += [f"{name} = {value:.6g}" for name, value in pairs]
-    return f" at {', '.join(words)}"
+    return f" at {', '.join(words)}" if words else ""
 
 
 LONG_NAMES = {
@@ -102,7 +107,7 @@ LONG_NAMES = {
     "samples": "samples of the surrogate",
     "runs": "runs of the response that correct the probability",
     "disagreements": "runs in which the corrected surrogate was wrong about the limit",
-    "surrogate_probability": "probability of the surrogate, not corrected",
+    "surrogate_probability": "probability of the surrogate alone",
     "at_each_time": "probability of being outside the limit at each time",
     "at_each_time_low": "lower end of its 95 % confidence interval",
     "at_each_time_high": "upper end of its 95 % confidence interval",

@@ -1,0 +1,114 @@
+"""Rare failures of surrogates that are not exact: only bounded, or judged by runs of the model."""
+
+import inspect
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import flexband as fb
+
+NORMAL = fb.Normal(0.0, 1.0)
+
+
+def truss(**inputs):
+    """Return the deflection [m] of the middle of a truss of 23 bars, (samples, 1).
+
+    Blatman and Sudret, Probabilistic Engineering Mechanics 25 (2010): span 24 m, height 2 m.
+    """
+    e1, e2, a1, a2, *loads = inputs.values()
+    nodes = [(4.0 * k, 0.0) for k in range(7)] + [(4.0 * k + 2, 2.0) for k in range(6)]
+    flat = [(k, k + 1) for k in (*range(6), *range(7, 12))]
+    oblique = [(k, 7 + k) for k in range(6)] + [(7 + k, k + 1) for k in range(6)]
+    matrix = np.zeros((len(e1), 26, 26))
+    for (i, j), stiffness in [(b, e1 * a1) for b in flat] + [(b, e2 * a2) for b in oblique]:
+        d = np.subtract(nodes[j], nodes[i])
+        length = np.hypot(*d)
+        row = np.concatenate([-d, d]) / length
+        at = np.ix_(range(len(e1)), *[[2 * i, 2 * i + 1, 2 * j, 2 * j + 1]] * 2)
+        matrix[at] += (stiffness / length)[:, None, None] * np.outer(row, row)
+    force = np.zeros((len(e1), 26))
+    force[:, 15::2] = -np.transpose(loads)
+    free = [k for k in range(26) if k not in (0, 1, 13)]
+    moved = np.linalg.solve(matrix[:, free][:, :, free], force[:, free, None])
+    return -moved[:, free.index(7)]
+
+
+TRUSS = {
+    "E1": fb.LogNormal(2.1e11, 2.1e10), "E2": fb.LogNormal(2.1e11, 2.1e10),
+    "A1": fb.LogNormal(2e-3, 2e-4), "A2": fb.LogNormal(1e-3, 1e-4),
+    **{f"P{k}": fb.Gumbel(5e4, 7.5e3) for k in range(1, 7)},
+}  # fmt: skip
+truss.__signature__ = inspect.Signature(
+    [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in TRUSS]
+)
+PUBLISHED = {0.10: 4.29e-2, 0.12: 1.50e-3, 0.16: 6.03e-7}
+
+
+def interval(found):
+    """Return a probability and the ends of its interval, at the upper bound."""
+    one = found.sel(bound="upper").isel(limit=0)
+    return [float(one[k]) for k in ("probability", "confidence_low", "confidence_high")]
+
+
+def test_a_truss_leaves_its_limits_as_published():
+    surrogate = fb.expand(truss, TRUSS, fb.AdaptivePCCI(tolerance=0.01))
+    for limit, exact in PUBLISHED.items():
+        found = fb.failure_probability(surrogate, fb.Limit(below=limit))
+        value, low, high = interval(found)
+        assert low <= exact <= high
+        if exact > 1e-4:
+            assert value == pytest.approx(exact, rel=0.1)
+            assert high < 2 * low
+        else:
+            assert (value, low) == (0.0, 0.0)
+            assert high == pytest.approx(1e-4, rel=0.2)
+            alone = float(found["surrogate_probability"].sel(bound="upper")[0])
+            assert 0.3 * exact < alone < 3 * exact
+            assert f"below 0.0001; the surrogate alone finds {alone:.2g}" in found.attrs["verdict"]
+            assert "response=" in found.attrs["verdict"]
+    judged = fb.failure_probability(surrogate, fb.Limit(below=0.16), response=truss, runs=32)
+    value, low, high = interval(judged)
+    assert 0.0 < low <= PUBLISHED[0.16] <= high < 3 * low
+    assert value == pytest.approx(PUBLISHED[0.16], rel=0.25)
+
+
+def test_what_cannot_be_exceeded_has_no_probability_but_a_bound():
+    """An angle of an arctangent is always below π/2; its expansion exceeds this at 5σ."""
+
+    def angle(x):
+        return np.arctan(0.4 * x)[:, None]
+
+    surrogate = fb.expand(angle, {"x": NORMAL}, fb.AdaptivePCCI(tolerance=0.01))
+    found = fb.failure_probability(surrogate, fb.Limit(below=1.35))
+    assert interval(found) == [0.0, 0.0, pytest.approx(1e-4, rel=0.2)]
+    assert np.all(found["at_each_time"] == 0.0)
+    assert norm.sf(np.tan(1.35) / 0.4) < 1e-26
+
+
+def test_an_exact_surrogate_states_its_tails_and_an_indicator_must_say_so():
+    def line(x):
+        return 2 * x[:, None]
+
+    limit, exact = fb.Limit(below=10.0), norm.sf(5.0)
+    methods = fb.AdaptivePCCI(), fb.PCCI(2, 1), fb.PerturbationChebyshev(1)
+    for method in methods:
+        found = fb.failure_probability(fb.expand(line, {"x": NORMAL}, method), limit)
+        value, low, high = interval(found)
+        assert low < exact < high
+        assert value == pytest.approx(exact, rel=0.08)
+    rough = fb.failure_probability(fb.expand(line, {"x": NORMAL}, fb.PCCI(1, 1)), limit)
+    assert interval(rough) == [0.0, 0.0, 1e-4]  # whether order 1 is enough is not known
+
+
+def test_a_bound_holds_for_the_worst_option():
+    def response(x, kind):
+        return (np.exp(0.3 * x) * np.where(kind == "steel", 1.0, 1.1))[:, None]
+
+    inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
+    surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
+    found = fb.failure_probability(surrogate, fb.Limit(below=2.3))
+    _, low, high = interval(found)
+    exact = norm.sf(np.log(2.3 / 1.1) / 0.3)
+    assert low <= exact <= high
+    assert found["probability_choice"].sel(bound="upper").values.tolist() == ["brass"]

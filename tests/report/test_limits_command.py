@@ -36,7 +36,7 @@ def test_limits_are_checked_and_written(folder):
     assert (folder / "limits.png").read_bytes()[:4] == b"\x89PNG"
     found = json.loads(CliRunner().invoke(app, [*options, "--json"]).stdout)
     lower, upper = np.ravel(found["probability"]["probability"])
-    assert 0 < lower < upper < 0.02
+    assert 0 <= lower < upper < 0.02
 
 
 def test_limits_of_the_study_are_those_by_default(tmp_path):

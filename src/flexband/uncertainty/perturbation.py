@@ -102,7 +102,7 @@ class PerturbationChebyshev:
         index = np.hstack([np.repeat(terms, n + 1, axis=0), np.tile(first, (len(terms), 1))])
         expansion = HybridExpansion(space.families, index, transformed(flat, [*chebyshev, linear]))
         curved = np.abs(bend @ flat.reshape(len(eta), len(xi), -1)).sum(axis=1).max(axis=0)
-        highest = expansion.highest()[: len(orders)].any(axis=0)
+        highest = np.asarray(expansion.highest()[: len(orders)].any(axis=0))
         indicator = curved + expansion.size_of(highest)
         direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
         told = xr.Dataset({"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))})

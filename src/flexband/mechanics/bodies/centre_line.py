@@ -74,6 +74,13 @@ class CentreLine(Body):
         elements = whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
         object.__setattr__(self, "elements", elements)
         whole(f"{name} elements_per_node", self.elements_per_node, 1, elements)
+        places = [0.0, *self.divisions, 1.0] if isinstance(self.divisions, tuple) else [0.0]
+        numeric = all(isinstance(place, float) for place in places)
+        if not (numeric and np.all(np.diff(places) > 0) and len(places) > 1):
+            raise InputError(
+                f"{name} divisions must be a tuple of increasing numbers between 0 and 1; got "
+                f"{self.divisions!r}"
+            )
         start = point(f"{name} start", self.start)
         plausible_angle(f"{name} angle", self.angle)
         velocity = point(f"{name} velocity", self.velocity)

@@ -138,6 +138,7 @@ def simulated(
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
+    impulses = batch.impulses
     again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, CONTRADICTED, LAW_FAILED)))
     if len(again) and complete:
         halves, every = _times(duration, step, 2 * substeps), 2 * substeps
@@ -148,6 +149,7 @@ def simulated(
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
+        impulses = [i for i in impulses if i.sample not in again] + finer.impulses
         for own, new in zip(batch.strains, finer.strains, strict=True):
             own[..., again] = new
     errors = rounding_attributes(rounding_errors(system, step / substeps))
@@ -168,8 +170,8 @@ def simulated(
         raise
     warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
-    if batch.impulses:
-        result.attrs["impulses"] = _impulses_text(system, batch.impulses)
+    if impulses:
+        result.attrs["impulses"] = _impulses_text(system, impulses)
     result.attrs |= report(system, batch.corrections)
     if len(again):  # all are completed
         result.attrs["halved_step"] = again.tolist()

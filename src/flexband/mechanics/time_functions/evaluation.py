@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import InputError, named, returned
-from flexband.mechanics.forms import Composed, TimeFunction
+from flexband.mechanics.forms import TimeFunction
 from flexband.words import number_of
 
 SAME = 1e-12
@@ -76,11 +76,6 @@ class Evaluation:
             return bool(np.abs(evaluate() - expected).max() <= same)
         except Exception:  # whatever a function of one time raises when it is given many
             return False
-
-
-def inner(function: TimeFunction) -> TimeFunction:
-    """Return the user's own function of which a function is composed, or the function itself."""
-    return function.inner if isinstance(function, Composed) else function
 
 
 def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:

@@ -168,11 +168,9 @@ class Beam(CentreLine):
 
         r_x jumps: its length by that of the axial force, its angle by that of the shear force.
         """
-        nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
-        pairs = [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
         return [
             row
-            for a, b in pairs
+            for a, b in self.doubled_frames(first)
             for row in (*subtract(a.position, b.position), *subtract(a.y, b.y))
         ]
 

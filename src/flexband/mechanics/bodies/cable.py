@@ -88,10 +88,10 @@ class Cable(CentreLine):
 
         The length of r_x jumps by that of the axial force.
         """
-        nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
-        pairs = [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
         return [
-            row for a, b in pairs for row in (*subtract(a.position, b.position), cross(a.x, b.x))
+            row
+            for a, b in self.doubled_frames(first)
+            for row in (*subtract(a.position, b.position), cross(a.x, b.x))
         ]
 
     def coordinates(self) -> list[np.ndarray]:  # r and r_x of each node

@@ -192,6 +192,11 @@ class CentreLine(Body):
         """Length of each element [m], shape (n or 1, elements)."""
         return np.atleast_1d(self.even_length)[:, None] * np.diff(self.mesh.nodes)
 
+    def doubled_frames(self, first: int) -> list[tuple[Frame, Frame]]:
+        """Return the frames before and after each doubled node; `first` is as in `constraints`."""
+        nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
+        return [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
+
     def node_axes(self) -> list[np.ndarray]:
         """Return X [m], Y [m] and angle [rad] of `axis`, with the nodes that are doubled."""
         twice = np.sort(np.append(np.arange(self.elements + 1), self.mesh.doubled))

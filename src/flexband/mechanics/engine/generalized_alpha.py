@@ -308,6 +308,16 @@ def keep_state(structure, work):
 
 
 @compiled
+def go_back(structure, work, chosen):
+    """Set z and a to those before the step where `chosen` is true."""
+    rows = structure.state.rows
+    for row in range(rows):
+        store(work.z, row, where(chosen, load(work.before, row), load(work.z, row)))
+    for i in range(1, structure.state.coordinates + 1):
+        store(work.a, i, where(chosen, load(work.before, rows + i), load(work.a, i)))
+
+
+@compiled
 def stand_still(structure, method, work, failed):
     """Set what has `failed` to the state before the step with accelerations that undo its motion.
 
@@ -315,8 +325,7 @@ def stand_still(structure, method, work, failed):
     """
     h, alpha_m, alpha_f, beta, gamma, _, _, _ = method
     state, z, a, before = structure.state, work.z, work.a, work.before
-    for row in range(state.rows):
-        store(z, row, where(failed, load(before, row), load(z, row)))
+    go_back(structure, work, failed)
     for i in range(1, state.coordinates + 1):
         old, v = load(before, state.rows + i), load(before, state.velocity + i)
         new = (0.5 - beta) * old + v / h
@@ -356,16 +365,6 @@ def restart(structure, work, chosen):
     for i in range(1, structure.state.coordinates + 1):
         kept = load(work.z, structure.state.acceleration + i)
         store(work.a, i, where(chosen, kept, load(work.a, i)))
-
-
-@compiled
-def go_back(structure, work, chosen):
-    """Set z and a to those before the step where `chosen` is true."""
-    rows = structure.state.rows
-    for row in range(rows):
-        store(work.z, row, where(chosen, load(work.before, row), load(work.z, row)))
-    for i in range(1, structure.state.coordinates + 1):
-        store(work.a, i, where(chosen, load(work.before, rows + i), load(work.a, i)))
 
 
 @compiled

@@ -96,8 +96,8 @@ def locate(
         columns.append(column[chosen])
         centres.append(grid[row // at.columns, place][chosen])
     column, centre = np.concatenate(columns), np.concatenate(centres)
-    few = np.bincount(column, minlength=at.columns) <= len(times) - 1
-    column, centre = column[few[column]], centre[few[column]]
+    few = _few(column, times)
+    column, centre = column[few], centre[few]
     start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
     grid = np.linspace(start, start + 4 * spacing, FINER_POINTS, axis=1)
     f = at.points(grid.ravel(), np.repeat(column, FINER_POINTS)).reshape(grid.shape)
@@ -145,7 +145,7 @@ def _narrowed(
         going[k] = seen & wide
     levels = np.count_nonzero(sizes, axis=0)
     first = np.maximum(levels - LATEST_LEVELS, 0)
-    column, before, after = (own[levels > 1] for own in (column, before, after))
+    column, before, after = (array[levels > 1] for array in (column, before, after))
     k, first, levels = np.flatnonzero(levels > 1), first[levels > 1], levels[levels > 1]
     fall = np.log(sizes[first, k] / sizes[levels - 1, k])
     rough = fall < SMOOTH * np.log(PARTS / 2) * (levels - 1 - first)
@@ -166,9 +166,14 @@ def _stated(
     f = [at(np.clip(x, times[0], times[-1])) for x in around]
     change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
     k, column = np.nonzero(change > SMALLEST_CHANGE * scale)
-    few = np.bincount(column, minlength=at.columns) <= len(times) - 1
-    k, column = k[few[column]], column[few[column]]
+    few = _few(column, times)
+    k, column = k[few], column[few]
     return _distinct(Breakpoints(column, before[k], inside[k]), 0.0)
+
+
+def _few(column: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return which breakpoints are in columns with no more of them than the run has steps."""
+    return np.bincount(column)[column] <= len(times) - 1
 
 
 def _distinct(found: Breakpoints, apart: float) -> Breakpoints:

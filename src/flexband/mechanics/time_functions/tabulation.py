@@ -71,12 +71,12 @@ def tabulate(
                 "attrs['impulses'] of the result and in Work, and which reactions leave out",
                 ResolutionWarning,
             )
-    breaks = [own.breaks for own in series if own.breaks]
+    breaks = [function.breaks for function in series if function.breaks]
     schedule = scheduled(times, samples, breaks)
     rounds, _ = schedule.parts.shape
     values, rates = [np.ones((rounds, 1))], [np.zeros((rounds, 2, 1))]
-    for own in series:
-        value, rate = own.in_rounds(schedule, times)
+    for function in series:
+        value, rate = function.in_rounds(schedule, times)
         values.append(value)
         rates.append(rate)
     most = max(column.shape[-1] for column in values)
@@ -204,7 +204,7 @@ class _Drive(_Series):
             for time in breaks.before[breaks.column == c % at.columns]:
                 near[:, c] |= np.abs(moment - time) <= 1.001 * h
         row, column = np.nonzero(near)
-        moment, side = (own[row, column % width] for own in (schedule.times, schedule.sides))
+        moment, side = (rows[row, column % width] for rows in (schedule.times, schedule.sides))
         low, high = np.full((2, len(row)), times[[0, -1]][:, None])
         for c in np.unique(breaks.column):
             chosen = column % at.columns == c

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import ast
 import json
+import math
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,10 +26,17 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "flexband"
 CEILINGS = Path(__file__).with_suffix(".json")
 
-VAGUE = frozenset(
-    "own one found told here left wanted item got seen mine theirs thing stuff gotten ones".split()
-)
-STUDY_FILE = re.compile(r"[a-z_-]+\.(nc|json|npz|zarr|html|journal|lock)|holder")
+VAGUE = {
+    "own", "one", "found", "told", "here", "left", "wanted",
+    "item", "got", "gotten", "seen", "mine", "theirs", "thing", "stuff", "ones",
+}  # fmt: skip
+"""Pronouns and participles that do not say what a variable holds."""
+
+FILE_NAMES = {
+    "study.json", "results.json", "bands.nc", "surrogate.npz", "verification.nc", "limits.nc",
+    "contributions.nc", "probability.nc", "path.nc", "page.json", "report.html", "holder",
+}  # fmt: skip
+"""Files in the folder of a study."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +64,7 @@ class Module:
 
     @cached_property
     def imports(self) -> set[str]:
-        """The dotted names of what the file imports from the package, inside functions
-        as well, but not for types alone."""
+        """Dotted names of what is imported from the package, but not for types alone."""
         names = set()
         types = {
             id(node)
@@ -160,7 +167,7 @@ def _is_number(node: ast.expr | None) -> bool:
 
 
 def tuning_constants(package: Package) -> float:
-    """Return the constants of modules, and numbers of classes without a docstring, per 1000 lines."""
+    """Return the constants of modules and undocumented numbers of classes, per 1000 lines."""
     count = 0
     for module in package.modules.values():
         for statement in module.tree.body:
@@ -232,20 +239,10 @@ def open_types(package: Package) -> float:
 
 def modules_with_file_names(package: Package) -> int:
     """Return how many modules spell the name of a file of a study."""
-    names = STUDY_FILES
     return sum(
-        any(
-            isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names
-            for node in module.nodes
-        )
+        any(isinstance(node, ast.Constant) and node.value in FILE_NAMES for node in module.nodes)
         for module in package.modules.values()
     )
-
-
-STUDY_FILES = frozenset(
-    "study.json bands.nc limits.nc verification.nc reference.nc page.json report.html "
-    "surrogate.npz holder evaluations store.json".split()
-)
 
 
 def repeated_classes(package: Package) -> int:
@@ -259,20 +256,56 @@ def repeated_classes(package: Package) -> int:
     return sum(count > 1 for count in names.values())
 
 
-MEASURES = {
-    "vague names, per 1000 names": (vague_names, 3.0),
-    "modules imported by one module, most": (most_imports, 15),
-    "modules imported by study/run.py": (imports_of_the_study, 15),
-    "module constants, per 1000 lines": (tuning_constants, 5.4),
-    "getattr with default, hasattr, AttributeError": (probes, 10),
-    "isinstance, type() is, class patterns, per 1000 lines": (type_tests, 5.4),
-    "Any, object, cast, ignored checks, per 1000 lines": (open_types, 7.6),
-    "modules with names of a study's files": (modules_with_file_names, 1),
-    "names of several classes": (repeated_classes, 0),
-    "lines of Python": (lambda package: package.lines, 46000),
-}
+@dataclass(frozen=True)
+class Measure:
+    """A measure of the package, of which less is better.
+
+    Attributes
+    ----------
+    name
+        As metrics.json and the table have it.
+    of
+        Computes it.
+    goal
+        Largest value that is good enough.
+    """
+
+    name: str
+    of: Callable[[Package], float]
+    goal: float
+
+
+MEASURES = [
+    Measure("vague names, per 1000 names", vague_names, 3.0),
+    Measure("modules that one module imports, most", most_imports, 15),
+    Measure("modules that study/run.py imports", imports_of_the_study, 15),
+    Measure("module constants, per 1000 lines", tuning_constants, 5.4),
+    Measure("getattr with default, hasattr, AttributeError", probes, 10),
+    Measure("isinstance, type() is, class patterns, per 1000 lines", type_tests, 5.4),
+    Measure("Any, object, cast, ignored checks, per 1000 lines", open_types, 7.6),
+    Measure("modules with names of a study's files", modules_with_file_names, 1),
+    Measure("names of several classes", repeated_classes, 0),
+    Measure("lines of Python", lambda package: package.lines, 46000),
+]
+
+
+def main(*, record: bool) -> int:
+    """Print the measures; return 1 if one is above its ceiling, 0 otherwise."""
+    package, ceilings = Package(), json.loads(CEILINGS.read_text(encoding="utf-8"))
+    table = Table("measure", "today", "ceiling", "goal")
+    exceeded = []
+    for measure in MEASURES:
+        value, ceiling = round(measure.of(package), 2), ceilings.get(measure.name, math.inf)
+        table.add_row(measure.name, *(f"{x:g}" for x in (value, ceiling, measure.goal)))
+        if value > ceiling:
+            exceeded.append(f"{measure.name}: {value:g}, at most {ceiling:g} before")
+        ceilings[measure.name] = min(value, ceiling)
+    Console().print(table)
+    if record:
+        CEILINGS.write_text(json.dumps(ceilings, indent=1) + "\n", encoding="utf-8")
+    print("\n".join(exceeded), end="\n" * bool(exceeded), file=sys.stderr)
+    return int(bool(exceeded))
+
 
 if __name__ == "__main__":
-    package = Package()
-    for k, (f, g) in MEASURES.items():
-        print(k, f(package), g)
+    sys.exit(main(record="--record" in sys.argv[1:]))

@@ -57,7 +57,8 @@ def compare_methods(
     with usage():
         reference = fb.LHSScanning(samples, points, seed)
         methods = usual_methods(study, reference, pairs)
-    compile_ahead(study)
+    with progress_bars():
+        compile_ahead(study)
     check_folder(output)
     folder = StudyFolder(output)
     with folder.held(kept=False):

@@ -135,11 +135,12 @@ class StudyFolder:
 
     @contextmanager
     def held(self, *, kept: bool = True) -> Iterator[None]:
-        """Hold the folder; raise `StoreError` if another process does.
+        """Hold the folder, which is made if it is missing.
 
-        `kept` is whether the file of the lock stays.
+        Raise `StoreError` if another process holds it. `kept` is whether the file of the lock stays.
         """
         try:
+            self.path.mkdir(parents=True, exist_ok=True)
             lock = Lock(self.path, STUDY_LOCK)
         except OSError as error:
             raise StoreError(f"{self.path} must be a folder to write to; got {error}") from None

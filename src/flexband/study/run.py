@@ -124,7 +124,6 @@ def run_study(
                 return result
         progress = StudyProgress(study, home, store, about, task)
         with progress.recorded(claim):
-            doing("compiling what is not compiled yet")
             compile_ahead(study)
             files = ResultFiles(home)
             surrogate, bands = _bands(progress, options, files)

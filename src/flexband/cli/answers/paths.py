@@ -67,4 +67,4 @@ def path(
         f"path, at {last} {at:.4g}, by regions with {directions} vertices"
     )
     told = f"; the largest expected error is {error:.2g}{unit}" if error is not None else ""
-    print_text(f"{text}{told}\nWritten: {place / 'path.nc'}")
+    print_text(f"{text}{told}\nWritten: {answer_file(place, 'path')}")

@@ -137,7 +137,7 @@ class StudyFolder:
     def held(self, *, kept: bool = True) -> Iterator[None]:
         """Hold the folder, which is made if it is missing.
 
-        Raise `StoreError` if another process holds it. `kept` is whether the file of the lock stays.
+        Raise `StoreError` if another process holds it; `kept` is whether the lock's file stays.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)

@@ -96,3 +96,9 @@ def test_a_server_refuses_deep_json_large_requests_and_other_hosts():
             assert (status, "Content-Length must be" in message) == (413, True)
         status, message = asked(b"{}", Host="evil.example:80")
         assert (status, "the host must be" in message) == (403, True)
+
+
+def test_one_bad_address_after_another_is_refused_by_its_name():
+    for address in ("", "x", "here.and.there", "foo://a:1"):
+        with pytest.raises(fb.InputError, match=f"executor '{address}' is no Dask scheduler"):
+            fb.propagate(response, INPUTS, fb.PCCI(1, 1), executor=address)

@@ -1,5 +1,6 @@
 """What was not refused, or only after hours: each ends at once, in words."""
 
+import gc
 import http.client
 import json
 import time
@@ -102,3 +103,6 @@ def test_one_bad_address_after_another_is_refused_by_its_name():
     for address in ("", "x", "here.and.there", "foo://a:1"):
         with pytest.raises(fb.InputError, match=f"executor '{address}' is no Dask scheduler"):
             fb.propagate(response, INPUTS, fb.PCCI(1, 1), executor=address)
+    start = time.monotonic()
+    gc.collect()  # a client that did not start would wait for 20 s here
+    assert time.monotonic() - start < 5

@@ -233,20 +233,20 @@ def averaged(bands: xr.Dataset) -> str:
     return "" if time is None else f", mean over {time}"
 
 
-def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, doubts: Sequence[str] = ()) -> str:
+def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, *, doubtful: bool = False) -> str:
     """Return the verdict of `verify`, with which no doubt about the result is in contradiction."""
     verdict = str(checked.attrs["verdict"])
-    return of_doubtful(verdict) if doubts or "not_trusted" in bands.attrs else verdict
+    return of_doubtful(verdict) if doubtful or "not_trusted" in bands.attrs else verdict
 
 
 def remarks(
-    bands: xr.Dataset, checked: xr.Dataset | None = None, doubts: Sequence[str] = ()
+    bands: xr.Dataset, checked: xr.Dataset | None = None, *, doubtful: bool = False
 ) -> list[str]:
     """Return what diagnostics and the result of `verify` mean, as sentences.
 
-    `doubts` are why the result is not what was asked for.
+    `doubtful` is whether the result is not what was asked for.
     """
-    lines = [told_by_new_runs(bands, checked, doubts)] if checked is not None else []
+    lines = [told_by_new_runs(bands, checked, doubtful=doubtful)] if checked is not None else []
     if failed := bands.attrs.get("runs_failed", 0):
         runs = bands.attrs["runs"]
         lines.append(

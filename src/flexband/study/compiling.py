@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
-from flexband.study.study import Study
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -32,6 +31,9 @@ from flexband.uncertainty.methods import PCCI
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.propagate import propagate
+
+if TYPE_CHECKING:
+    from flexband.study.study import Study
 
 PATIENCE = 0.05
 """Seconds between two looks at the processes."""

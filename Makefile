@@ -16,6 +16,9 @@ demo: install
 	$(BIN)/flexband run examples/slider_crank.py --output output/demo
 	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/demo/paper
 
+# One thread of OpenBLAS in each of pytest's processes, of which there is one per core.
+test kernels: export OPENBLAS_NUM_THREADS = 1
+
 test: install
 	$(BIN)/python -m tests.compiled
 	$(BIN)/pytest

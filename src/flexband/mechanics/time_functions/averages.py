@@ -43,12 +43,14 @@ class Missed(NamedTuple):
     half_chord : the same for half the step.
     beyond : how far the function exceeds both values.
     spread : range of the function, shape (n,).
+    largest : of the absolute values, shape (n,).
     """
 
     chord: np.ndarray
     half_chord: np.ndarray
     beyond: np.ndarray
     spread: np.ndarray
+    largest: np.ndarray
 
     @staticmethod
     def of(at: Evaluation, times: np.ndarray, values: np.ndarray) -> Missed:
@@ -76,7 +78,8 @@ class Missed(NamedTuple):
                 np.abs(f[:, : per // 2] - (left + half * (middle - left))).max(axis=1),
                 np.abs(f[:, per // 2 :] - (middle + half * (right - middle))).max(axis=1),
             )
-        return Missed(chord, half_chord, beyond, np.maximum(high - low, 1e-300))
+        spread, largest = np.maximum(high - low, 1e-300), np.maximum(high, -low)
+        return Missed(chord, half_chord, beyond, spread, largest)
 
     @property
     def noticed(self) -> np.ndarray:

@@ -20,9 +20,9 @@ from flexband.mechanics.time_functions.breakpoints import (
 )
 from flexband.mechanics.time_functions.evaluation import Evaluation
 
-SMALLEST_MISS, LARGEST_MISS = 0.03, 0.25
-"""Of a function between its values, relative to its range over the run: what is looked at, and what
-no step resolves."""
+NOTICED_MISS, SMALLEST_MISS, LARGEST_MISS = 2e-3, 0.03, 0.25
+"""Of a function between its values, relative to its range over the run: what kinks and jumps are
+looked for in, what may be averaged, and what no step resolves."""
 
 RESOLVED_FALL = 0.6
 """What is missed at half the step over what is missed at the step, where the step resolves it.
@@ -83,14 +83,16 @@ class Missed(NamedTuple):
 
     @property
     def noticed(self) -> np.ndarray:
-        """Where something is missed that may matter."""
-        return self.chord > SMALLEST_MISS * self.spread
+        """Where something is missed that may be a kink or a jump."""
+        return self.chord > NOTICED_MISS * self.spread
 
     @property
     def unresolved(self) -> np.ndarray:
         """Where half the step would miss about as much."""
-        lasting = self.noticed & (self.half_chord > RESOLVED_FALL * self.chord)
-        return lasting | (self.chord > LARGEST_MISS * self.spread)
+        lasting = self.half_chord > RESOLVED_FALL * self.chord
+        return (lasting & (self.chord > SMALLEST_MISS * self.spread)) | (
+            self.chord > LARGEST_MISS * self.spread
+        )
 
 
 def averaged(

@@ -29,6 +29,9 @@ OUTSTANDING = 4.0
 FINER_POINTS = 65
 """On the four intervals around such a difference, so that both ends of a pulse are seen."""
 
+MOST_PER_STEP = 4
+"""Such differences per step in a column that is looked at further."""
+
 POINTS_OF_CURVATURE = 16
 """Points per step at which jumps of second derivatives are looked for: differences over shorter
 times would be those of rounding."""
@@ -38,6 +41,9 @@ PARTS, LEVELS = 8, 26
 
 ROUNDING = 64 * np.finfo(float).eps
 """Of a second difference relative to the values, and of an interval relative to its times."""
+
+ROUNDING_OF_SUMS = 64 * ROUNDING
+"""Of a third difference relative to the values, which may be sums of larger ones."""
 
 ROUNDING_OF_TIME = 8 * np.finfo(float).eps
 """Of a time: a function changes by its rate times this."""
@@ -69,7 +75,7 @@ class Breakpoints(NamedTuple):
 
     def joined(self, others: Breakpoints) -> Breakpoints:
         """Return these and others in order."""
-        both = Breakpoints(*(np.concatenate(pair) for pair in zip(self, others, strict=True)))
+        both = Breakpoints(*map(np.concatenate, zip(self, others, strict=True)))
         return both.those(np.lexsort((both.before, both.column)))
 
 
@@ -112,13 +118,20 @@ def locate(
     before = grid[row, np.maximum(place - 2, 0)]
     after = grid[row, np.minimum(place + 2, FINER_POINTS - 1)]
     narrowed = _narrowed(at, column[row], before, after, noise, order=2)
-    return _distinct(narrowed, spacing / FINER_POINTS)
+    distinct = _distinct(narrowed, spacing / FINER_POINTS)
+    return distinct.those(few(distinct.column, at.columns, len(times) - 1)[distinct.column])
 
 
-def locate_curvature_jumps(
-    at: Evaluation, times: np.ndarray, curvature: np.ndarray, largest: np.ndarray
+def with_curvature_jumps(
+    located: Breakpoints,
+    at: Evaluation,
+    times: np.ndarray,
+    curvature: np.ndarray,
+    largest: np.ndarray,
 ) -> Breakpoints:
-    """Return where the second derivative of a function jumps, but not the function or its rate.
+    """Return breakpoints with those at which only the second derivative of a function jumps.
+
+    Kinks that are less than the curvature of a few points, and so not yet located, are added too.
 
     Parameters
     ----------
@@ -129,13 +142,19 @@ def locate_curvature_jumps(
     """
     steps = len(times) - 1
     per = min(POINTS_OF_CURVATURE, points_per_step(at, steps))
-    spacing, noise = (times[1] - times[0]) / per, ROUNDING * largest
+    spacing, noise = (times[1] - times[0]) / per, ROUNDING_OF_SUMS * largest
     smallest = np.maximum(SMALLEST_CHANGE * curvature * spacing**2, noise)
     everywhere = np.ones((steps, at.columns), dtype=bool)
     column, centre = _suspected(at, times, everywhere, smallest, per, order=3)
     before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
-    narrowed = _narrowed(at, column, before, before + 4 * spacing, noise, order=3)
-    return _distinct(narrowed.those(narrowed.power > SMOOTHEST_KINK), spacing)
+    more = _narrowed(at, column, before, before + 4 * spacing, noise, order=3)
+    more = _distinct(more, spacing)
+    more = more.those(few(more.column, at.columns, steps)[more.column])
+    line = 2 * (times[-1] - times[0])  # columns one after the other
+    known, place = (each.column * line + each.before for each in (located, more))
+    near = np.searchsorted(known, [place - spacing, place + spacing])
+    more = more.those(near[0] == near[1])
+    return located.joined(more)
 
 
 def _suspected(
@@ -163,8 +182,8 @@ def _suspected(
         columns.append(column[chosen])
         centres.append(grid[row // at.columns, place][chosen])
     column, centre = np.concatenate(columns), np.concatenate(centres)
-    few = _few(column, times)
-    return column[few], centre[few]
+    chosen = few(column, at.columns, MOST_PER_STEP * (len(times) - 1))[column]
+    return column[chosen], centre[chosen]
 
 
 def _spikes(f: np.ndarray, smallest: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -234,14 +253,13 @@ def _stated(
     f = [at(np.clip(x, times[0], times[-1])) for x in around]
     change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
     k, column = np.nonzero(change > SMALLEST_CHANGE * scale)
-    few = _few(column, times)
-    k, column = k[few], column[few]
-    return _distinct(Breakpoints(column, before[k], inside[k], np.ones(len(k))), 0.0)
+    kinks = Breakpoints(column, before[k], inside[k], np.ones(len(k)))
+    return _distinct(kinks.those(few(column, at.columns, len(times) - 1)[column]), 0.0)
 
 
-def _few(column: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return which breakpoints are in columns with no more of them than the run has steps."""
-    return np.bincount(column)[column] <= len(times) - 1
+def few(column: np.ndarray, columns: int, most: float) -> np.ndarray:
+    """Return which columns have no more breakpoints than that."""
+    return np.bincount(column, minlength=columns) <= most
 
 
 def _distinct(located: Breakpoints, apart: float) -> Breakpoints:

@@ -13,10 +13,11 @@ from flexband.mechanics.time_functions.averages import Missed, averaged
 from flexband.mechanics.time_functions.breakpoints import (
     Breakpoints,
     locate,
-    locate_curvature_jumps,
     points_per_step,
+    with_curvature_jumps,
 )
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
+from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
 from flexband.mechanics.time_functions.schedule import (
@@ -132,6 +133,10 @@ class _Load(_Series):
             step = (points.before - times[0]) / (times[1] - times[0])
             for near in (step - SHORTEST_PART, step + SHORTEST_PART):
                 rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
+            divided = divisions(at, times, missed, points)
+            step = ((divided.before - times[0]) / (times[1] - times[0])).astype(int)
+            rough[np.minimum(step, len(rough) - 1), divided.column] = False
+            points = points.joined(divided)
             values = averaged(at, times, values, missed, rough)
         return _Load(at, values, Breaks(points, at.columns, prescribes=False))
 
@@ -166,12 +171,13 @@ class _Motion:
         spacing = (times[1] - times[0]) / points_per_step(at, len(times) - 1)
         rate = np.abs(np.diff(values, axis=0)).max(axis=0) / (fine[1] - fine[0])
         everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
-        scale = np.maximum(rate * spacing, 1e-300)
+        curvature = np.abs(np.diff(values, 2, axis=0)).max(axis=0) / (fine[1] - fine[0]) ** 2
+        change = np.minimum(rate, curvature * (times[1] - times[0]))
+        scale = np.maximum(change * spacing, 1e-300)
         largest = np.abs(values).max(axis=0)
         points = locate(at, times, everywhere, scale, largest)
         if not hasattr(user, "breakpoints"):
-            curvature = np.abs(np.diff(values, 2, axis=0)).max(axis=0) / (fine[1] - fine[0]) ** 2
-            points = points.joined(locate_curvature_jumps(at, times, curvature, largest))
+            points = with_curvature_jumps(points, at, times, curvature, largest)
         return _Motion(at, values, Breaks(points, at.columns, prescribes=True))
 
 

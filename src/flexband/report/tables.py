@@ -258,10 +258,11 @@ def remarks(
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
         own = bands.attrs
+        sampled = own.get("runs_generic", own["runs_checked"])
         lines.append(
             f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
             f"bar's width ({number_of(own['runs_checked'], 'held-out run')}, which "
-            f"can miss what happens in {percent(unseen(own['runs_checked']))} of the space)"
+            f"can miss what happens in {percent(unseen(sampled))} of the space)"
         )
         lines += [f"At single times it may be up to {one}" for one in [worst_time(bands)] if one]
         if own.get("refined"):
@@ -273,12 +274,11 @@ def remarks(
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
         if "runs_generic" in own:
-            share = 1 - 0.05 ** (1 / own["runs_generic"])
             lines.append(
                 "An effect that only a small part of the inputs' ranges has, such as a stop that "
                 f"is rarely reached, may be unseen: {own['runs_generic']} of the held-out runs are "
                 "spread over the ranges, and are likely (95 %) to meet one only if "
-                f"{percent(share)} of the ranges or more have it"
+                f"{percent(unseen(sampled))} of the ranges or more have it"
             )
         if own.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in own else ""

@@ -231,6 +231,22 @@ def test_random_inputs_have_standard_deviations():
     assert found.attrs["confirmed"] == "yes"
 
 
+def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
+    """The end of μ ± 3σ is beyond all values of a wave, which 2.5 bounds at every e."""
+
+    def wave(e, x):
+        return (e + np.sin(2 * x + 0.5))[:, None]
+
+    inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
+    surrogate, limit = fb.expand(wave, inputs, fb.PCCI(6, 1)), fb.Limit(below=2.5)
+    found = fb.allocate(surrogate, limit, {"e": 1.0}, response=wave)
+    alone = fb.allocate(surrogate, limit, {"e": 1.0})
+    assert found["tolerance"].item() == alone["tolerance"].item()
+    assert (found.attrs["confirmed"], found.attrs["runs"]) == ("inferred", 1)
+    assert found["run_margin"].item() > 1.5 - found["tolerance"].item()
+    assert "No limit is violated by 1 new run; that μ ± 3σ keeps" in found.attrs["verdict"]
+
+
 def test_tolerances_and_scatter_together():
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))

@@ -29,7 +29,7 @@ def bent(a, b):
 
 @pytest.fixture(scope="module")
 def plane():
-    return fb.expand(linear, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(1, 1))
+    return fb.expand(linear, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(2, 1))
 
 
 @pytest.mark.parametrize("probability", [1e-2, 1e-5])
@@ -87,6 +87,63 @@ def test_runs_correct_the_probability():
     assert left[1] == pytest.approx(0.9e-3, rel=0.4)
     assert found.attrs["confirmed"] == "yes"
     assert found["run_probability"] <= 1e-3
+
+
+def arc(a, b):
+    """Return an angle that is always below π/2, though its expansions are not."""
+    return (np.arctan(0.4 * a) + 0.1 * b)[:, None]
+
+
+@pytest.fixture(scope="module")
+def angle():
+    return fb.expand(arc, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.AdaptivePCCI(0.01))
+
+
+def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
+    limit, costs = fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}
+    found = fb.allocate(angle, limit, costs, probability=2e-5)
+    assert (found["probability"], found["confidence_low"]) == (0.0, 0.0)
+    assert found["confidence_high"] >= 1e-4
+    assert 1e-5 < found["surrogate_probability"] < 2e-5
+    assert np.isnan(found["at_each_time"]).all()
+    assert "probability below 0.0001; the surrogate alone finds" in found.attrs["verdict"]
+    judged = fb.allocate(angle, limit, costs, probability=2e-5, response=arc)
+    assert 0.0 < judged["run_probability"] <= 2e-5
+    assert "Confirmed" in judged.attrs["verdict"]
+
+
+def test_the_interval_allows_for_the_error_of_the_surrogate(angle):
+    limit, costs = fb.Limit(below=0.6), {"a": 1.0, "b": 1.0}
+    found = fb.allocate(angle, limit, costs, probability=1e-2)
+    tolerances = {k: fb.Normal(0.0, float(found["tolerance"].sel(name=k))) for k in "ab"}
+    same = fb.failure_probability(angle.narrowed(**tolerances), limit, accuracy=0.02)
+    stated = [[float(np.ravel(one[k])[-1]) for k in ("confidence_low", "confidence_high")]
+              for one in (found, same)]  # fmt: skip
+    assert stated[0] == pytest.approx(stated[1], rel=0.1)
+    assert found["confidence_high"] > 1e-2
+    assert "runs of the model (response=…) tell whether it is above 0.01" in found.attrs["verdict"]
+
+
+def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
+    def step(a, b):
+        return (np.tanh(2 * a) + b)[:, None]
+
+    inputs = dict.fromkeys("ab", fb.Normal(0.0, 1.0))
+    rough = fb.expand(step, inputs, fb.AdaptivePCCI(1e-4, 20))
+    limit, costs = fb.Limit(below=2.0), {"a": 1.0, "b": 1.0}
+    names = "probability", "confidence_low", "confidence_high", "at_each_time"
+    found = fb.allocate(rough, limit, costs, probability=1e-2)
+    assert all(np.isnan(found[name]).all() for name in (*names, "surrogate_probability"))
+    assert "not given by the surrogate, which missed its tolerance" in found.attrs["verdict"]
+    assert "above the tolerance of 0.01 %" in found.attrs["verdict"]
+    judged = fb.allocate(rough, limit, costs, probability=1e-2, response=step)
+    assert all(np.isnan(judged[name]).all() for name in names)
+    a, b = np.random.default_rng(5).standard_normal((2, 400_000))
+    s = judged["tolerance"].values
+    exact = float(np.mean(step(s[0] * a, s[1] * b) > 2.0))
+    assert judged["run_probability"] == pytest.approx(exact, rel=0.3)
+    narrow = rough.narrowed(a=fb.Normal(0.0, 0.5))  # nor of a part of it
+    assert np.isnan(fb.failure_probability(narrow, limit)["probability"]).all()
 
 
 def test_the_largest_scatter_is_likely_enough(plane):

@@ -112,3 +112,24 @@ def test_a_bound_holds_for_the_worst_option():
     exact = norm.sf(np.log(2.3 / 1.1) / 0.3)
     assert low <= exact <= high
     assert found["probability_choice"].sel(bound="upper").values.tolist() == ["brass"]
+
+
+def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
+    """One surrogate is exact and states 5e-5; the other one finds less, and is only bounded."""
+
+    def response(x, kind):
+        angle = np.stack([np.arctan(0.4 * x), 0.0 * x], axis=1)
+        line = np.stack([1.35 * x / -norm.ppf(5e-5), 0.1 * x], axis=1)
+        return np.where((kind == "line")[:, None], line, angle)
+
+    inputs = {"x": NORMAL, "kind": fb.Choice("angle", "line")}
+    surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
+    limit = fb.Limit(below=1.35, above=-0.3)
+    found = fb.failure_probability(surrogate, fb.Limit(below=1.35))
+    least, most = (found.sel(bound=bound).isel(limit=0) for bound in ("lower", "upper"))
+    assert most["confidence_high"] >= 1e-4
+    assert most["probability_choice"] == "angle"
+    assert least["confidence_low"] == 0.0
+    assert least["confidence_high"] < 6e-5
+    each = fb.failure_probability(surrogate, limit).sel(bound="upper").isel(limit=0)
+    assert each["at_each_time"].values[1] == pytest.approx(norm.sf(3.0), rel=0.1)

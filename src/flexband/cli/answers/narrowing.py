@@ -126,7 +126,8 @@ def limits_before_and_after(
 ) -> list[dict[str, Any]]:
     """Return the least margin of each limit by two surrogates; if asked, how likely it is left.
 
-    A probability is that at the worst values of the interval inputs, None where no input scatters.
+    A probability is that at the worst values of the interval inputs, None where no input scatters;
+    where it is only bounded, it is 0, and `confidence_high` is the bound.
     Raise `UsageError` if probabilities are asked for, but there are none.
     """
     if likely and not (limits and has_probability(both[0])):
@@ -144,10 +145,10 @@ def limits_before_and_after(
                  for one in both]  # fmt: skip
         rows += [{"limit": "any limit"}] * (len(limits) > 1)
         for k, row in enumerate(rows):
-            row["probability"] = [
-                None if own is None else float(own["probability"].sel(bound="upper")[k])
-                for own in found
-            ]
+            for name in ("probability", "confidence_high"):
+                row[name] = [
+                    None if own is None else float(own[name].sel(bound="upper")[k]) for own in found
+                ]
     return rows
 
 
@@ -163,16 +164,19 @@ def limits_table(limits: list[dict[str, Any]]) -> tuple[list[str], list[list[str
         changed = before if before == after else f"{before} → {after}"
         row = [one["limit"], *margins, changed]
         if likely:
-            row += [_likely(p) for p in one["probability"]]
+            pairs = zip(one["probability"], one["confidence_high"], strict=True)
+            row += [_likely(*pair) for pair in pairs]
         rows.append(row)
     return header, rows
 
 
-def _likely(probability: float | None) -> str:
-    """Return a probability as text; none where no input scatters."""
-    if probability is None:
+def _likely(probability: float | None, most: float | None) -> str:
+    """Return a probability, or what it is at most, as text; none where no input scatters."""
+    if probability is None or most is None:
         return ""
-    return NOT_GIVEN if isnan(probability) else number(probability, 3)
+    if isnan(probability):
+        return NOT_GIVEN
+    return number(probability, 3) if probability else f"below {number(most, 2)}"
 
 
 @app.command("tolerance")

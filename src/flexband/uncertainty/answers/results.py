@@ -72,9 +72,12 @@ def places(
 
 
 def missed_tolerance(surrogate: Surrogate) -> bool:
-    """Return whether the error expected of a surrogate is above its tolerance."""
+    """Return whether the error expected of a surrogate is above its tolerance.
+
+    That of a part of its inputs is the error of the whole, which its method judged.
+    """
     told = surrogate.diagnostics.attrs
-    error = told.get("expected_error")
+    error = _error_of_whole(told)
     return isinstance(error, float) and error > told.get("tolerance", np.inf)
 
 
@@ -84,14 +87,18 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     `corrected` is whether runs of the response correct its errors.
     """
     told = surrogate.diagnostics.attrs
-    error, tolerance = told.get("expected_error"), told.get("tolerance", np.inf)
     doubts = [str(told["not_trusted"])] if "not_trusted" in told else []
-    if error is not None and missed_tolerance(surrogate) and not corrected:
+    if missed_tolerance(surrogate) and not corrected:
         doubts.append(
-            f"the error expected of the surrogate is {100 * error:.2g} % of the error bar's width, "
-            f"above the tolerance of {100 * tolerance:g} %"
+            f"the error expected of the surrogate is {100 * _error_of_whole(told):.2g} % of the "
+            f"error bar's width, above the tolerance of {100 * told['tolerance']:g} %"
         )
     return doubts
+
+
+def _error_of_whole(told: Mapping[str, Any]) -> Any:
+    """Return the expected error of all inputs of the runs, in parts of the width of their bar."""
+    return told.get("expected_error", told.get("expected_error_of_runs"))
 
 
 def answer(

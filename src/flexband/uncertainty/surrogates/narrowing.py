@@ -46,6 +46,8 @@ def narrowed_diagnostics(
     )
     told.attrs.pop("largest_miss", None)
     told.attrs.setdefault("inputs_of_runs", told.attrs.get("inputs", ""))
+    if "expected_error" in told.attrs:
+        told.attrs["expected_error_of_runs"] = told.attrs["expected_error"]
     told.attrs["inputs"] = in_words(part.space.given)
     for name in RELATIVE:
         if isinstance(told.attrs.get(name), float):

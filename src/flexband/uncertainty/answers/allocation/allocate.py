@@ -102,13 +102,17 @@ def allocate(
     With a stated `probability`, there are no margins, but `probability`, that of leaving any limit
     at any time where it is the largest over the interval inputs, `probability_at`; its confidence
     interval, `confidence_low` and `confidence_high`; `at_each_time`, that of being outside; and
-    `elasticity`, ∂ ln P / ∂ ln t of every tolerance. With a `response`, 64 runs or more correct it,
-    as in `failure_probability`: `run_probability`, `run_confidence_low` and `run_confidence_high`.
+    `elasticity`, ∂ ln P / ∂ ln t of every tolerance. As in `failure_probability`, the interval
+    allows for the expected error of the surrogate, probabilities below 1e-4 are only bounded unless
+    this is negligible (`at_each_time` is NaN there), and all are NaN if the surrogate missed its
+    tolerance; `surrogate_probability` is what the surrogate alone finds. With a `response`, 64 runs
+    or more correct it: `run_probability`, `run_confidence_low` and `run_confidence_high`.
     Where it is larger than stated, or less than 0.7 of that, the search goes on, with five times
     64 runs at most. "Confirmed" means that it is not larger.
 
-    ``attrs["cost"]`` is the sum of all costs, ``attrs["confirmed"]`` "yes", "no" or "no runs were
-    made", ``attrs["runs"]`` the number of runs, ``attrs["verdict"]`` a text.
+    ``attrs["cost"]`` is the sum of all costs, ``attrs["confirmed"]`` "yes", "no", "inferred" (no
+    run violates a limit, but some are so far inside μ ± kσ that they tell nothing of it) or "no
+    runs were made", ``attrs["runs"]`` the number of runs, ``attrs["verdict"]`` a text.
 
     Raises
     ------

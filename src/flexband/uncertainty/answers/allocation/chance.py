@@ -24,6 +24,7 @@ from flexband.uncertainty.answers.probability.correction import Correction, corr
 from flexband.uncertainty.answers.probability.ends import SLACK, SMOOTH, ends
 from flexband.uncertainty.answers.probability.estimates import Estimate, estimate, mixture_around
 from flexband.uncertainty.answers.probability.model import Model
+from flexband.uncertainty.answers.probability.statements import error_of_runs
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.subset import Rare, rare
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -58,12 +59,16 @@ class Left:
     place : in the box of the tolerances, (m,).
     estimate : the probability there.
     known : rare samples there, of the narrower inputs.
+    noise : of the search for the place, as in `Estimate`.
+    exact : whether the expected error of the surrogate is negligible.
     """
 
     x: np.ndarray
     place: np.ndarray
     estimate: Estimate
     known: Rare
+    noise: float
+    exact: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +129,9 @@ class Chance:
         rng = np.random.default_rng(0)
         state, space = self._narrow(x), self.surrogate.space
         n, m = space.random_dimension, space.interval_dimension
-        eta, known, *_ = ends(state, n, m, rng)
-        return Left(x, eta[1], estimate(state, state, eta[1], known[1], ACCURACY, rng), known[1])
+        eta, known, noise, _ = ends(state, n, m, rng)
+        found = estimate(state, state, eta[1], known[1], ACCURACY, rng)
+        return Left(x, eta[1], found, known[1], float(noise[1]), state.exact)
 
     @property
     def series(self) -> np.ndarray:
@@ -140,7 +146,8 @@ class Chance:
             return state.least_of_response(model(u, left.place))
 
         least = partial(state.least, eta=left.place)
-        return corrected(least, of_model, left.known, model.runs, ACCURACY, rng)
+        found = corrected(least, of_model, left.known, model.runs, ACCURACY, rng)
+        return replace(found, noise=left.noise)
 
     def elasticity(self, left: Left) -> np.ndarray:
         """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""
@@ -151,8 +158,8 @@ class Chance:
 
     def _narrow(self, x: np.ndarray) -> LimitState:
         narrow = self.surrogate.narrowed(**self.tolerances.inputs(x))
-        none = np.zeros(self.surrogate.labels.shape[1:])
-        return LimitState.of(narrow, self.corridor, none, np.random.default_rng(0))
+        _, error = error_of_runs(narrow)
+        return LimitState.of(narrow, self.corridor, error, np.random.default_rng(0))
 
     def _searched(self, now: Left, places: Sequence[np.ndarray]) -> np.ndarray:
         """Return the cheapest tolerances near some that keep the probability at places."""

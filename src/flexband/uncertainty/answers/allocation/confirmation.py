@@ -4,6 +4,10 @@ Where a run differs from the surrogate, the limits are shifted by the difference
 for which the run is about the worst one, and the search goes on. They are made looser by no more
 than three expected errors of the surrogate. Vertices whose margins on the surrogate are less than
 this are run as well.
+
+The random inputs of a run are where the response is μ ± kσ, to first order. Where the response is
+far inside this there, as where it is bounded, the run shows that the limit is kept, and tells
+nothing of μ ± kσ: that this keeps the limit is inferred by the surrogate.
 """
 
 from __future__ import annotations
@@ -58,6 +62,7 @@ class Confirmed:
     run_margins : margins of the last runs at the binding points, NaN without, (points,).
     runs : number of all runs.
     kept : whether the last runs keep the limits.
+    inferred : whether μ ± kσ keeps some of them by the surrogate alone.
     """
 
     allocated: Allocated
@@ -65,6 +70,7 @@ class Confirmed:
     run_margins: np.ndarray
     runs: int
     kept: bool
+    inferred: bool = False
 
     @staticmethod
     def without_runs(worst: WorstCase, allocated: Allocated) -> Confirmed:
@@ -84,7 +90,7 @@ def confirmed(
     """Return tolerances that runs at the binding points confirm, after new searches if need be."""
     error = expected_error(surrogate, worst.sigmas)
     loosest = 0.0 * worst.scale if error is None else -LOOSER * error.ravel()[worst.numbers]
-    shift, runs, kept = np.zeros(worst.bounds.shape), 0, True
+    shift, runs, kept, inside = np.zeros(worst.bounds.shape), 0, True, np.zeros(0, bool)
     told = np.zeros(0)
     for k in range(ROUNDS):
         points = allocated.points
@@ -101,20 +107,22 @@ def confirmed(
         runs += len(xi)
         missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
         margins = SIGNS[:, None] * (values[:, None] - worst.bounds)
-        own = missed[owner, points.side[order], points.series[order]]
-        told[order] = worst.values(allocated.x[None], points.of(order))[0] + own
+        at = owner, points.side[order], points.series[order]
+        bars, run = worst.values(allocated.x[None], points.of(order))[0], margins[at] + missed[at]
+        inside = (margins[at] > bars + NEAR * worst.scale[at[2]]) & (run >= 0)
+        told[order] = np.where(inside, run, bars + missed[at])
         kept = np.all(told[order] >= 0)
         if not surrogate.space.random_dimension:
             kept = kept and np.all(margins + missed >= 0)
         new = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
-        moved = np.abs(new - shift)[points.side[order], points.series[order]]
-        agree = np.all(moved <= AGREEMENT * worst.scale[points.series[order]])
+        moved = np.abs(new - shift)[at[1:]]
+        agree = np.all(moved <= AGREEMENT * worst.scale[at[2]])
         if (kept and agree) or k == ROUNDS - 1:
             break
         shift = new
         moved = worst.tightened(shift)
         allocated = search(moved, allocated.watched, allocated.x)
-    return Confirmed(allocated, shift, told, runs, bool(kept))
+    return Confirmed(allocated, shift, told, runs, bool(kept), bool(np.any(inside)))
 
 
 def _run_points(

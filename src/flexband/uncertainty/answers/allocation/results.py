@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,23 @@ from flexband.uncertainty.answers.allocation.worst_case import SIGNS, WorstCase
 from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.peaks import drops, spacing
 from flexband.uncertainty.answers.probability.correction import Correction
-from flexband.uncertainty.answers.results import answer, expected_error, places
+from flexband.uncertainty.answers.probability.statements import (
+    RARE,
+    STATED,
+    allowance,
+    bounded,
+    error_of_runs,
+    withheld,
+)
+from flexband.uncertainty.answers.probability.texts import NOT_GIVEN
+from flexband.uncertainty.answers.results import (
+    INDICATOR,
+    answer,
+    doubts_of,
+    expected_error,
+    missed_tolerance,
+    places,
+)
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
@@ -26,7 +43,7 @@ from flexband.words import number_of
 NO_RUNS = ". No runs were made to confirm it"
 """End of a verdict by the surrogate alone."""
 
-YES, NO, NOT_MADE = "yes", "no", "no runs were made"
+YES, NO, INFERRED, NOT_MADE = "yes", "no", "inferred", "no runs were made"
 
 
 def result_of(
@@ -79,12 +96,12 @@ def result_of(
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
         "runs": found.runs,
-        "confirmed": (YES if found.kept else NO) if found.runs else NOT_MADE,
+        "confirmed": _confirmed(found),
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
     told["verdict"] = _verdict(worst, found, told, [*map(str.__add__, names.tolist(), moments)])
-    if "not_trusted" in narrow.diagnostics.attrs:
-        told["verdict"] += f". Not reliable: {narrow.diagnostics.attrs['not_trusted']}"
+    for doubt in doubts_of(narrow, corrected=found.runs > 0 and not found.inferred):
+        told["verdict"] += f". Not reliable: {doubt}"
     result = answer(narrow, data, coords, told, LONG_NAMES).drop_vars("bound")
     for name in WITHOUT_UNITS:
         if name in result:
@@ -94,28 +111,20 @@ def result_of(
 
 def chance_result(chance: Chance, found: Left, told: Correction | None, runs: int) -> xr.Dataset:
     """Return the tolerances for a stated probability, and the one that they lead to."""
-    own, x, estimate = chance.tolerances, found.x, found.estimate
-    narrow, labels = chance.surrogate.narrowed(**own.inputs(x)), chance.surrogate.labels
+    own, x = chance.tolerances, found.x
+    narrow = chance.surrogate.narrowed(**own.inputs(x))
     cost, slope = own.cost(x), chance.elasticity(found)
-    each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
-    each[chance.series] = estimate.at_each
-    low, high = estimate.confidence()
+    stated = _stated(chance, found, by_runs=told is not None)
     data: dict[str, Any] = {
         "tolerance": ("name", own.values(x)),
         "largest": ("name", own.largest),
         "cost": ("name", cost),
         "elasticity": ("name", slope[: len(cost)]),
-        "probability": ((), estimate.probability),
-        "confidence_low": ((), low),
-        "confidence_high": ((), high),
-        "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
+        **{str(name): one.variable for name, one in stated.items()},
     }
     if told is not None:
-        data |= {
-            "run_probability": ((), told.probability),
-            "run_confidence_low": ((), told.low),
-            "run_confidence_high": ((), told.high),
-        }
+        of_runs = told.probability, *told.confidence()
+        data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, found.place[None], [], [])
     coords: dict[str, Any] = {"name": own.names}
     if own.sizes:
@@ -128,20 +137,60 @@ def chance_result(chance: Chance, found: Left, told: Correction | None, runs: in
         "runs": runs,
         "confirmed": NOT_MADE if told is None else (YES if kept else NO),
     }
-    text = f"{_in_words(own, x, attrs['cost'])}. Limits are left with probability "
-    text += f"{estimate.probability:.3g} ({low:.3g} to {high:.3g}) at most"
+    text = f"{_in_words(own, x, attrs['cost'])}. {_chance_in_words(stated, chance, told)}"
     if told is None:
         text += NO_RUNS
     else:
         text += f". {'Confirmed' if kept else 'NOT confirmed'} by {_new(runs)}, "
-        text += f"which tell {told.probability:.3g} ({told.low:.3g} to {told.high:.3g})"
-    if "not_trusted" in narrow.diagnostics.attrs:
-        text += f". Not reliable: {narrow.diagnostics.attrs['not_trusted']}"
+        text += "which tell {:.3g} ({:.3g} to {:.3g})".format(told.probability, *told.confidence())
+    for doubt in doubts_of(narrow, corrected=told is not None):
+        text += f". Not reliable: {doubt}"
     result = answer(narrow, data, coords, attrs | {"verdict": text}, LONG_NAMES)
     result = result.drop_vars("bound")
     for one in result.data_vars.values():
         one.attrs.pop("units", None)
     return result
+
+
+def _stated(chance: Chance, found: Left, *, by_runs: bool) -> xr.Dataset:
+    """Return what is stated of the probability that the surrogate finds."""
+    labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(found.x)
+    narrow = chance.surrogate.narrowed(**inputs)
+    estimate = replace(found.estimate, noise=found.noise)
+    ends = np.array(estimate.confidence())
+    if error_of_runs(narrow)[0] != INDICATOR and not found.exact:
+        ends = np.minimum(1.0, ends * allowance(estimate))
+    each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
+    each[chance.series] = estimate.at_each
+    if not found.exact:
+        each[each < RARE] = np.nan
+    stated = xr.Dataset({
+        **dict(zip(STATED, [estimate.probability, *ends], strict=True)),
+        "surrogate_probability": estimate.probability,
+        "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
+    })  # fmt: skip
+    stated = bounded(stated, xr.DataArray(found.exact), STATED)
+    if missed_tolerance(narrow):
+        names = (*STATED, "at_each_time", *["surrogate_probability"] * (not by_runs))
+        stated = withheld(stated, names)
+    return stated
+
+
+def _chance_in_words(stated: xr.Dataset, chance: Chance, told: Correction | None) -> str:
+    """Return the probability that the surrogate finds, as a sentence."""
+    value, low, high, alone = (float(stated[k]) for k in (*STATED, "surrogate_probability"))
+    by_runs = "; runs of the model (response=…) " if told is None else ""
+    if np.isnan(value):
+        text = f"The probability of leaving limits is {NOT_GIVEN} by the surrogate, which missed "
+        return f"{text}its tolerance{by_runs and by_runs + 'correct it'}"
+    text = "Limits are left with probability "
+    if not value:
+        text += f"below {high:.2g}"
+        rare = f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs"
+        return text + rare * bool(alone)
+    text += f"{value:.3g} ({low:.3g} to {high:.3g}) at most"
+    beyond = bool(by_runs) and high > chance.probability
+    return text + f"{by_runs}tell whether it is above {chance.probability:g}" * beyond
 
 
 def _in_words(own: Tolerances, x: np.ndarray, cost: float) -> str:
@@ -205,8 +254,22 @@ def _verdict(
             )
         verb = "violates" if found.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(found.runs)} {verb} limits by up to {by:.3g}"
+    if told["confirmed"] == INFERRED:
+        return (
+            f"{text}. No limit is violated by {_new(found.runs)}; that μ ± {worst.sigmas:g}σ keeps "
+            f"the limits is inferred by the surrogate"
+        )
     shifted = ", limits shifted by what runs showed" if found.shift.any() else ""
     return f"{text}. Confirmed by {_new(found.runs)}{shifted}"
+
+
+def _confirmed(found: Confirmed) -> str:
+    """Return whether runs confirm tolerances."""
+    if not found.runs:
+        return NOT_MADE
+    if not found.kept:
+        return NO
+    return INFERRED if found.inferred else YES
 
 
 def _new(runs: int) -> str:
@@ -221,6 +284,7 @@ LONG_NAMES = {
     "probability": "probability of leaving any limit at any time, where it is the largest",
     "confidence_low": "lower end of its confidence interval",
     "confidence_high": "upper end of its confidence interval",
+    "surrogate_probability": "probability of the surrogate alone",
     "at_each_time": "probability of being outside at each time, there",
     "probability_at": "values of the interval inputs there",
     "run_probability": "probability corrected with runs",

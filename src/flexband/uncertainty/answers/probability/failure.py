@@ -13,17 +13,25 @@ import xarray as xr
 from flexband.errors import InputError, instance, numbers, shown, whole
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
-from flexband.uncertainty.answers.margins import error_of, labels_of
+from flexband.uncertainty.answers.margins import labels_of
 from flexband.uncertainty.answers.probability.at_each import at_each_time
 from flexband.uncertainty.answers.probability.correction import corrected
 from flexband.uncertainty.answers.probability.ends import ends
 from flexband.uncertainty.answers.probability.estimates import Estimate, estimate
 from flexband.uncertainty.answers.probability.model import Model, models
+from flexband.uncertainty.answers.probability.statements import (
+    AT_EACH,
+    BETWEEN,
+    STATED,
+    allowance,
+    bounded,
+    error_of_runs,
+    withheld,
+)
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.texts import described, in_words
 from flexband.uncertainty.answers.results import (
     INDICATOR,
-    POINTWISE_ERRORS,
     check_free,
     doubts_of,
     missed_tolerance,
@@ -33,21 +41,12 @@ from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ANY = "any limit"
 
-STATED = "probability", "confidence_low", "confidence_high"
-BETWEEN = "between_times", "between_times_low", "between_times_high"
-AT_EACH = "at_each_time", "at_each_time_low", "at_each_time_high"
-"""Names of probabilities and the ends of their intervals."""
-
-RARE = 1e-4
-"""Smaller probabilities of a surrogate are only bounded, unless its error is negligible."""
-
-ERRORS = 2.0
-"""Expected errors, root mean squares, that the ends of a confidence interval allow for."""
+PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choice"
+"""What is no probability."""
 
 UNSEEN = 0.03
 """Part of a probability that may be due to times at which bounds are not searched."""
@@ -123,7 +122,8 @@ def failure_probability(
     else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
     Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless
-    runs correct them.
+    runs correct them. Of choices, the probability at any time, that between the times and that
+    at each time are each of the options with the least or the largest.
 
     Raises
     ------
@@ -170,11 +170,13 @@ def failure_probability(
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
             found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
-    result = _bounded(_over_choices(found) if several else found[""])
+    known_of = {label: _known(one) for label, one in found.items()}
+    result = _over_choices(known_of) if several else known_of[""]
     if any(missed_tolerance(one) for one in surrogates.values()):
-        result = _withheld(result)
+        kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
+        result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
-    source = error_of(next(iter(surrogates.values())).diagnostics, labels, POINTWISE_ERRORS)[0]
+    source, _ = error_of_runs(next(iter(surrogates.values())))
     doubts = [] if source else ["The surrogate's error is not estimated"]
     for label, one in surrogates.items():
         where, runs_correct = f" with {label}" if label else "", known[label] is not None
@@ -198,8 +200,7 @@ def _probability(
 ) -> xr.Dataset:
     """Return the result for one limit and one combination of options."""
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
-    source, error = error_of(surrogate.diagnostics, labels, POINTWISE_ERRORS)
-    error = np.asarray(error) / share(space.interval_dimension)
+    source, error = error_of_runs(surrogate)
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m = space.random_dimension, space.interval_dimension
     for thin in (True, False):
@@ -240,7 +241,7 @@ def _probability(
     stated = np.array([one.confidence() for one in told]).T
     between = _between(own, told)
     if source != INDICATOR and not state.exact:
-        grown = np.transpose([_by_errors(one) for one in own])
+        grown = np.transpose([allowance(one) for one in own])
         moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
         each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
         if model is None:
@@ -284,14 +285,6 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
     return union
 
 
-def _by_errors(one: Estimate) -> tuple[float, float]:
-    """Return by which factors the expected error of the surrogate moves an interval's ends."""
-    if not one.probability:
-        return 1.0, 1.0
-    factors = one.looser / one.probability, max(1.0, one.tighter / one.probability)
-    return factors[0] ** ERRORS, factors[1] ** ERRORS
-
-
 def _between(own: Sequence[Estimate], told: Sequence[Any]) -> np.ndarray:
     """Return the probabilities between the times too, and their confidence intervals, (3, bound).
 
@@ -328,44 +321,28 @@ def _seen(near: LimitState, eta: np.ndarray, found: Estimate) -> bool:
     return bool(missed.sum() <= UNSEEN * found.weights[out].sum())
 
 
-def _withheld(result: xr.Dataset) -> xr.Dataset:
-    """Return a result without the probabilities of a surrogate that missed its tolerance: NaN.
-
-    Those that runs have corrected stay, if there are any.
-    """
-    kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
-    if "runs" in result:
-        kept |= {"surrogate_probability", *STATED, *BETWEEN}
-    names = [str(k) for k in result.data_vars if k not in kept]
-    return result.assign({name: result[name] * np.nan for name in names})
-
-
-def _bounded(result: xr.Dataset) -> xr.Dataset:
-    """Return a result without the rare probabilities of surrogates that are not exact.
-
-    They are 0, with intervals from 0 to what can be rare at most. Runs correct all but those at
-    each time.
-    """
-    exact, bounded = result["exact"], {}
-    for names in (AT_EACH,) if "runs" in result else (STATED, BETWEEN, AT_EACH):
-        value, low, high = (result[name] for name in names)
-        rare = ~exact & (value < RARE)
-        most = np.maximum(high, RARE)
-        new = value.where(~rare, 0.0), low.where(~rare, 0.0), high.where(~rare, most)
-        bounded |= {name: one.transpose(*value.dims) for name, one in zip(names, new, strict=True)}
-    return result.assign(bounded).drop_vars("exact")
+def _known(result: xr.Dataset) -> xr.Dataset:
+    """Return a result with bounds in the place of rare probabilities that no run corrects."""
+    groups = (AT_EACH,) if "runs" in result else (STATED, BETWEEN, AT_EACH)
+    return bounded(result, result["exact"], *groups).drop_vars("exact")
 
 
 def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return the least and the largest probability over all combinations of options."""
-    names = np.array(list(found))
+    """Return the least and the largest probability over all combinations of options.
+
+    The probability at any time, that between the times and that at each time are each of the
+    combination whose interval ends the lowest or the highest. Another one may be less likely than
+    the least of these: the interval begins with the lowest.
+    """
     every = xr.concat(list(found.values()), "choice", join="exact")
-    high = every["confidence_high"].transpose("choice", "bound", "limit").values
-    which = np.stack([high[:, 0].argmin(axis=0), high[:, 1].argmax(axis=0)])
-    index = {
-        "choice": xr.DataArray(which, dims=("bound", "limit")),
-        "bound": xr.DataArray([0, 1], dims="bound"),
-        "limit": xr.DataArray(range(which.shape[1]), dims="limit"),
-    }
-    chosen = every.isel(index)
-    return chosen.assign(probability_choice=(("bound", "limit"), names[which]))
+    upper, chosen = every["bound"] == "upper", {}
+    for value, low, high in (STATED, BETWEEN, AT_EACH):
+        end = every[high].fillna(0.0)  # at times without a limit
+        which = xr.where(upper, end.argmax("choice"), end.argmin("choice"))
+        names = [k for k in every if str(k).startswith(value)] if value != STATED[0] else every
+        chosen |= {k: every[k].isel(choice=which) for k in names}
+        chosen[low] = chosen[low].where(upper, every[low].min("choice"))
+        if value == STATED[0]:
+            labels = xr.DataArray(list(found), dims="choice")
+            chosen["probability_choice"] = labels.isel(choice=which).transpose("bound", "limit")
+    return xr.Dataset(chosen)

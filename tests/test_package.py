@@ -24,6 +24,7 @@ ROOMS = [
     "files",
     "progress",
     "caching",
+    "source_hash",
     "execution",
     "mechanics.kernels",
     "mechanics.forms",

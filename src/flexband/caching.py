@@ -182,9 +182,15 @@ def _hash(content: object) -> str:
 
 def _folders(source: Path) -> list[Path]:
     """Return where code may be: NUMBA_CACHE_DIR if set; else beside the source or of the user."""
+    beside = [] if SETTINGS.CACHE_DIR else [source.parent / "__pycache__"]
+    return [*beside, user_folder()]
+
+
+def user_folder() -> Path:
+    """Return the folder of the user, or that in NUMBA_CACHE_DIR, for what is kept on disk."""
     if SETTINGS.CACHE_DIR:
-        return [Path(SETTINGS.CACHE_DIR) / "flexband"]
-    return [source.parent / "__pycache__", Path(AppDirs("flexband", False).user_cache_dir)]
+        return Path(SETTINGS.CACHE_DIR) / "flexband"
+    return Path(AppDirs("flexband", False).user_cache_dir)
 
 
 @cache

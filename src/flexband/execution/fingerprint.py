@@ -2,7 +2,7 @@
 
 Functions and classes of the response's own package, or of the files beside it, count by their
 compiled code, without docstrings, comments and line numbers. Those of other packages count by their
-name, and flexband's mechanics as a whole by the content of its files. Numbers, texts and arrays
+name, and flexband's mechanics as a whole by its code. Numbers, texts and arrays
 that functions refer to count by their values. What a program may change while it runs does not
 count: lists, dicts, sets, attributes, and variables that the code itself assigns, such as counters.
 A store makes two of its runs again, which tells of changes there.
@@ -26,9 +26,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-PACKAGE = Path(__file__).parents[1]
-"""Folder of flexband."""
-
 WRAPPED = ("__wrapped__", "pyfunc", "func")
 """Attributes in which objects of Python and NumPy keep the function that they call."""
 
@@ -44,15 +41,6 @@ def fingerprint(response: object) -> str:
     walk = _Walk(response)
     walk.visit(response)
     return walk.hash.hexdigest()[:16]
-
-
-@cache
-def mechanics_fingerprint() -> str:
-    """Return a hash of the files that simulate mechanisms."""
-    found = hashlib.sha256()
-    for file in sorted((PACKAGE / "mechanics").rglob("*.py")):
-        found.update(file.read_bytes())
-    return found.hexdigest()[:16]
 
 
 class _Walk:

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from flexband.errors import InputError, StoreError, flag, shown
-from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
+from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import RUNS
 from flexband.files import refuse_links
+from flexband.source_hash import source_hash
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
 INSIST = "insist=True of the Store uses them; on the command line, --insist"
@@ -93,7 +94,7 @@ class Owner(NamedTuple):
     @classmethod
     def of(cls, response: object, version: str, inputs: Sequence[str], fields: str) -> Owner:
         """Return the owner for a response, the names of the numbers it takes, and its fields."""
-        own = fingerprint(response), mechanics_fingerprint()
+        own = fingerprint(response), source_hash("mechanics")[:16]
         return cls(*own, version, ", ".join(inputs), fields)
 
     def check(self, found: Mapping[str, str] | None, store: Store) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexband.execution.fingerprint import PACKAGE, fingerprint
+from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
+from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
@@ -19,13 +19,16 @@ from flexband.uncertainty.inputs.unfolding import in_words
 if TYPE_CHECKING:
     from flexband.study.study import Study
 
+COMPUTING = "mechanics", "uncertainty", "models", "study"
+"""Folders of flexband whose code results depend on."""
+
 
 def identity(study: Study, *options: object) -> str:
     """Return a hash of a study and of further options that change its result."""
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
     limits = tuple(map(str, study.limits))
-    told = texts, study.sigmas, limits, options, versions(), _program()
+    told = texts, study.sigmas, limits, options, versions(), source_hash(*COMPUTING)
     found = hashlib.sha256(repr(told).encode())
     named = tuple(sorted(inputs.items()))
     for one in (study.response, study.method, named, study.limits):
@@ -44,12 +47,3 @@ def _values(study: Study) -> np.ndarray:
     )
     values = list(space.recorded_at(*points).values())
     return np.array(values)
-
-
-@cache
-def _program() -> str:
-    """Return a hash of flexband's own files."""
-    found = hashlib.sha256()
-    for file in sorted(PACKAGE.rglob("*.py")):
-        found.update(file.read_bytes())
-    return found.hexdigest()

@@ -45,7 +45,6 @@ at least so many."""
 MET = "the expansion meets its tolerance"
 ALL_ORDERS = "all orders are in use"
 """Why there are no more runs."""
-"""Reason to stop."""
 
 SEVERAL = 2
 """With so many variables one batch at least follows the first, which has few terms of each, and

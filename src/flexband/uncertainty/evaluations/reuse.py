@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.execution.fingerprint import fingerprint, mechanics_fingerprint
+from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import DOMAINS
 from flexband.execution.record import Record
 from flexband.execution.store import Store
 from flexband.files import read_json, write_json
+from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, locate_fields
@@ -88,7 +89,7 @@ def keep_domains(response: Response, inputs: Mapping[str, Any], record: Record |
 
 
 def _owner(response: Response, store: Store) -> list[str]:
-    return [fingerprint(response), mechanics_fingerprint(), store.version]
+    return [fingerprint(response), source_hash("mechanics")[:16], store.version]
 
 
 def texts(space: Space, *, random: bool) -> str:

@@ -1,0 +1,79 @@
+"""What flexband computes is known by its code, not by its comments."""
+
+import json
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexband import source_hash as module
+from flexband.source_hash import source_hash, syntax_hash
+
+CODE = '''"""Springs."""
+
+LIMIT = 3.0
+"""Of what is small."""
+
+
+def force(k, x):
+    """Return the force."""
+    return k * x  # Hooke
+'''
+COMMENTED = '''"""Springs that are linear."""
+
+LIMIT = 3.0
+"""Of what counts as small."""
+
+# A law of 1678.
+def force(k, x):
+    return (
+        k
+        * x
+    )
+'''
+
+
+def test_a_comment_changes_nothing_and_a_constant_does():
+    assert syntax_hash(CODE.encode()) == syntax_hash(COMMENTED.encode())
+    assert syntax_hash(CODE.encode()) != syntax_hash(COMMENTED.replace("* x", "+ x").encode())
+
+
+@given(st.floats(1.0, 10.0), st.floats(1.0, 10.0))
+def test_any_other_number_changes_the_hash(a, b):
+    codes = (CODE.replace("3.0", repr(x)).encode() for x in (a, b))
+    assert (len({syntax_hash(code) for code in codes}) == 1) == (a == b)
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    (tmp_path / "laws").mkdir()
+    (tmp_path / "laws" / "springs.py").write_text(CODE, encoding="utf-8")
+    monkeypatch.setattr(module, "PACKAGE", tmp_path)
+    monkeypatch.setattr(module, "user_folder", lambda: tmp_path / "user")
+    return tmp_path
+
+
+def fresh_hash():
+    source_hash.cache_clear()
+    return source_hash("laws")
+
+
+def test_hashes_are_remembered_by_time_and_size(package, monkeypatch):
+    file, first = package / "laws" / "springs.py", fresh_hash()
+    with monkeypatch.context() as patched:
+        patched.setattr(module, "syntax_hash", None)  # nothing is parsed again
+        assert fresh_hash() == first
+    time.sleep(0.01)
+    file.write_text(CODE.replace("# Hooke", "# Hooke's law"), encoding="utf-8")
+    assert fresh_hash() == first
+    file.write_text(CODE.replace("3.0", "4.0"), encoding="utf-8")
+    assert fresh_hash() != first
+    assert len(json.loads((package / "user" / module.MEMORY).read_text())) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"[1]", b"\xff", b'{"a": '])
+def test_a_damaged_memory_is_made_again(package, content):
+    first = fresh_hash()
+    (package / "user" / module.MEMORY).write_bytes(content)
+    assert fresh_hash() == first

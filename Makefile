@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test kernels check wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
+.PHONY: install demo test kernels check metrics wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
 install: .venv/installed
 
@@ -16,6 +16,9 @@ demo: install
 	$(BIN)/flexband run examples/slider_crank.py --output output/demo
 	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/demo/paper
 
+# One thread of OpenBLAS in each of pytest's processes, of which there is one per core.
+test kernels: export OPENBLAS_NUM_THREADS = 1
+
 test: install
 	$(BIN)/python -m tests.compiled
 	$(BIN)/pytest
@@ -26,10 +29,14 @@ kernels: install
 	OPENBLAS_CORETYPE="$$($(BIN)/python -m tests.kernels)" \
 		$(BIN)/pytest --dist load $(KERNEL_TESTS:%=tests/uncertainty/test_%.py)
 
-check: install
+check: install metrics
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
+
+# How readable the package is. OPTIONS=--record lowers the ceilings to today's values.
+metrics: install
+	$(BIN)/python .ci/metrics.py $(OPTIONS)
 
 # On every Python of this machine; on the oldest with the lowest versions of pyproject.toml.
 wheel: install

@@ -98,7 +98,8 @@ def upgrade(python: Path, folder: Path) -> None:
     home = python.parents[2]
     before = run(python, "study.py", folder=home)
     source = folder / "changed"
-    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".venv", ".git", "output"))
+    unneeded = shutil.ignore_patterns(".venv", ".git", ".*_cache", "output")
+    shutil.copytree(ROOT, source, ignore=unneeded)
     kernel = source / "src/flexband/mechanics/kernels/springs.py"
     text = kernel.read_text(encoding="utf-8")
     changed = text.replace("load(values.stiffness, s)", "2.0 * load(values.stiffness, s)")

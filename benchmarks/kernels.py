@@ -17,9 +17,9 @@ from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
-from flexband.mechanics.kernels.indices import as_indices
-from flexband.mechanics.kernels.lane_type import WIDTH, addresses
+from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.lanes import entry, filled
+from flexband.mechanics.kernels.records import Record
 
 DURATION, STEP = 0.6, 1e-3
 
@@ -59,7 +59,7 @@ def kernel_time(kernel, count: int, *arguments) -> float:
 def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
     """Return functions that time each compiled kernel; arguments: structure, values, work."""
     structure, values, work = arguments
-    arguments = as_indices(structure), addresses(values), addresses(work)
+    arguments = Record(structure), Record(values), Record(work)
     kernels = {
         "residual": residuals,
         "tangent": tangents,

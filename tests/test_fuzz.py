@@ -33,16 +33,28 @@ def mechanism(**parts):
         "c": fb.Cable(
             length=1.0, mass_per_length=1.0, axial_stiffness=1.0, bending_stiffness=1.0, elements=1
         ),
-    }
+        "b": fb.Beam(
+            length=1.0, width=0.1, height=0.1, density=1.0, youngs_modulus=1e4, poissons_ratio=0.3,
+            elements=1,
+        ),
+    }  # fmt: skip
     all_parts = {
-        "joints": {"pin": fb.Revolute("r", (0.0, 0.0))},
-        "loads": {"spring": fb.Spring("r.tip", (2.0, 0.0))},
+        "joints": {
+            "pin": fb.Revolute("r", (0.0, 0.0)),
+            "hold": fb.Weld("b.start", (0.0, 0.0)),
+        },
+        "loads": {
+            "spring": fb.Spring("r.tip", (2.0, 0.0)),
+            "torsion": fb.TorsionSpring("r", "b.start", stiffness=1.0),
+        },
+        "sensors": {"tip": fb.Position("r.tip")},
     }
     return fb.Mechanism(bodies=bodies | parts.pop("bodies", {}), **all_parts | parts)
 
 
 def same(a):
-    return np.array(a)
+    """Return a number, or a field's value in the middle of the domain."""
+    return a(np.array([0.5]))[:, 0] if callable(a) else np.array(a)
 
 
 def response(a, b):
@@ -75,6 +87,26 @@ OWN = {
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
     ("Limit", "below"): 1.0,
+    ("Store", "folder"): "runs",
+    ("Correlated", "inputs"): {"a": fb.Normal(0.0, 1.0), "b": fb.Uniform(0.0, 1.0)},
+    ("Correlated", "correlation"): 0.5,
+    ("ExternalProgram", "command"): ["echo", "${length}"],
+    ("ExternalProgram", "read"): np.zeros,
+    **{(name, "std"): 0.5 for name in ("Gumbel", "LogNormal", "Normal", "TruncatedNormal")},
+    ("LogNormal", "mean"): 1.0,
+    ("Interval", "percent"): 3.0,
+    **{(name, "order"): 2 for name in ("PCCI", "ImprovedPCCI", "PhaseResolvedPCCI")},
+    ("Samples", "values"): np.sin(np.arange(9.0)),
+    ("ScipyDistribution", "distribution"): "norm",
+    ("ScipyDistribution", "parameters"): (("loc", 2.0),),
+    ("IntervalField", "domain"): (0.0, 1.0),
+    ("RandomField", "domain"): (0.0, 1.0),
+    ("ReactionMoment", "joint"): "hold",
+    ("SpringMoment", "spring"): "torsion",
+    ("Stress", "body"): "b",
+    ("samplewise", "function_of_one"): max,
+    ("table", "times"): (0.0, 1.0),
+    ("table", "values"): (0.0, 1.0),
     ("Magnitude", "first"): "x",
     ("Magnitude", "second"): "y",
     ("derived", "quantity"): np.abs,
@@ -153,6 +185,12 @@ OBJECTS = [
     lambda *a, **k: None, lambda *a, **k: "x", lambda *a, **k: np.ones(7),
     lambda *a, **k: np.nan, iter([]), slice(None), NotImplemented, ...,
 ]  # fmt: skip
+FOREIGN = {
+    "Dask", "FMU", "Surrogate", "UMBridgeModel", "UMBridgeServer", "load_ipython_extension",
+    "load_surrogate", "open_runs", "serve",
+}  # fmt: skip
+"""What takes a file, a server, another program's object, or the parts of a surrogate."""
+
 VALUES = (NUMBERS, ARRAYS, OBJECTS)
 SEED = os.environ.get("FUZZ_SEED", "")
 """Another one draws other values: ``FUZZ_SEED=1 pytest tests/test_fuzz.py``."""
@@ -247,6 +285,14 @@ def attempt(name, arguments):
     return None
 
 
+@pytest.mark.parametrize("name", [name for name in CALLABLES if name not in FOREIGN])
+def test_the_usual_arguments_are_fine(name):
+    """Otherwise they are refused before what is drawn is looked at."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        used(CALLABLES[name](**usual(name)))
+
+
 @pytest.mark.parametrize("name", CALLABLES)
 def test_nothing_but_an_input_error_comes_out(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -259,3 +305,20 @@ def test_nothing_but_an_input_error_comes_out(name, tmp_path, monkeypatch):
         chosen = drawn.sample(names, min(len(names), drawn.choice((1, 2))))
         changes = {one: drawn.choice(drawn.choice(VALUES)) for one in chosen}
         assert attempt(name, {**usual(name), **changes}) is None
+
+
+FLAGS = [(k, p.name) for k in CALLABLES for p in parameters(k) if isinstance(p.default, bool)]
+
+
+@pytest.mark.parametrize(("name", "flag"), [k for k in FLAGS if k[1] != "elements_left_out"])
+def test_flags_are_true_or_false(name, flag):
+    for value in (np.ones(3), 1, None, "no"):
+        with pytest.raises(fb.InputError, match=f"{flag} must be True or False"):
+            CALLABLES[name](**usual(name) | {flag: value})
+    CALLABLES[name](**usual(name) | {flag: np.False_})
+
+
+@pytest.mark.parametrize("name", ["modes", "modal_response"])
+def test_a_state_to_linearize_about_is_given_by_its_name(name):
+    with pytest.raises(fb.InputError, match="about must be 'start' or 'equilibrium'; got"):
+        CALLABLES[name](**usual(name) | {"about": np.ones(3)})

@@ -18,6 +18,7 @@ ROOMS = [
     "words",
     "errors",
     "arguments",
+    "error_text",
     "smoothness",
     "rounding",
     "files",
@@ -90,12 +91,19 @@ def room(module):
 
 
 def imports(file):
-    """Yield every module that a file imports, inside functions as well."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    """Yield every module that a file imports, inside functions as well, but not for types alone."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    tree.body = [node for node in tree.body if not is_for_types(node)]
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             yield node.module
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
+
+
+def is_for_types(node):
+    """Return whether a statement is ``if TYPE_CHECKING``."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
 
 
 def own_imports(file):

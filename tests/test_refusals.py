@@ -1,5 +1,6 @@
 """What was not refused, or only after hours: each ends at once, in words."""
 
+import gc
 import http.client
 import json
 import time
@@ -96,3 +97,12 @@ def test_a_server_refuses_deep_json_large_requests_and_other_hosts():
             assert (status, "Content-Length must be" in message) == (413, True)
         status, message = asked(b"{}", Host="evil.example:80")
         assert (status, "the host must be" in message) == (403, True)
+
+
+def test_a_bad_address_is_refused_before_there_is_a_client():
+    """One that did not start waits for its own thread when it is collected, 10 s or more."""
+    gc.collect()
+    for address in ("", "x", "here.and.there", "foo://a:1"):
+        with pytest.raises(fb.InputError, match=f"executor '{address}' is no Dask scheduler"):
+            fb.propagate(response, INPUTS, fb.PCCI(1, 1), executor=address)
+        assert not any(type(one).__name__ == "Client" for one in gc.get_objects())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from uuid import uuid4
 
 import google_crc32c
 
-from flexband.errors import StoreError
+from flexband.errors import InputError, StoreError, warn
 
 BEGIN = '{"checksum": "'
 """How a JSON file with a checksum begins."""
@@ -89,3 +89,13 @@ def read_json(file: Path) -> dict[str, Any]:
     if not data.startswith(BEGIN.encode()) or digits != checksum(rest):
         raise ValueError(f"{file} is not as written")
     return json.loads(data)
+
+
+def try_write(write: Callable[[], object]) -> bool:
+    """Write a file; warn and return False if that fails, so that other results are kept."""
+    try:
+        write()
+    except (InputError, OSError) as error:
+        warn(str(error))
+        return False
+    return True

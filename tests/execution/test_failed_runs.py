@@ -136,7 +136,7 @@ def test_verification_leaves_failed_runs_out(tmp_path):
     assert 0 < failed.sum() == some.attrs["runs_failed"] < 6
     expected = whole["missed_in_run"].where(xr.DataArray(~failed, dims="sample"))
     xr.testing.assert_allclose(some["missed_in_run"], expected)
-    mean = np.sqrt((expected**2).mean("sample"))
+    mean = np.sqrt((whole["run_weight"] * expected**2).mean("sample"))
     xr.testing.assert_allclose(some["missed"], mean)
     assert not failed[some["missed_most_in"]].any()
     assert some.attrs["verdict"].startswith("Confirmed")

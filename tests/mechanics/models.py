@@ -16,6 +16,7 @@ from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lanes import WIDTH, filled
+from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.springs import RELAXED
 
 ROD = {"length": 1.0, "height": 0.05, "width": 0.02, "density": 1000.0}  # 1 kg
@@ -234,6 +235,7 @@ class Dense:
         rest = self.values.springs.rest
         rest[rest == RELAXED] = 0.7
         self.work = Work.of(self.structure)
+        self.records = Record(self.structure), Record(self.values), Record(self.work)
         self.start = self.values.start[1:, 0].copy()
 
     def _fill(self, unknowns, acceleration=None):
@@ -247,7 +249,7 @@ class Dense:
 
     def residual(self, unknowns, acceleration=None):
         self._fill(unknowns, acceleration)
-        residual_of(self.structure, self.values, self.work)
+        residual_of(*self.records)
         return self.work.r[1 : 1 + self.structure.pattern.unknowns, 3].copy()
 
     def tangent(self, unknowns, weight=1.0):
@@ -257,15 +259,15 @@ class Dense:
         return to_dense(self.structure.pattern, self.work.matrix)[3]
 
     def _tangent(self, weight):
-        tangent_of(self.structure, self.values, self.work, float(weight))
+        tangent_of(*self.records, float(weight))
 
     def solved(self, unknowns, right):
         """Return the solution of the tangent system by the sparse factorization."""
         self.residual(unknowns)
         self._tangent(1.0)
-        factorize_of(self.structure, self.work)
+        factorize_of(self.records[0], self.records[2])
         self.work.r[1 : 1 + len(right)] = np.asarray(right)[:, None]
-        solve_of(self.structure, self.work)
+        solve_of(self.records[0], self.records[2])
         return self.work.r[1 : 1 + len(right), 5].copy()
 
     def mass(self):

@@ -10,17 +10,37 @@ from .models import roots, timoshenko
 RUBBER = {"density": 1000.0, "youngs_modulus": 1e9, "poissons_ratio": 0.3}
 
 
+CONTINUA = [fb.SelectiveIntegration(), fb.FullIntegration()]
+OWN = 100.0 * 1e-2 * 0.1**2 / 12
+
+
+def spinning(inertia, integration=None, youngs_modulus=1e6):
+    """Return the speed of a free beam, given 10 rad/s, whose section has the rotary inertia OWN."""
+    beam = fb.Beam(
+        length=1.0, section=fb.GeneralSection(1e-2, OWN / 100.0), density=100.0,
+        youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=4, rotary_inertia=inertia,
+        rate=10.0, integration=integration,
+    )  # fmt: skip
+    model = fb.Mechanism(bodies={"b": beam}, sensors={"w": fb.AngularVelocity("b.middle")})
+    return fb.simulate(model, duration=0.5, step=1e-3)
+
+
 @pytest.mark.parametrize("inertia", [1.0, 10.0])
 def test_a_beam_of_large_rotary_inertia_keeps_its_speed(inertia):
     """The section's direction must not grow where much inertia pulls at it."""
-    section = fb.GeneralSection(1e-2, 1e-2 * 0.1**2 / 12)
-    beam = fb.Beam(
-        length=1.0, section=section, density=100.0, youngs_modulus=1e6, poissons_ratio=0.3,
-        elements=4, rotary_inertia=inertia, rate=10.0,
-    )  # fmt: skip
-    model = fb.Mechanism(bodies={"b": beam}, sensors={"w": fb.AngularVelocity("b.middle")})
-    rate = fb.simulate(model, duration=0.5, step=1e-3)
-    np.testing.assert_allclose(rate, 10.0, rtol=1.5e-3)
+    np.testing.assert_allclose(spinning(inertia), 10.0, rtol=1.5e-3)
+
+
+@pytest.mark.parametrize("integration", CONTINUA)
+def test_a_continuum_keeps_its_speed_or_refuses_its_rotary_inertia(integration):
+    """At 1e8 Pa its axis stretches by at most ρω²L²/8E = 1.25e-5."""
+    for factor in (1.0, 10.0):
+        rate = spinning(factor * OWN, integration, youngs_modulus=1e8)
+        np.testing.assert_allclose(rate.mean(), 10.0, rtol=6e-5)
+    message = r"at most 0\.00833, 10 times that of the section, .* got 0\.00842\. Leave integration"
+    for too_much in (10.1 * OWN, np.array([OWN, 10.1 * OWN]), lambda x: 10.1 * OWN + 0 * x):
+        with pytest.raises(fb.InputError, match="body 'b': Beam rotary_inertia .*" + message):
+            spinning(too_much, integration)
 
 
 def arc(ratio, **section):

@@ -231,6 +231,21 @@ def test_a_mechanism_that_cannot_be_assembled():
     assert "`fb.draw(mechanism, sample=0)` shows the guess" in str(found.value)
 
 
+@pytest.mark.filterwarnings("ignore:overflow encountered")
+@pytest.mark.filterwarnings("ignore:invalid value encountered")
+def test_a_gap_whose_square_is_too_large_for_a_number():
+    model = fb.Mechanism(
+        bodies={"a": fb.RigidBody(mass=1.0, inertia=1.0, points={"tip": (1.0, 0.0)})},
+        joints={
+            "pin": fb.Revolute("a", (0.0, 0.0)),
+            "rod": fb.Distance("a.tip", (0.0, 1.0), length=1e-300),
+        },
+        sensors={"angle": fb.Angle("a")},
+    )
+    with pytest.raises(fb.AssemblyError, match="joint 'rod' stays open"):
+        fb.simulate(model, duration=0.01, step=1e-3)
+
+
 def test_samples_that_fail_alike_are_told_once():
     far = np.r_[np.full(3, 1.2), np.full(7, 2.0)]
     bar = {"height": 0.01, "width": 0.01, "density": 1.0}

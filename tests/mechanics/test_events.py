@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.mechanics.time_functions.tabulation import tabulate
 
 IMPULSE = 500 * 2e-4  # N s
 
@@ -37,6 +38,53 @@ def test_the_impulse_of_a_short_pulse_is_counted(h, error):
     motion = fb.simulate(pushed(pulse(0.1003)), duration=0.2, step=h)
     speed = (1 - np.cos(4)) / 20 + IMPULSE
     assert float(motion.sel(output="v_X")[-1]) == pytest.approx(speed, abs=error * IMPULSE)
+
+
+@pytest.mark.parametrize("width", [0.025, 0.036, 0.05])
+def test_both_ends_of_a_pulse_of_two_points_are_located_wherever_it_is(width):
+    """The function is evaluated at 64 points per step."""
+    h = 1e-3
+    start = h * (100 + np.linspace(0.0, 1.0, 40))
+
+    def force(t):
+        return 500.0 * ((t > start) & (t < start + width * h))
+
+    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    assert motion[:, -1].values == pytest.approx(500 * width * h, rel=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.03, 0.38, 2.4])
+def test_the_impulse_of_a_smooth_pulse_is_counted_however_short(width):
+    """Each sample has a half sine at another place, which lasts a part of a step or some steps."""
+    h = 1e-3
+    start = 0.1 + np.linspace(0.1, 0.6, 12) * h
+
+    def force(t):
+        part = np.clip((t - start) / (width * h), 0.0, 1.0)
+        return 100 * np.sin(np.pi * part) * (part < 1)
+
+    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    impulse = 100 * width * h * 2 / np.pi
+    assert motion[:, -1].values == pytest.approx(impulse, rel=2e-3)
+    times = np.arange(201) * h
+    located = tabulate([force], {}, 12, times)[0].limits
+    for k, first in enumerate(start):
+        ends = [abs(located[:, k] - end).min() for end in (first, first + width * h)]
+        assert max(ends) < 1e-9 * h
+
+
+@pytest.mark.parametrize("tau", [0.3, 1.0])
+@pytest.mark.parametrize("start", [0.0, 0.1003])
+def test_what_decays_within_a_step_after_a_jump_is_followed(tau, start):
+    h = 1e-3
+
+    def force(t):
+        return np.where(t >= start, np.exp(-np.maximum(t - start, 0.0) / (tau * h)), 0.0)
+
+    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    t = motion.time.values
+    exact = np.where(t >= start, 1 - np.exp(-np.maximum(t - start, 0.0) / (tau * h)), 0.0)
+    assert motion.values == pytest.approx(tau * h * exact, abs=5e-3 * tau * h)
 
 
 def test_a_function_of_one_time_is_looked_at_too():
@@ -185,3 +233,57 @@ def test_a_table_is_linear_between_its_values_and_constant_outside():
 def test_tables_that_are_none_are_refused(times, values, message):
     with pytest.raises(fb.InputError, match=message):
         fb.table(times, values)
+
+
+def trapezoid(up, down, speed):
+    """Return angle, rate and acceleration of a motor that speeds up and down between four times."""
+    ends = (*up, *down)
+    slopes = speed / np.array(
+        [np.diff(up)[0], -np.diff(up)[0], -np.diff(down)[0], np.diff(down)[0]]
+    )
+
+    def derivative(t, power):
+        after = [np.maximum(t - end, 0.0) ** power * (t >= end) for end in ends]
+        return sum(s * a for s, a in zip(slopes, after, strict=True))
+
+    return tuple(
+        lambda t, p=p, c=c: c * derivative(t, p) for p, c in ((2, 0.5), (1, 1.0), (0, 1.0))
+    )
+
+
+PROFILE = trapezoid((0.0503, 0.1237), (0.3119, 0.3851), 8.0)
+
+
+@pytest.mark.filterwarnings("ignore:output 'M' vibrates")
+@pytest.mark.parametrize("h", [0.01, 2.5e-3])
+def test_the_moment_of_a_trapezoidal_speed_profile_is_that_of_its_acceleration(h):
+    """Its moment jumps within steps; the speed of each sample is another."""
+    angle, _, acceleration = PROFILE
+    factor = np.array([0.3, 1.0])
+    motion = fb.simulate(turned(lambda t: factor * angle(t)), duration=0.5, step=h)
+    exact = 0.02 * factor[:, None] * acceleration(motion.time.values)
+    assert "impulses" not in motion.attrs
+    assert motion.sel(output="M").values == pytest.approx(exact, abs=3e-3 * h * exact.max())
+
+
+@pytest.mark.parametrize(("h", "error"), [(0.01, 2e-4), (5e-3, 3e-5), (2.5e-3, 1e-5)])
+def test_the_moment_of_a_slider_crank_converges_across_jumps_of_the_acceleration(h, error):
+    """M = J θ̈ + J′ θ̇²/2, with the crank's moment of inertia J(θ), relative to the largest."""
+    angle, rate, acceleration = PROFILE
+    motion = fb.simulate(rod(angle), duration=0.5, step=h)
+    t = motion.time.values
+
+    def inertia(theta):
+        m, r, L = 7800.0 * 0.02**2 * np.array([0.2, 0.5]), 0.2, 0.5
+        bar = [m[k] * (length**2 + 0.02**2) / 12 for k, length in enumerate((r, L))]
+        sine, cosine = -r / L * np.sin(theta), np.sqrt(1 - (r / L * np.sin(theta)) ** 2)
+        turn = -r / L * np.cos(theta) / cosine  # dφ/dθ of the rod
+        middle = (-r * np.sin(theta) - L / 2 * sine * turn) ** 2 + (r * np.cos(theta) / 2) ** 2
+        slider = -r * np.sin(theta) - L * sine * turn
+        crank = bar[0] + m[0] * r**2 / 4
+        return crank + m[1] * middle + bar[1] * turn**2 + 5.0 * slider**2
+
+    slope = np.imag(inertia(angle(t) + 1e-20j)) / 1e-20
+    exact = inertia(angle(t)) * acceleration(t) + slope * rate(t) ** 2 / 2
+    off = abs(motion.sel(output="M").values - exact).max()
+    assert off < error * abs(exact).max()

@@ -6,9 +6,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexband as fb
+from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.kernels.pattern import analyse
+from flexband.mechanics.kernels.records import RecordType
 
 from .models import Dense, gears, slider_crank, spring_and_moment
+
+
+def test_the_structures_of_all_mechanisms_have_one_layout():
+    """The engine is compiled for one. What a mechanism does not have are empty arrays."""
+    point = fb.Mechanism(bodies={"p": fb.PointMass(mass=1.0)}, sensors={"x": fb.Position("p")})
+    bodies, joints = gears((0.1, 0.25), (0.4, 0.3))
+    geared = fb.Mechanism(
+        bodies=bodies,
+        joints=joints,
+        loads={"law": fb.ForceLaw(["1"], spring_and_moment, (4.0, 0.01))},
+        sensors={"angle": fb.Angle("1")},
+    )
+    layouts = {RecordType(assemble(m).structure) for m in (point, geared, slider_crank())}
+    assert len(layouts) == 1
 
 
 @pytest.mark.parametrize("integration", [fb.FullIntegration(), fb.SelectiveIntegration()])

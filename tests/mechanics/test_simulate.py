@@ -72,6 +72,25 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
         fb.simulate(hardening_spring(1e6), duration=1.0, step=0.02)
 
 
+@pytest.mark.filterwarnings("ignore:.*whose rate jumps")
+def test_impulses_of_a_sample_that_is_repeated_with_half_the_step_are_those_of_that_run():
+    """Beside the spring whose coarse run fails, a disc is set in motion: 0.02 kg m² at 3 rad/s."""
+    springs = hardening_spring(np.array([0.1, 7.5]))
+    mechanism = fb.Mechanism(
+        bodies={**springs.bodies, "d": fb.RigidBody(mass=1.0, inertia=0.02)},
+        joints={
+            **springs.joints,
+            "h": fb.Revolute("d", (0.0, 0.0)),
+            "m": fb.PrescribedRotation("d", lambda t: 3 * np.maximum(0.0, t - 0.803)),
+        },
+        loads=springs.loads,
+        sensors={"M": fb.ReactionMoment("m")},
+    )
+    motion = fb.simulate(mechanism, duration=1.0, step=0.02)
+    assert motion.attrs["halved_step"] == [1]
+    assert motion.attrs["impulses"] == "at t = 0.803 s: M 0.06 N m s"
+
+
 def test_a_mechanism_without_sensors_is_refused():
     told = r"no sensors, so it has no outputs; add .* such as Mechanism\(..., sensors="
     with pytest.raises(fb.InputError, match=told):

@@ -245,6 +245,8 @@ def test_what_cannot_be_served():
         fb.UMBridgeServer(lambda x: 1.0, {"x": 1.0}, port=0)
     with pytest.raises(fb.InputError, match=r"inputs must be a dict of names and values; got {}"):
         fb.UMBridgeServer(lambda x: x, {}, port=0)
+    with pytest.raises(fb.InputError, match="inputs must be the arguments of the response: missi"):
+        fb.UMBridgeServer(lambda x, y: x, {"x": 1.0}, port=0)
     with pytest.raises(fb.InputError, match="response must be a function or a surrogate; got 3"):
         fb.UMBridgeServer(3, {"x": 1.0}, port=0)
 

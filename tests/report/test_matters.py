@@ -8,6 +8,7 @@ from flexband.report import tables
 from flexband.report.page.definitions import definitions
 from flexband.report.page.matters import what_matters
 from flexband.report.page.study import verdict
+from flexband.study.results.reliability import Doubt, DoubtKind
 
 T = np.linspace(0.0, 1.0, 101)
 
@@ -63,10 +64,15 @@ def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
     checked = fb.verify(SURROGATE, response)
     assert checked.attrs["confirmed"] == "yes"
     doubtful = "The result is doubtful, but its expected error is confirmed: 16 new runs"
-    for doubts, first in (([], "Confirmed: 16 new runs"), (["the tolerance is not met"], doubtful)):
+    for doubts, first in (
+        ([], "Confirmed: 16 new runs"),
+        ([Doubt(DoubtKind.TOLERANCE_NOT_MET)], doubtful),
+    ):
         lines = verdict({"doubts": doubts}, SURROGATE.bands(), checked, SHARES, None)
         assert any(line.startswith(first) for line in lines)
-        assert tables.remarks(SURROGATE.bands(), checked, doubts)[0].startswith(first)
+        assert tables.remarks(SURROGATE.bands(), checked, doubtful=bool(doubts))[0].startswith(
+            first
+        )
     not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
     not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
     assert tables.remarks(not_trusted, checked)[0].startswith(doubtful)

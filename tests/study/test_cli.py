@@ -184,7 +184,7 @@ def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, mon
         files.append(file)
         return ScipyDataStore(file, **options)
 
-    monkeypatch.setattr("flexband.report.results.ScipyDataStore", store)
+    monkeypatch.setattr("flexband.study.results.netcdf.ScipyDataStore", store)
     result = call("compare", study_file, "--output", out, "--samples", 50, "--points", 3,
                   "--orders", "1,1 1,4")  # fmt: skip
     assert result.exit_code == 0, result.output
@@ -431,7 +431,9 @@ def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monke
     opened = Path.open
     monkeypatch.setattr(Path, "open", full)
     monkeypatch.setattr(Path, "write_text", full)
-    monkeypatch.setattr("flexband.report.results.ScipyDataStore", lambda to, **_: full(Path(to)))
+    monkeypatch.setattr(
+        "flexband.study.results.netcdf.ScipyDataStore", lambda to, **_: full(Path(to))
+    )
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda own, file, **_: full(file))
     result = call("run", study_file, "--output", out, "--interval-order", 2, "--no-store")
     assert result.exit_code == 1

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.cli.status import lines, state_of
+from flexband.study import run
 from flexband.study.folder import StudyFolder
 from flexband.study.study import load_study
 
@@ -84,7 +85,6 @@ def test_a_finished_study_is_not_run_again(file, tmp_path):
 def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, monkeypatch):
     """The new runs open the store once more; what was run before counts in the rate, too."""
     out, found = tmp_path / "out", {}
-    contributions, verify = fb.contributions, fb.verify
 
     def seen(name, own):
         def call(*arguments, **options):
@@ -93,16 +93,16 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
 
         return call
 
-    monkeypatch.setattr(fb, "contributions", seen("report", contributions))
-    monkeypatch.setattr(fb, "verify", seen("verification", verify))
+    monkeypatch.setattr(run, "contributions", seen("answers", fb.contributions))
+    monkeypatch.setattr(run, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
-    first, last = found["verification"], found["report"]
-    assert (first["now"], last["now"]) == ("new runs that verify the result", "the report")
+    first, last = found["verification"], found["answers"]
+    assert (first["now"], last["now"]) == ("new runs that verify the result", "the answers")
     assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
     ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
     assert last["rate"] == pytest.approx(13 / ran, rel=1e-9)
     told = lines({**last, "alive": True, "state": "running"})
-    assert told[1:3] == ["14 of 14 runs done, 0 failed", "now: the report"]
+    assert told[1:3] == ["14 of 14 runs done, 0 failed", "now: the answers"]
     assert "left" not in told[3]
     assert "on average" in told[3]
     assert state_of(out)["now"] is None
@@ -132,7 +132,7 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     call("run", file, "-o", out, "--verify", 0)
     made = runs_made(file)
     told = call("run", file, "-o", out, "--verify", 0, "--sigmas", 2)
-    assert "has 9 recorded runs; those that serve are not made again" in told
+    assert "has 9 recorded runs; matching runs are reused" in told
     assert bands(out).attrs["sigmas"] == 2
     assert runs_made(file) == made + 2
     text = file.read_text(encoding="utf-8").replace("Normal(1.0, 0.1)", "Normal(1.0, 0.2)")

@@ -19,7 +19,7 @@ STUDY = """
 import pathlib, time
 import numpy as np
 import flexband as fb
-from flexband.report.page import charts
+from flexband.report.page import study as page
 
 def sleeps(*arguments):
     pathlib.Path("here").touch()
@@ -45,7 +45,7 @@ study = fb.Study(response, {{"a": fb.Interval(1.0, 2.0)}}, fb.PCCI(1, 1))
 STATES = {
     "a response that catches all": ("catches_all()", ""),
     "a long call": ("long_call()", ""),
-    "the report": ("", "charts.chart_data = sleeps"),
+    "the report": ("", "page.chart_data = sleeps"),
 }
 
 

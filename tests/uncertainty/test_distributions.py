@@ -293,6 +293,8 @@ def test_mean_and_spread_of_samples_are_those_of_the_data():
     third = np.mean((DATA - DATA.mean()) ** 3)
     x, w = fb.Samples(DATA, bandwidth=1e-3).family.gauss(8)
     assert w @ x**3 * DATA.std(ddof=1) ** 3 == pytest.approx(third, rel=0.03)
+    x, w = fb.Samples(DATA, bandwidth=1e300).family.gauss(8)  # the limit is a normal distribution
+    np.testing.assert_allclose([w @ x**k for k in range(1, 7)], [0, 1, 0, 3, 0, 15], atol=1e-6)
 
 
 def test_intervals_around_a_nominal_value():
@@ -353,7 +355,9 @@ def test_weibull_and_beta_by_their_moments():
         (lambda: fb.LogNormal(-1.0, 1.0), "LogNormal mean must be positive; got -1"),
         (lambda: fb.LogNormal(1.0, cv=-0.1), "LogNormal cv must be positive; got -0.1"),
         (lambda: fb.LogNormal(1.0, 1e9), "LogNormal std must be 100 times the mean 1 or less"),
+        (lambda: fb.LogNormal(np.ones(3), 1.0), "LogNormal mean must be 1 number; got"),
         (lambda: fb.LogNormal.of_logarithm(0.0, 1e3), "must be smaller for the LogNormal to be"),
+        (lambda: fb.LogNormal.of_logarithm(0.0, 1e300), "must be smaller for the LogNormal to be"),
         (lambda: fb.LogNormal.of_logarithm(0.0, fb.Interval(-1.0, 1.0)), "log_std must be pos"),
         (lambda: fb.LogNormal(1.0, log_mean=0.0, log_std=1.0), "LogNormal must have either mean"),
         (fb.LogNormal, "or log_mean and log_std; got none"),

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.report.results import write_netcdf
+from flexband.study.results.netcdf import write_netcdf
 
 TIMES = np.linspace(0.0, 1.0, 4)
 INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(0.5, 1.0)}

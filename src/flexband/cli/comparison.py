@@ -10,14 +10,16 @@ import typer
 
 import flexband as fb
 from flexband.cli.application import app
-from flexband.cli.files import File, Output, Replace, check_folder, save
+from flexband.cli.files import File, Output, Replace, check_folder
 from flexband.cli.messages import UsageError, print_table, print_text, reported_errors, usage
 from flexband.execution.fingerprint import fingerprint
+from flexband.files import try_write
 from flexband.report.progress import progress_bars
 from flexband.study.comparison import compare, usual_methods
 from flexband.study.compiling import compile_ahead
 from flexband.study.discretized import discretized
 from flexband.study.folder import StudyFolder
+from flexband.study.results.netcdf import write_netcdf
 from flexband.study.study import load_study
 
 
@@ -46,7 +48,6 @@ def compare_methods(
     from flexband.report.results import (  # noqa: PLC0415
         data_file,
         write_comparison_report,
-        write_netcdf,
     )
 
     study = load_study(file)
@@ -56,13 +57,14 @@ def compare_methods(
     with usage():
         reference = fb.LHSScanning(samples, points, seed)
         methods = usual_methods(study, reference, pairs)
-    compile_ahead(study)
+    with progress_bars():
+        compile_ahead(study)
     check_folder(output)
     folder = StudyFolder(output)
     with folder.held(kept=False):
         own = str(file.resolve()), fingerprint(study.response)
         folder.check_claim(*own, replace=replace)
-        save(lambda: folder.claim(*own))
+        try_write(lambda: folder.claim(*own))
         study = discretized(study.located())
         print_text("Everything is compiled before the methods are timed.", error=True)
         with progress_bars() as task:
@@ -71,7 +73,9 @@ def compare_methods(
                 reference,
                 methods,
                 progress=lambda method: task(method.label),
-                finished=lambda one: save(lambda: write_netcdf(one.bands, data_file(output, one))),
+                finished=lambda one: try_write(
+                    lambda: write_netcdf(one.bands, data_file(output, one))
+                ),
             )
         title = f"{file.stem}: relative errors against {reference.label}"
         print_table(title, tables.error_table(results))

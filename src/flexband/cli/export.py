@@ -39,7 +39,7 @@ def export(
         raise UsageError(f"--to must be a file whose name ends with {', '.join(KINDS)}; got '{to}'")
     runs = open_runs(folder)
     if to.suffix == ".nc":
-        from flexband.report.results import write_netcdf  # noqa: PLC0415
+        from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
         write_netcdf(in_plain_numbers(runs), to)
     elif to.suffix == ".csv":

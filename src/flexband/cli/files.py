@@ -9,9 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from flexband.cli.messages import print_remark
 from flexband.errors import InputError
-from flexband.files import replaced
+from flexband.files import replaced, try_write
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[
@@ -35,7 +34,7 @@ def check_folder(folder: Path) -> None:
 def draw(figure: Callable[[], Any], file: Path, *, wanted: bool = True) -> bool:
     """Write a figure; if none is wanted, delete the one that is there, which is older."""
     if wanted:
-        return save(lambda: write_figure(figure(), file))
+        return try_write(lambda: write_figure(figure(), file))
     file.unlink(missing_ok=True)
     return False
 
@@ -44,13 +43,3 @@ def write_figure(figure: Any, file: Path, dpi: int = 150) -> None:
     """Write a figure as a PNG file, which appears only once it is complete."""
     with replaced(file) as partial:
         figure.savefig(partial, format="png", dpi=dpi)
-
-
-def save(write: Callable[[], object]) -> bool:
-    """Write results; print a remark and return False if that fails, so that the others are kept."""
-    try:
-        write()
-    except (InputError, OSError) as error:
-        print_remark(str(error))
-        return False
-    return True

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import signal
-import sysconfig
 import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import typer
@@ -18,18 +15,13 @@ from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 
-from flexband.arguments import ArgumentError
-from flexband.errors import FlexbandWarning, InputError, RunError, RunsNeeded, StoreError
+from flexband.error_text import error_text, signal_of
+from flexband.errors import FlexbandWarning, InputError
 
 ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 128
 """Exit statuses besides 0, done: an error; wrong usage; finished, but the result does not meet its
 tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by a signal,
 whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
-
-LIBRARIES = Path(__file__).parents[1], *(sysconfig.get_path(k) for k in ("stdlib", "purelib"))
-"""Folders of code that is not the user's."""
-
-OWN = InputError, RunError, StoreError, RunsNeeded
 
 EXITS = (
     "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
@@ -87,35 +79,8 @@ def reported_errors() -> Iterator[None]:
             raise typer.Exit(ERROR) from None
         if Ending.debug:
             traceback.print_exception(error)
-        print_text(f"flexband: {in_words(error)}", "red", error=True)
+        print_text(f"flexband: {error_text(error)}", "red", error=True)
         raise typer.Exit(USAGE if isinstance(error, UsageError) else ERROR) from None
-
-
-def signal_of(interrupt: KeyboardInterrupt) -> int:
-    """Return the signal of an interrupt, which is that of Ctrl-C unless it tells another one."""
-    return int(interrupt.args[0]) if interrupt.args else signal.SIGINT
-
-
-def in_words(error: BaseException) -> str:
-    """Return an error as text; for one that flexband did not raise, with its place."""
-    cause = error.__cause__
-    if isinstance(error, RunError) and cause is not None and not isinstance(cause, OWN):
-        return f"{error}{_place(cause)}"
-    if isinstance(error, ArgumentError):
-        return f"{error}{_place(error)}"
-    if isinstance(error, (*OWN, OSError)):
-        return str(error)
-    if isinstance(error, SystemExit):
-        return f"the study called sys.exit({error.code!r})"
-    return f"{type(error).__name__}: {error}{_place(error)}"
-
-
-def _place(error: BaseException) -> str:
-    """Return the file and line of an error: those of the user's code, if there is any."""
-    frames = traceback.extract_tb(error.__traceback__)
-    users = [one for one in frames if not any(map(Path(one.filename).is_relative_to, LIBRARIES))]
-    where = (users or frames)[-1:]
-    return f" ({where[0].filename}, line {where[0].lineno})" if where else ""
 
 
 def print_text(text: str, style: str = "", *, error: bool = False) -> None:

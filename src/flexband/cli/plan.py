@@ -6,21 +6,30 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from flexband.cli.messages import usage
+import typer
+
+from flexband.cli.messages import UsageError, usage
 from flexband.cli.methods import METHODS
 from flexband.errors import InputError, StoreError, known, positive, whole
 from flexband.execution.dask import Dask
 from flexband.execution.processes import Processes
+from flexband.study.folder import StudyFolder
 from flexband.study.options import with_options
+from flexband.study.run import RunOptions
 from flexband.study.study import Study, load_study
 from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
-from flexband.uncertainty.surrogates.verification import MOST_RUNS, RUNS
+from flexband.uncertainty.surrogates.verification import MOST_RUNS
 
 POLICIES = {"stop": "stop", "half-step": "half step", "leave-out": "leave out"}
 """Values of --failed, and what `propagate` calls them."""
+
+
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
+]
 
 
 @dataclass(frozen=True)
@@ -86,17 +95,10 @@ class Plan:
                     raise InputError(f"--verify requires a method with a surrogate; got {label}")
         return study
 
-    def new_runs(self, study: Study) -> int:
-        """Return the number of runs that verify the result."""
-        if not study.expands:
-            return 0
-        elsewhere = getattr(study.response, "elsewhere", False)
-        return (0 if elsewhere else RUNS) if self.verify is None else self.verify
-
-    @property
-    def policy(self) -> str:
-        """What to do about runs that fail, as `propagate` calls it."""
-        return POLICIES[self.failed]
+    def options(self, **others: Any) -> RunOptions:
+        """Return how the study is run."""
+        failed = POLICIES[self.failed]
+        return RunOptions(self.batch, self.where(), failed, self.verify, **others)
 
     @property
     def has_remote_executor(self) -> bool:
@@ -124,3 +126,56 @@ class Plan:
                 f"such as tcp://127.0.0.1:8786; got {name!r}"
             )
         return name if name is None or limit is None else Dask(name, limit)
+
+
+def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
+    """Return the plan of the study in a folder.
+
+    Parameters
+    ----------
+    trust : whether to run a file, or connect to a scheduler, that only the folder names.
+
+    Raises
+    ------
+    StoreError
+        If there is no study in the folder.
+    UsageError
+        If `trust` is required.
+    """
+    about = StudyFolder(folder).read()
+    if about and not about.get("file"):
+        raise StoreError(f"a Python program runs the study of {folder}; that program goes on")
+    if not about:
+        runs = ". `flexband run` with the study's file and this folder uses the runs that are there"
+        raise StoreError(
+            f"folder must be that of a study that `flexband run` began; there is no study.json in "
+            f"{str(folder)!r}{runs if StudyFolder(folder).recorded else ''}"
+        )
+    with usage():
+        plan = Plan.of(about, **changes)
+    if trust:
+        return plan
+    if not is_near(Path(plan.file), folder):
+        raise UsageError(
+            f"the study of {folder} is {plan.file}, which is neither below the working "
+            "directory nor beside the folder. If you know this file, give --trust to run it, or "
+            "use `flexband run` with the file"
+        )
+    if changes.get("executor") is None and plan.has_remote_executor:
+        raise UsageError(
+            f"the executor of {folder} is {plan.executor}, on another host. If you know "
+            "it, give --trust to connect to it, or --executor"
+        )
+    return plan
+
+
+def is_near(file: Path, folder: Path) -> bool:
+    """Return whether a file is below the working directory or beside a folder.
+
+    A file in the folder may have come with it. It counts only where that is the working directory,
+    or above.
+    """
+    file, folder, current = file.resolve(), folder.resolve(), Path.cwd()
+    if file.is_relative_to(folder) and not current.is_relative_to(folder):
+        return False
+    return file.is_relative_to(current) or file.parent == folder.parent

@@ -9,12 +9,11 @@ from typing import Annotated, Any
 import typer
 
 from flexband.cli.application import app
-from flexband.cli.carrying_out import carry_out
 from flexband.cli.files import File, Folder, Output
 from flexband.cli.messages import print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
-from flexband.cli.plan import Plan
-from flexband.cli.runs import Failed, Method, Sigmas, Trust, plan_in
+from flexband.cli.plan import Plan, Trust, plan_in
+from flexband.cli.runs import Failed, Method, Sigmas, run_plan
 from flexband.errors import InputError
 from flexband.execution.journal import Finished
 from flexband.execution.store import Store
@@ -49,7 +48,7 @@ def points(
     with usage():
         plan = Plan(str(file.resolve()), method, given, sigmas, verify, failed)
     response_elsewhere(plan.study())
-    carry_out(plan, output)
+    run_plan(plan, output)
 
 
 @app.command()

@@ -1,22 +1,47 @@
-"""The commands that make the runs of a study: run, resume, rerun."""
+"""The commands that run a study: run, resume, rerun."""
 
 from __future__ import annotations
 
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from flexband.cli.answers.checking import draw_limits
 from flexband.cli.application import app
-from flexband.cli.carrying_out import carry_out
-from flexband.cli.files import File, Folder, Output
-from flexband.cli.messages import UsageError, reported_errors, usage
+from flexband.cli.files import File, Folder, Output, check_folder
+from flexband.cli.messages import (
+    DOUBTFUL,
+    WAITING,
+    Ending,
+    UsageError,
+    print_json,
+    print_remark,
+    print_table,
+    print_text,
+    reported_errors,
+    usage,
+)
 from flexband.cli.methods import METHODS, with_method_options
-from flexband.cli.plan import POLICIES, Plan
-from flexband.errors import StoreError
+from flexband.cli.plan import POLICIES, Plan, Trust, plan_in
+from flexband.error_text import error_text
+from flexband.errors import InputError, RunsNeeded
+from flexband.execution.names import BANDS, POINTS, REPORT, SURROGATE, VERIFICATION
+from flexband.progress import doing
+from flexband.report import tables
+from flexband.report.doubts import doubt_text
+from flexband.report.page.given import read_given
+from flexband.report.progress import progress_bars
+from flexband.report.study_report import answer_of, remarks, report_study
 from flexband.study.folder import StudyFolder
+from flexband.study.results.result import StudyResult
+from flexband.study.run import run_study
+from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.verification import RUNS
+from flexband.words import are, number_of
 
 Method = Annotated[
     str | None, typer.Option(help=f"Used instead of the study's method: {', '.join(METHODS)}.")
@@ -39,9 +64,6 @@ TimeLimit = Annotated[
     typer.Option(
         help="Time [s] that one call of the response may take, in processes or on a cluster."
     ),
-]
-Trust = Annotated[
-    bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
 ]
 Insist = Annotated[
     bool, typer.Option("--insist", help="Use runs in the folder that are of another response.")
@@ -88,7 +110,7 @@ def run(
     own = str(file.resolve())
     with usage():
         plan = Plan(own, method, given, sigmas, verify, failed, batch, executor, time_limit)
-    carry_out(plan, output, recorded=store, insist=insist, replace=replace, as_json=as_json)
+    run_plan(plan, output, as_json=as_json, record=store, allow_mismatch=insist, replace=replace)
 
 
 @app.command()
@@ -106,7 +128,8 @@ def resume(
 ) -> None:
     """Go on with the study in FOLDER that was stopped or killed, or that failed."""
     changes = {"executor": executor, "time_limit": time_limit, "failed": failed}
-    carry_out(plan_in(folder, trust=trust, **changes), folder, insist=insist, as_json=as_json)
+    plan = plan_in(folder, trust=trust, **changes)
+    run_plan(plan, folder, as_json=as_json, allow_mismatch=insist)
 
 
 @app.command()
@@ -124,55 +147,87 @@ def rerun(
     if not failed:
         raise UsageError("rerun requires --failed; runs that succeeded are not made again")
     plan = plan_in(folder, trust=trust, executor=executor, time_limit=time_limit)
-    carry_out(plan, folder, insist=insist, again=True, as_json=as_json)
+    run_plan(plan, folder, as_json=as_json, allow_mismatch=insist, retry_failed=True)
 
 
-def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
-    """Return the plan of the study in a folder.
+def run_plan(plan: Plan, output: Path, *, as_json: bool = False, **options: Any) -> None:
+    """Run a study; write its report, and print its result.
 
     Parameters
     ----------
-    trust : whether to run a file, or connect to a scheduler, that only the folder names.
-
-    Raises
-    ------
-    StoreError
-        If there is no study in the folder.
-    UsageError
-        If `trust` is required.
+    as_json : whether the result is printed as JSON.
+    options : further ones of `RunOptions`.
     """
-    about = StudyFolder(folder).read()
-    if not about:
-        runs = ". `flexband run` with the study's file and this folder uses the runs that are there"
-        raise StoreError(
-            f"folder must be that of a study that `flexband run` began; there is no study.json in "
-            f"{str(folder)!r}{runs if StudyFolder(folder).recorded else ''}"
-        )
-    with usage():
-        plan = Plan.of(about, **changes)
-    if trust:
-        return plan
-    if not is_near(Path(plan.file), folder):
-        raise UsageError(
-            f"the study of {folder} is {plan.file}, which is neither below the working "
-            "directory nor beside the folder. If you know this file, give --trust to run it, or "
-            "use `flexband run` with the file"
-        )
-    if changes.get("executor") is None and plan.has_remote_executor:
-        raise UsageError(
-            f"the executor of {folder} is {plan.executor}, on another host. If you know "
-            "it, give --trust to connect to it, or --executor"
-        )
-    return plan
+    study = plan.study()
+    check_folder(output)
+    about = {**plan.told(), "command": shlex.join(["flexband", *sys.argv[1:]])}
+    how = plan.options(**options)
+    try:
+        with progress_bars() as task:
+            result = run_study(study, output, how, about=about, task=task)
+            doing("the report")
+            reported = write_report_of(plan, study, result)
+    except RunsNeeded as needed:
+        if not how.record:
+            raise
+        print_text(f"{are(len(needed.points), 'point')} to be run: {output / POINTS}")
+        print_text(f"`flexband ingest {output} RESULTS.csv` records their results")
+        raise typer.Exit(WAITING) from None
+    except KeyboardInterrupt:
+        if how.record and StudyFolder(output).begun:
+            goes_on = f"`flexband resume {shlex.quote(str(output))}` goes on"
+            Ending.stopped = f"flexband: stopped; {goes_on}"
+        raise
+    print_result(plan, study, result, reported, as_json=as_json)
+    if result.reused:
+        print_text(f"{output} has this result already: no run was made.", error=True)
+    if result.doubts:
+        raise typer.Exit(DOUBTFUL)
 
 
-def is_near(file: Path, folder: Path) -> bool:
-    """Return whether a file is below the working directory or beside a folder.
-
-    A file in the folder may have come with it. It counts only where that is the working directory,
-    or above.
-    """
-    file, folder, current = file.resolve(), folder.resolve(), Path.cwd()
-    if file.is_relative_to(folder) and not current.is_relative_to(folder):
+def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
+    """Write the report of a result, unless it is there; print a remark if there can be none."""
+    if result.limits is not None and not result.reused:
+        draw_limits(result.limits, result.folder)
+    if result.reused and has_report(result.folder):
+        return True
+    try:
+        report_study(study, result, plan.title, Path(plan.file))
+    except OSError:
+        raise
+    except Exception as error:  # the results are there
+        print_remark(f"the report is not written: {error_text(error)}")
         return False
-    return file.is_relative_to(current) or file.parent == folder.parent
+    return True
+
+
+def has_report(folder: Path) -> bool:
+    """Return whether a folder has the report of its result, perhaps with more answers."""
+    try:
+        return (folder / REPORT).is_file() and bool(read_given(folder))
+    except InputError:
+        return False
+
+
+def print_result(
+    plan: Plan, study: Study, result: StudyResult, reported: bool, *, as_json: bool
+) -> None:
+    """Print the table of a result, what it answers, and the files that were written."""
+    title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
+    table = tables.summary_table(result.bands, result.verification)
+    answer = answer_of(study, result) if reported else []
+    notes = remarks(study, result)
+    if as_json:
+        doubts = [doubt_text(doubt) for doubt in result.doubts]
+        print_json(
+            {"title": title, "table": table, "answer": answer, "runs": result.runs,
+             "doubts": doubts, "remarks": notes}
+        )  # fmt: skip
+        return
+    print_table(title, table)
+    files = [f"Report: {result.folder / REPORT}"] * reported
+    kinds = {SURROGATE: "Model: ", BANDS: "Data:  ", VERIFICATION: "Check: "}
+    files += [f"{kinds[k]} {result.folder / k}" for k in result.files if k in kinds]
+    files += [f"Older:  {result.folder / name}, of an earlier run" for name in result.stale]
+    details = [line for line in notes if f"{line}." not in answer]
+    print_text("\n".join([*answer, "", *details, "", *files]))

@@ -20,8 +20,10 @@ from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import AGAIN, DONE, FAILED
+from flexband.report.doubts import doubt_text
 from flexband.report.progress import duration
-from flexband.study.folder import StudyFolder, checksum_of
+from flexband.study.folder import FORMAT, StudyFolder, checksum_of
+from flexband.study.results.reliability import Doubt
 from flexband.words import are, number_of
 
 PERIOD = 1.0
@@ -119,13 +121,15 @@ def state_of(folder: Path) -> dict[str, Any]:
 
 
 def doubts_in(about: dict[str, Any]) -> list[str] | None:
-    """Return the doubts about the result in a study.json; None without one."""
+    """Return the doubts about the result in a study.json, as sentences; None without one."""
     result = about.get("result")
     if not result:
         return None
     if result.get("checksum") != checksum_of(result):
         return ["the result in study.json is not as written; `flexband run` restores it"]
-    return result["doubts"]
+    if about["format"] < FORMAT:
+        return ["an older version of flexband has written the result; `flexband run` restores it"]
+    return [doubt_text(Doubt.from_json(content)) for content in result["doubts"]]
 
 
 def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:

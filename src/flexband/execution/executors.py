@@ -262,11 +262,13 @@ def dask_client(client: Any) -> Iterator[Any]:
         return
     try:
         from dask.distributed import Client  # noqa: PLC0415
+        from distributed.comm.addressing import resolve_address  # noqa: PLC0415
     except ImportError:
         raise InputError(
             f"executor {client!r} requires Dask: pip install 'flexband[dask]'"
         ) from None
     try:
+        resolve_address(client)  # a Client that cannot start waits for itself when it is deleted
         opened = Client(client, timeout=10)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"executor {client!r} is no Dask scheduler: {error}") from None

@@ -9,6 +9,7 @@ from pathlib import Path
 from weakref import WeakSet
 
 from flexband.errors import StoreError
+from flexband.execution.names import HOLDER, STORE_LOCK
 from flexband.files import open_unlinked, read_unlinked, replaced
 
 if os.name == "posix":
@@ -28,7 +29,7 @@ class Lock:
     at once: it would hold the lock after the end of its parent.
     """
 
-    def __init__(self, folder: Path, name: str = "lock"):
+    def __init__(self, folder: Path, name: str = STORE_LOCK):
         """Take the folder, by a file of this name.
 
         Another process that only looks whether it is locked is waited for.
@@ -41,7 +42,7 @@ class Lock:
             If the file cannot be written to, or is a symbolic link.
         """
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
-        holder = folder / "holder"
+        holder = folder / HOLDER
         end = time.monotonic() + WAITING
         while not (mine := _locked(self._handle)) and time.monotonic() < end:
             time.sleep(WAITING / 20)

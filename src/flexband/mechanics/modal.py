@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import linear_sum_assignment
 
-from flexband.errors import InputError, function, instance, shown, warn, whole
+from flexband.errors import InputError, function, instance, known, shown, warn, whole
 from flexband.mechanics.at_rest import AtRest
 from flexband.mechanics.equilibrium import MOST_STEPS
 from flexband.mechanics.mechanism import Mechanism
@@ -226,8 +226,7 @@ def modal_response(
     function("builder", builder, " that returns a Mechanism")
     modes, steps = whole("modes", modes, 1), whole("steps", steps, 1, MOST_STEPS)
     instance("nominal", nominal, Mapping, "a mapping from arguments to values")
-    if about not in ("start", "equilibrium"):
-        raise InputError(f"about must be 'start' or 'equilibrium'; got {shown(about)}")
+    known("about", about, ["start", "equilibrium"])
     for name, value in nominal.items():
         if not callable(value) and (np.ndim(value) > 0 or not _is_number(value)):
             raise InputError(f"nominal {name} must be a number; got {shown(value)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 import threading
@@ -210,7 +211,8 @@ class UMBridgeServer:
     Raises
     ------
     InputError
-        If the response does not return shape (1, ...) for these inputs.
+        If the inputs are not the arguments of the response, or it does not return shape (1, ...)
+        for them.
     OSError
         If the port is not free.
     """
@@ -232,6 +234,10 @@ class UMBridgeServer:
         if not all(isinstance(one, str) for one in inputs):
             raise InputError(f"names of inputs must be texts; got {shown(list(inputs))}")
         values = {k: finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
+        try:
+            inspect.signature(function).bind(**values)
+        except TypeError as error:
+            raise InputError(f"inputs must be the arguments of the response: {error}") from None
         offered = _Offered(name, function, values)
         first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))
         offered.output_sizes.extend(len(one) for one in first)

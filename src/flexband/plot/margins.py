@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from flexband.errors import InputError
+from flexband.errors import InputError, flag
 from flexband.plot.series import SYMBOLS, TITLE, legend_above, literal, variable_of, with_unit
 from flexband.plot.style import LINES, axes_of
 from flexband.report.numbers import number
@@ -43,9 +43,11 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
     Raises
     ------
     InputError
-        If `found` is no result of `check_limits` or `allocate`, margins depend on more than one
-        variable, or they depend on none and the surroundings of the least one are to be drawn.
+        If `found` is no result of `check_limits` or `allocate`, `closest` is not True or False,
+        margins depend on more than one variable, or they depend on none and the surroundings of
+        the least one are to be drawn.
     """
+    closest = flag("closest", closest)
     margin = variable_of("found", found, "margin", "check_limits or allocate")
     ax = axes_of(ax)
     values = margin.transpose("limit", ...).values

@@ -34,6 +34,8 @@ def progress_bars() -> Iterator[Callable[[str], Progress]]:
     def hear(now: str, line: str = "") -> None:
         if tasks:
             tasks[-1].hear(now, line)
+        elif line:
+            console.print(line, soft_wrap=True)
 
     def begun(task: _Lines | _Bar) -> _Lines | _Bar:
         tasks.append(task)

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
-from io import BytesIO
 from itertools import chain, count
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-import xarray as xr
-from xarray.backends import ScipyDataStore
-
-from flexband.errors import InputError
-from flexband.files import checksum, read_unlinked, replaced
+from flexband.execution.names import REPORT
 from flexband.report import figures, tables
 from flexband.report.page.figures import Drawing, write_figures
-from flexband.report.page.given import RESTORED, field_axes
+from flexband.report.page.given import field_axes
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.methods import PCCI, ImprovedPCCI
-
-SEAL, DIGITS = b"\nCRC-32C ", 8
-"""What stands behind the data of a file, before the digits of its checksum."""
 
 BANDS = "Interval mean and interval error bar"
 
@@ -72,7 +61,7 @@ def write_comparison_report(
         drawn.append(Drawing(caption, draw))
     text = [*tables.comparison_remarks(fields), figures.definitions(results[0].bands)]
     about = f"{len(results)} methods, compared with {results[0].method.label}"
-    file = folder / "report.html"
+    file = folder / REPORT
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
 
 
@@ -93,69 +82,3 @@ def file_name(name: str, taken: Collection[str] = ()) -> str:
 def data_file(folder: Path, result: Comparison) -> Path:
     """Return the file for the bands of one of several methods."""
     return folder / f"{file_name(result.method.label.lower())}.nc"
-
-
-def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
-    """Write a dataset as a NetCDF 3 file, which appears only once it is complete.
-
-    Numbers and attributes that the format does not have become floats and texts. The
-    checksum of the file, which `read_netcdf` checks, stands behind what other programs read.
-    """
-    stored = dataset.assign_attrs(_attributes(dataset.attrs))
-    for name, values in stored.variables.items():
-        kind, own = values.dtype.kind, values.copy(deep=False)
-        if kind == "O":
-            own = values.astype(str)
-        elif (
-            kind in "iu" and values.size and np.abs(values.values.astype(float)).max() >= 2**31
-        ) or (kind == "f" and values.dtype.itemsize not in (4, 8)):
-            own = values.astype(float)
-        own.attrs, own.encoding = _attributes(values.attrs), {}
-        stored[name] = own
-    with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
-        target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
-        with closing(target):
-            stored.dump_to_store(target)
-        digits = checksum(partial_file.read_bytes())
-        with partial_file.open("ab") as opened:
-            opened.write(SEAL + digits)
-
-
-def read_netcdf(file: Path, restored: str = RESTORED) -> xr.Dataset:
-    """Return a dataset that `write_netcdf` has written.
-
-    Parameters
-    ----------
-    restored : what can be done about a file that was altered, for the message.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it cannot be read, or is not as written.
-    """
-    try:
-        data = read_unlinked(file)
-    except FileNotFoundError:
-        raise
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error}") from None
-    content, seal = data[: -len(SEAL) - DIGITS], data[-len(SEAL) - DIGITS :]
-    if seal != SEAL + checksum(content):
-        raise InputError(f"{file} is not as written; {restored}")
-    with xr.open_dataset(BytesIO(content), engine="scipy", decode_times=False) as found:
-        return found.load()
-
-
-def _attributes(attributes: Mapping[Hashable, Any]) -> dict[str, Any]:
-    """Return attributes as numbers, lists of numbers, and texts."""
-
-    def stored(value: Any) -> Any:
-        plain = np.asarray(value)
-        is_number = plain.dtype.kind == "f" or (
-            plain.dtype.kind in "iu" and (not plain.size or np.abs(plain).max() < 2**31)
-        )
-        return value if isinstance(value, str) or (is_number and plain.ndim < 2) else str(value)
-
-    return {str(name): stored(value) for name, value in attributes.items()}

@@ -233,20 +233,20 @@ def averaged(bands: xr.Dataset) -> str:
     return "" if time is None else f", mean over {time}"
 
 
-def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, doubts: Sequence[str] = ()) -> str:
+def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, *, doubtful: bool = False) -> str:
     """Return the verdict of `verify`, with which no doubt about the result is in contradiction."""
     verdict = str(checked.attrs["verdict"])
-    return of_doubtful(verdict) if doubts or "not_trusted" in bands.attrs else verdict
+    return of_doubtful(verdict) if doubtful or "not_trusted" in bands.attrs else verdict
 
 
 def remarks(
-    bands: xr.Dataset, checked: xr.Dataset | None = None, doubts: Sequence[str] = ()
+    bands: xr.Dataset, checked: xr.Dataset | None = None, *, doubtful: bool = False
 ) -> list[str]:
     """Return what diagnostics and the result of `verify` mean, as sentences.
 
-    `doubts` are why the result is not what was asked for.
+    `doubtful` is whether the result is not what was asked for.
     """
-    lines = [told_by_new_runs(bands, checked, doubts)] if checked is not None else []
+    lines = [told_by_new_runs(bands, checked, doubtful=doubtful)] if checked is not None else []
     if failed := bands.attrs.get("runs_failed", 0):
         runs = bands.attrs["runs"]
         lines.append(
@@ -258,10 +258,11 @@ def remarks(
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
         own = bands.attrs
+        sampled = own.get("runs_generic", own["runs_checked"])
         lines.append(
             f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
             f"bar's width ({number_of(own['runs_checked'], 'held-out run')}, which "
-            f"can miss what happens in {percent(unseen(own['runs_checked']))} of the space)"
+            f"can miss what happens in {percent(unseen(sampled))} of the space)"
         )
         lines += [f"At single times it may be up to {one}" for one in [worst_time(bands)] if one]
         if own.get("refined"):
@@ -273,12 +274,11 @@ def remarks(
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
         if "runs_generic" in own:
-            share = 1 - 0.05 ** (1 / own["runs_generic"])
             lines.append(
                 "An effect that only a small part of the inputs' ranges has, such as a stop that "
                 f"is rarely reached, may be unseen: {own['runs_generic']} of the held-out runs are "
                 "spread over the ranges, and are likely (95 %) to meet one only if "
-                f"{percent(share)} of the ranges or more have it"
+                f"{percent(unseen(sampled))} of the ranges or more have it"
             )
         if own.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in own else ""

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
-from flexband.study.study import Study
+from flexband.progress import doing
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -32,6 +32,9 @@ from flexband.uncertainty.methods import PCCI
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.propagate import propagate
+
+if TYPE_CHECKING:
+    from flexband.study.study import Study
 
 PATIENCE = 0.05
 """Seconds between two looks at the processes."""
@@ -75,7 +78,7 @@ def compile_ahead(study: Study) -> None:
     missing = [name for name in needed if not kept(PARTS[name][0])]
     if min(len(missing), available_cores()) < 2:
         return
-    print("flexband: compiling (once per machine, up to a minute) ...", file=sys.stderr, flush=True)
+    doing("compiling", "compiling (once per machine, up to a minute) ...")
     command = [sys.executable, "-m", __name__]
     running: list[subprocess.Popen] = []
     try:

@@ -8,24 +8,37 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import google_crc32c
 
 from flexband.errors import StoreError, shown
+from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
-from flexband.execution.names import DOMAINS, DONE, LEDGER, POINTS, RUNS
-from flexband.files import read_unlinked, replaced
+from flexband.execution.names import (
+    DOMAINS,
+    DONE,
+    HOLDER,
+    LEDGER,
+    OWNER,
+    POINTS,
+    REPORT,
+    RUNS,
+    STORE_LOCK,
+    STUDY,
+    STUDY_LOCK,
+)  # fmt: skip
+from flexband.files import read_unlinked, replaced, try_write
+from flexband.progress import doing
 
-FORMAT = 1
-"""Of study.json; a program refuses larger numbers."""
-
-FILE = "study.json"
+FORMAT = 2
+"""Of study.json; a program refuses larger numbers. Results of format 1 are computed again."""
 
 KINDS = {
     "file": str, "method": str, "values": dict, "sigmas": int | float, "verify": int,
@@ -35,12 +48,6 @@ KINDS = {
     "state": str, "reason": str, "now": str, "result": dict, "points": dict,
 }  # fmt: skip
 """Of what study.json may have; each may be missing, or null."""
-
-OWNER = "results.json"
-"""Tells of which study the results are."""
-
-LOCKS = ("study.lock", "lock")
-"""Those of the command line, and of the store."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,7 @@ class StudyFolder:
         from flexband.execution.store import open_runs  # noqa: PLC0415
 
         asked = any((self.path / name).exists() for name in (LEDGER, POINTS))
-        if asked or is_locked(self.path / LOCKS[1]):
+        if asked or is_locked(self.path / STORE_LOCK):
             return False
         with suppress(StoreError, OSError, ValueError, KeyError):
             runs = open_runs(self.path)
@@ -90,7 +97,7 @@ class StudyFolder:
         StoreError
             If it is damaged, or of a newer version of flexband.
         """
-        file = self.path / FILE
+        file = self.path / STUDY
         try:
             found = json.loads(read_unlinked(file))
             newest = int(found["format"])
@@ -114,39 +121,71 @@ class StudyFolder:
     @property
     def begun(self) -> bool:
         """Whether there is study.json."""
-        return (self.path / FILE).exists()
+        return (self.path / STUDY).exists()
 
     def forget(self) -> None:
         """Delete study.json."""
-        (self.path / FILE).unlink(missing_ok=True)
+        (self.path / STUDY).unlink(missing_ok=True)
 
     def write(self, content: dict[str, Any]) -> None:
         """Write study.json, which is there as a whole at any moment."""
-        with replaced(self.path / FILE) as partial:
+        with replaced(self.path / STUDY) as partial:
             text = json.dumps({"format": FORMAT, **content}, indent=1)
             partial.write_text(text, encoding="utf-8")
 
     @contextmanager
     def held(self, *, kept: bool = True) -> Iterator[None]:
-        """Hold the folder; raise `StoreError` if another process does.
+        """Hold the folder, which is made if it is missing.
 
-        `kept` is whether the file of the lock stays.
+        Raise `StoreError` if another process holds it; `kept` is whether the lock's file stays.
         """
         try:
-            lock = Lock(self.path, LOCKS[0])
+            self.path.mkdir(parents=True, exist_ok=True)
+            lock = Lock(self.path, STUDY_LOCK)
         except OSError as error:
             raise StoreError(f"{self.path} must be a folder to write to; got {error}") from None
         try:
             yield
         finally:
             if not kept and not self.begun:
-                (self.path / LOCKS[0]).unlink(missing_ok=True)
-                (self.path / "holder").unlink(missing_ok=True)
+                (self.path / STUDY_LOCK).unlink(missing_ok=True)
+                (self.path / HOLDER).unlink(missing_ok=True)
             lock.release()
 
     def in_use(self) -> bool:
         """Return whether a process holds the folder."""
-        return any(is_locked(self.path / name) for name in LOCKS)
+        return any(is_locked(self.path / name) for name in (STUDY_LOCK, STORE_LOCK))
+
+    def claimed(
+        self, file: str, response: Any, *, replace: bool, allow_mismatch: bool
+    ) -> Callable[[], object]:
+        """Refuse to have the folder for a study, or return what claims it once its store is open.
+
+        Parameters
+        ----------
+        file : of the study; empty if a program runs it.
+        replace : whether runs that are there are deleted.
+        allow_mismatch : whether runs there of another study are used.
+
+        Raises
+        ------
+        StoreError
+            If there are results of another study.
+        """
+        from flexband.execution.fingerprint import fingerprint  # noqa: PLC0415
+
+        if replace and self.recorded:
+            doing("", f"The runs in {self.runs} are deleted.")
+            self.delete_runs()
+        claimant = file, fingerprint(response)
+        if not allow_mismatch and self.has_only_failures_of_others(claimant[1]):
+            self.delete_runs()
+        self.check_claim(*claimant, replace=replace, insist=allow_mismatch)
+        return partial(try_write, partial(self.claim, *claimant))
+
+    def recorded_runs(self) -> int:
+        """Return the number of recorded runs."""
+        return GrowingArrays(self.runs).runs
 
     def check_claim(self, file: str, response: str, *, replace: bool, insist: bool = False) -> None:
         """Refuse to have the folder for the results of a study in a file; nothing is written.
@@ -166,7 +205,7 @@ class StudyFolder:
         """
         before = self._claimed()
         own = {"file": file, "response": response}
-        same = not before or any(before.get(name) == own[name] for name in own)
+        same = not before or any(value and before.get(name) == value for name, value in own.items())
         if not same and not (insist if self.recorded else replace):
             other = "`flexband run --replace` deletes its runs" if self.recorded else "--replace"
             raise StoreError(
@@ -188,11 +227,11 @@ class StudyFolder:
         with suppress(StoreError):
             if found := self.read():
                 return {"file": found.get("file")}
-        return {"file": "a study that is not known"} if (self.path / "report.html").exists() else {}
+        return {"file": "a study that is not known"} if (self.path / REPORT).exists() else {}
 
     def delete_runs(self) -> None:
         """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
-        for name in (FILE, OWNER, DOMAINS, LEDGER, POINTS):
+        for name in (STUDY, OWNER, DOMAINS, LEDGER, POINTS):
             (self.path / name).unlink(missing_ok=True)
         if self.runs.is_symlink():
             self.runs.unlink()

@@ -5,16 +5,19 @@ from __future__ import annotations
 import hashlib
 import re
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexband.execution.fingerprint import PACKAGE, fingerprint
 from flexband.execution.store import versions
-from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import in_words
+
+if TYPE_CHECKING:
+    from flexband.study.study import Study
 
 
 def identity(study: Study, *options: object) -> str:

@@ -18,6 +18,7 @@ from flexband.study.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
+from flexband.uncertainty.inputs.fields.random_field import RandomField
 
 SAME = 1e-6
 """Inputs in a file of results may differ so much, relatively: programs drop digits."""
@@ -128,6 +129,16 @@ class Points:
                     raise InputError(
                         f"{place}: {name} must be {value!r}, as point {number} has it; got {own!r}"
                     )
+
+
+def ask_points(folder: Path, needed: RunsNeeded, inputs: Mapping[str, Any]) -> Path:
+    """Write the points that are to be run elsewhere into a folder; return the path of their table.
+
+    Raise `InputError` if an input is neither a number nor a text.
+    """
+    if any(isinstance(uncertain, RandomField) for uncertain in inputs.values()):
+        raise InputError("a response elsewhere takes numbers and texts; got a RandomField")
+    return Points.of(folder).ask(needed, inputs)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import xarray as xr
 
@@ -26,6 +26,10 @@ from flexband.uncertainty.runs.budget import check_method
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.study.results.result import StudyResult
+    from flexband.study.run import RunOptions
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,41 @@ class Study:
             check=self._check_limits,
             progress=progress,
         )
+
+    def run_in(
+        self,
+        folder: str | Path,
+        options: RunOptions | None = None,
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> StudyResult:
+        """Run the study into a folder, as ``flexband run`` does, without its report.
+
+        Every run is recorded as soon as it is finished. A study that was stopped goes on where it
+        was; if the folder has its result already, that is read.
+
+        Parameters
+        ----------
+        folder : for runs and results, which is made if it does not exist.
+        options : how the study is run.
+        progress : as in `propagate`; it takes the runs of the method, then those that verify.
+
+        Returns
+        -------
+        StudyResult
+            Bands, surrogate, verification, contributions, limits, and doubts about them.
+
+        Raises
+        ------
+        StoreError
+            If another process runs a study in the folder, or it has another study's results.
+        InputError, RunError, RunsNeeded
+            As `propagate` raises them.
+        """
+        from flexband.study.run import run_study  # noqa: PLC0415
+
+        count = progress or (lambda done, total: None)
+        return run_study(self, folder, options, task=lambda name: count)
 
     def expand(
         self,

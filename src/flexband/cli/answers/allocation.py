@@ -10,7 +10,7 @@ import flexband as fb
 from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.answers.saved import Json, Saved, one_of, runs_in, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw, save
+from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import (
     UsageError,
     print_json,
@@ -19,7 +19,9 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
-from flexband.cli.runs import Trust
+from flexband.cli.plan import Trust
+from flexband.files import try_write
+from flexband.study.results.answers import answer_file
 from flexband.uncertainty.answers.allocation.allocate import checked_probability
 from flexband.uncertainty.answers.allocation.costs import checked_costs
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
@@ -64,7 +66,7 @@ def allocate(
     """
     from flexband.report.figures import allocation_figure  # noqa: PLC0415
     from flexband.report.page.answers import allocation_table  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
@@ -79,7 +81,7 @@ def allocate(
     options = runs_in(place, purpose, trust=trust) if confirm else {}
     found = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)
     check_folder(place)
-    save(lambda: write_netcdf(found, place / "allocation.nc"))
+    try_write(lambda: write_netcdf(found, answer_file(place, "allocation")))
     draw(lambda: allocation_figure(found), place / "allocation.png")
     if as_json:
         dims = {"name", "sizing", "limit", "binding", "input"}

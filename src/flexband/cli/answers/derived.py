@@ -12,7 +12,7 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw, save
+from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import (
     UsageError,
     print_json,
@@ -21,6 +21,8 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
+from flexband.files import try_write
+from flexband.study.results.answers import answer_file
 from flexband.uncertainty.answers.margins import labels_of
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
@@ -70,7 +72,7 @@ def derived(
     """
     from flexband.report.figures import derived_figure  # noqa: PLC0415
     from flexband.report.page.answers import derived_table  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     made_of = _output(output or [], labels_of(surrogate))
@@ -80,7 +82,7 @@ def derived(
             samples=samples, seed=seed,
         )  # fmt: skip
     check_folder(place)
-    save(lambda: write_netcdf(found, place / "derived.nc"))
+    try_write(lambda: write_netcdf(found, answer_file(place, "derived")))
     figure = place / "derived.png"
     draw(lambda: derived_figure(found), figure, wanted=found["range"].ndim == 2)
     if as_json:

@@ -10,7 +10,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.checking import check, has_probability
+from flexband.cli.answers.checking import draw_limits
 from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder
@@ -22,9 +22,11 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
-from flexband.cli.runs import Trust, plan_in
+from flexband.cli.plan import Trust, plan_in
 from flexband.errors import whole
+from flexband.execution.names import STUDY
 from flexband.report.progress import progress_bars
+from flexband.study.results.limits import check_limits_in, has_probability
 from flexband.uncertainty.answers.limits import corridors
 from flexband.uncertainty.answers.probability.failure import COARSEST, FINEST
 from flexband.uncertainty.answers.probability.model import LEAST_RUNS, MOST_RUNS
@@ -96,7 +98,9 @@ def limits(
         if runs:
             options["progress"] = task("new runs")
         options["of_study"] = not (below or above or only)
-        checked, probability = check(surrogate, wanted, place, sigmas=sigmas, **options)
+        check = check_limits_in(place, surrogate, wanted, sigmas=sigmas, **options)
+    draw_limits(check, place)
+    checked, probability = check.margins, check.probability
     if as_json:
         print_json({"limits": as_rows(checked), "probability": as_rows(probability)})
         return
@@ -136,7 +140,7 @@ def limits_of(
                 raise UsageError(f"--{side} must be given once for {name or 'the output'}")
             own[side] = value
     if not sides:
-        known = during is None and (place / "study.json").is_file()
+        known = during is None and (place / STUDY).is_file()
         if known and (own := plan_in(place, trust=trust).study().limits):
             return selected(own, only)
         raise UsageError(

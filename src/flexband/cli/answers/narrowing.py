@@ -12,10 +12,9 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.checking import has_probability
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved, study_limits
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save
+from flexband.cli.files import check_folder
 from flexband.cli.messages import (
     UsageError,
     print_json,
@@ -24,8 +23,9 @@ from flexband.cli.messages import (
     reported_errors,
     usage,
 )
-from flexband.cli.runs import Trust
+from flexband.cli.plan import Trust
 from flexband.errors import InputError
+from flexband.files import try_write
 from flexband.report.numbers import number, percent_to_tenth
 from flexband.report.tables import (
     CONSTANT,
@@ -36,6 +36,8 @@ from flexband.report.tables import (
     outputs_of,
     select,
 )
+from flexband.study.results.answers import answer_file
+from flexband.study.results.limits import has_probability
 from flexband.uncertainty.answers.margins import labels_of
 from flexband.uncertainty.answers.probability.texts import NOT_GIVEN
 from flexband.uncertainty.inputs.correlated import Score
@@ -71,9 +73,9 @@ def narrow(
     If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
     narrowed.nc is written, in place of an earlier one.
     """
-    from flexband.report.page.answers import read_answer  # noqa: PLC0415
     from flexband.report.page.inputs import known_of  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.answers import read_answer  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     if not isinstance(surrogate, fb.Surrogate):
@@ -92,7 +94,7 @@ def narrow(
             f"The earlier narrowed.nc is replaced ({earlier.attrs.get('changes', 'other inputs')})"
         )
         print_text(text, error=True)
-    save(lambda: write_netcdf(after, place / "narrowed.nc"))
+    try_write(lambda: write_netcdf(after, answer_file(place, "narrowed")))
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
     if as_json:

@@ -10,9 +10,11 @@ import typer
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, one_of, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, save, write_figure
+from flexband.cli.files import check_folder, write_figure
 from flexband.cli.messages import print_json, print_text, reported_errors, usage
+from flexband.files import try_write
 from flexband.report.tables import deviations
+from flexband.study.results.answers import answer_file
 
 
 @app.command("path")
@@ -36,7 +38,7 @@ def path(
     path.nc and path.png are written.
     """
     from flexband.report.figures import path_figure  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     k = one_of(sigmas, probability, 1.0)
@@ -45,8 +47,8 @@ def path(
             surrogate, x, y, sigmas=k, probability=probability, directions=directions
         )  # fmt: skip
     check_folder(place)
-    save(lambda: write_netcdf(found, place / "path.nc"))
-    save(lambda: write_figure(path_figure(found), place / "path.png", dpi=120))
+    try_write(lambda: write_netcdf(found, answer_file(place, "path")))
+    try_write(lambda: write_figure(path_figure(found), place / "path.png", dpi=120))
     radius = found["radius"]
     widest, last = int(np.argmax(radius.values)), str(radius.dims[0])
     at = float(found[last][widest]) if last in found.coords else float(widest)
@@ -65,4 +67,4 @@ def path(
         f"path, at {last} {at:.4g}, by regions with {directions} vertices"
     )
     told = f"; the largest expected error is {error:.2g}{unit}" if error is not None else ""
-    print_text(f"{text}{told}\nWritten: {place / 'path.nc'}")
+    print_text(f"{text}{told}\nWritten: {answer_file(place, 'path')}")

@@ -12,9 +12,11 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw, save
+from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
+from flexband.files import try_write
 from flexband.report.numbers import number
+from flexband.study.results.answers import answer_file
 from flexband.words import number_of
 
 ROWS = 20
@@ -98,11 +100,11 @@ def tell(
 ) -> None:
     """Print the bounds of a variable; write the answer and its figure beside the surrogate."""
     from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     check_folder(place)
-    data, picture = place / f"{file or name}.nc", place / f"{file or name}.png"
-    written = [data] * save(lambda: write_netcdf(found, data))
+    data, picture = answer_file(place, file or name), place / f"{file or name}.png"
+    written = [data] * try_write(lambda: write_netcdf(found, data))
     one = found[name]
     wanted = drawable_outputs(one.isel(probability=0) if "probability" in one.dims else one)
     written += [picture] * draw(lambda: bounds_figure(found, name), picture, wanted=bool(wanted))

@@ -13,10 +13,13 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw, save
+from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
+from flexband.execution.names import CONTRIBUTIONS, CONTRIBUTIONS_PICTURE
+from flexband.files import try_write
 from flexband.report.numbers import percent_to_tenth
 from flexband.report.tables import CONSTANT, deviations, outputs_of, select
+from flexband.study.results.answers import answer_file
 from flexband.uncertainty.answers.selection import surrogates_of
 
 
@@ -35,13 +38,13 @@ def contributions(
     """
     from flexband.report.figures import contributions_figure  # noqa: PLC0415
     from flexband.report.page.inputs import over_time  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     with usage():
         found = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
     check_folder(place)
-    save(lambda: write_netcdf(found, place / "contributions.nc"))
+    try_write(lambda: write_netcdf(found, place / CONTRIBUTIONS))
     kinds, drawn = ["mean_share", "share_at_widest"], "contribution"
     title = f"How much narrower μ ± {deviations(found)} is with the input at its nominal value"
     if shapley:
@@ -50,7 +53,7 @@ def contributions(
         own = found[kinds[0]]
         largest = own.max([dim for dim in own.dims if dim != "name"]).values
         found = found.isel(name=np.argsort(-largest, kind="stable"))
-    figure = place / "contributions.png"
+    figure = place / CONTRIBUTIONS_PICTURE
     draw(lambda: contributions_figure(found, drawn), figure, wanted=over_time(found))
     names = [str(name) for name in found["name"].values]
     shares = {kind: _by_output(found[kind].where(found["varies"])) for kind in kinds}
@@ -112,12 +115,12 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     """
     from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.report.page.answers import only_one  # noqa: PLC0415
-    from flexband.report.results import write_netcdf  # noqa: PLC0415
+    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
     found = fb.sobol_indices(surrogate)
     check_folder(place)
-    save(lambda: write_netcdf(found, place / "sobol.nc"))
+    try_write(lambda: write_netcdf(found, answer_file(place, "sobol")))
     wanted = found["defined"].ndim and drawable_outputs(found["total"].isel(name=0))
     draw(lambda: bounds_figure(found, "total"), place / "sobol.png", wanted=bool(wanted))
     names = [str(name) for name in found["name"].values]

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import typer
 
 import flexband as fb
-from flexband.cli.messages import UsageError, in_words, print_remark
-from flexband.cli.runs import plan_in
+from flexband.cli.messages import UsageError, print_remark
+from flexband.cli.plan import plan_in
+from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.lock import is_locked
-from flexband.execution.store import RUNS
-from flexband.study.folder import FILE, LOCKS
+from flexband.execution.names import BANDS, RUNS, STUDY, STUDY_LOCK, SURROGATE
 
 Saved = Annotated[Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -36,24 +36,25 @@ def saved(folder: Path) -> tuple[Any, Path]:
 
     A remark says if the result of the study was not reliable.
     """
+    from flexband.report.doubts import doubt_text  # noqa: PLC0415
     from flexband.report.page.given import read_given  # noqa: PLC0415
-    from flexband.report.page.study import UNMET, unreliable  # noqa: PLC0415
+    from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 
-    file = folder / "surrogate.npz" if folder.is_dir() else folder
+    file = folder / SURROGATE if folder.is_dir() else folder
     if not file.is_file():
         if not folder.exists():
             raise InputError(f"there is no '{folder}'; the argument is the --output of a study")
-        if (folder / "bands.nc").is_file():
+        if (folder / BANDS).is_file():
             raise InputError(
                 f"'{folder}' has no surrogate.npz to answer from: its method does not expand the "
                 "response. Run the study with one that does, such as AdaptivePCCI"
             )
-        running = ": its study is running" * (folder.is_dir() and is_locked(folder / LOCKS[0]))
+        running = ": its study is running" * (folder.is_dir() and is_locked(folder / STUDY_LOCK))
         raise InputError(
             "the argument must be a folder with the surrogate.npz of a finished study; "
             f"got '{folder}', which has none{running}"
         )
-    if is_locked(file.parent / LOCKS[0]):
+    if is_locked(file.parent / STUDY_LOCK):
         written = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(file.stat().st_mtime))
         print_remark(
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
@@ -61,10 +62,12 @@ def saved(folder: Path) -> tuple[Any, Path]:
         )
     doubts = read_given(file.parent).get("doubts", [])
     surrogate = fb.load_surrogate(file)
-    for one in unreliable(doubts):
-        print_remark(f"what follows is NOT reliable: {one}")
-    if UNMET in doubts:
-        print_remark(f"{UNMET}: what depends on rare values, as probabilities do, is NOT reliable")
+    for doubt in doubts:
+        if doubt.unreliable:
+            print_remark(f"what follows is NOT reliable: {doubt_text(doubt)}")
+        elif doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
+            rare = "what depends on rare values, as probabilities do, is NOT reliable"
+            print_remark(f"{doubt_text(doubt)}: {rare}")
     return surrogate, file.parent
 
 
@@ -73,14 +76,14 @@ def study_limits(place: Path, *, trust: bool) -> list[fb.Limit]:
 
     Raise `UsageError` if its file is run only with `trust`.
     """
-    if not (place / FILE).is_file():
+    if not (place / STUDY).is_file():
         return []
     try:
         return list(plan_in(place, trust=trust).study().limits)
     except UsageError:
         raise
     except Exception as error:  # the study is a program
-        print_remark(f"limits of the study are left out: {in_words(error)}")
+        print_remark(f"limits of the study are left out: {error_text(error)}")
         return []
 
 
@@ -89,7 +92,7 @@ def runs_in(place: Path, purpose: str, *, trust: bool) -> dict[str, Any]:
 
     Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
     """
-    if not (place / FILE).is_file():
+    if not (place / STUDY).is_file():
         raise InputError(f"there is no study in '{place}' whose response {purpose}")
     store = place if (place / RUNS).is_dir() else None
     return {"response": plan_in(place, trust=trust).study().response, "store": store}

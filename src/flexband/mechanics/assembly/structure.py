@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -211,14 +212,7 @@ class Work(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (
-            blocks,
-            unknowns,
-            1,
-            1,
-            4 * vectors,
-            sum(rows[:2]),
-            1,
-            KEPT * (1 + state.coordinates),
-        )
-        return Work(*(zeros(count) for count in rows))
+        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, KEPT * rows[1])
+        starts = [0, *accumulate(rows)]
+        memory = zeros(starts[-1])
+        return Work(*(memory[start:end] for start, end in pairwise(starts)))

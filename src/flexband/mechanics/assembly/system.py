@@ -31,8 +31,8 @@ from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.forms import Form, TimeFunction
-from flexband.mechanics.kernels.indices import as_indices
 from flexband.mechanics.kernels.pattern import NONE, analyse
+from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.compiled_laws import CompiledLaw
 from flexband.mechanics.mechanism import Mechanism
@@ -100,9 +100,9 @@ class System:
                 for suffix, _ in sensor.outputs()}  # fmt: skip
 
     @cached_property
-    def indexed(self) -> Structure:
+    def record(self) -> Record:
         """The structure as kernels take it."""
-        return as_indices(self.structure)
+        return Record(self.structure)
 
     @property
     def sensed(self) -> int:

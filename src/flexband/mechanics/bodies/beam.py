@@ -57,6 +57,12 @@ They are those of r and r_x turned by 90°, and of r_y.
 """
 
 
+MOST_ROTARY_INERTIA = 10.0
+"""Of a continuum element, relative to that of its section. Up to this factor the direction of the
+section grows less than the axis stretches in a free beam that spins, if it is nine times as long as
+its radius of gyration."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Beam(CentreLine):
     """A flexible beam with shear deformation, straight or curved, Eq. (22).
@@ -90,7 +96,7 @@ class Beam(CentreLine):
     velocity, rate : velocity of the start [m/s] and rate of the angle [rad/s], as of a rigid bar.
     shear_factor : shear correction factor k, or None for that of the section.
     rotary_inertia : of the section [kg m], or None for density times second moment of area. Of a
-        beam with an `integration` it should not be more: its sections are as soft as their
+        beam with an `integration` it is at most 10 times that: its sections are as soft as their
         material, and grow as it turns.
     integration : None for the default element, which is Reissner's beam of any slenderness; or
         `SelectiveIntegration` or `FullIntegration` for the continuum element of Omar and Shabana,
@@ -99,8 +105,8 @@ class Beam(CentreLine):
     Raises
     ------
     InputError
-        If a number is out of its range. Functions of the position are checked when the mechanism
-        is assembled.
+        If a number is out of its range. Functions of the position, and the rotary inertia of a beam
+        with an `integration`, are checked when the mechanism is assembled.
     """
 
     height: Property | None = None
@@ -200,6 +206,7 @@ class Beam(CentreLine):
         plausible_length("a beam", np.asarray(self.length), across)
         _check_arc(along("Beam curvature [1/m]", self.curvature, finite), across)
         if self.integration is not None:
+            self._check_rotary_inertia(along)
             return self.integration.stiffness(Elasticity(E, nu, k), moments)
         return E * moments[0], E * moments[1], k * E / (2 * (1 + nu)) * moments[0]
 
@@ -230,19 +237,28 @@ class Beam(CentreLine):
         line = line_stiffness(EA, EI, self.element_lengths, held - EA)
         return line + stiffness(ends, kGA) + thickness
 
-    @property
-    def _rotary(self) -> np.ndarray:
-        """The rotary inertia [kg m] at the Gauss points."""
+    def _rotary(self, along: Along) -> np.ndarray:
+        """Return the rotary inertia [kg m] at the positions of `along`."""
         if self.rotary_inertia is None:
-            return self._sections_own
-        name = "Beam rotary_inertia [kg m]"
-        return self.at_gauss_points(name, self.rotary_inertia, positive)
+            return self._sections_own(along)
+        return along("Beam rotary_inertia [kg m]", self.rotary_inertia, positive)
 
-    @property
-    def _sections_own(self) -> np.ndarray:
-        """The rotary inertia ρI [kg m] of the section at the Gauss points."""
-        density = self.at_gauss_points(*self.properties()[0])
-        return density * self.profile.moments(self.at_gauss_points)[1]
+    def _sections_own(self, along: Along) -> np.ndarray:
+        """Return the rotary inertia ρI [kg m] of the section at the positions of `along`."""
+        return along(*self.properties()[0]) * self.profile.moments(along)[1]
+
+    def _check_rotary_inertia(self, along: Along) -> None:
+        """Raise `InputError` if the inertia would make sections of a continuum grow."""
+        inertia, most = np.broadcast_arrays(
+            self._rotary(along), MOST_ROTARY_INERTIA * self._sections_own(along)
+        )
+        if np.any(inertia > most):
+            worst = np.unravel_index(np.argmax(inertia / most), most.shape)
+            raise InputError(
+                f"Beam rotary_inertia [kg m] must be at most {most[worst]:.3g}, "
+                f"{MOST_ROTARY_INERTIA:g} times that of the section, if there is an integration; "
+                f"got {inertia[worst]:.3g}. Leave integration out to give more"
+            )
 
     @property
     def _held(self) -> np.ndarray | float:
@@ -254,7 +270,8 @@ class Beam(CentreLine):
         """
         if self.rotary_inertia is None:
             return 1.0
-        return np.maximum(1.0, self._rotary / self._sections_own)
+        along = self.at_gauss_points
+        return np.maximum(1.0, self._rotary(along) / self._sections_own(along))
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Return the nine strains of the default element, or the coordinates of a continuum's.
@@ -346,7 +363,7 @@ class Beam(CentreLine):
     def mass_entries(self) -> MassEntries:  # ∫ρ ṙ·ṙ dA ds with r = r₀ + y d
         area, density = self.profile.moments(self.at_gauss_points)[0], self.properties()[0]
         entries = self.axis_mass(self.at_gauss_points(*density) * area)
-        rotary = self._rotary
+        rotary = self._rotary(self.at_gauss_points)
         across = np.stack([1 - POSITIONS, POSITIONS])
         if self.integration is not None:
             blocks = np.einsum("neg,ig,jg->nije", rotary * self.weights, across, across)
@@ -368,7 +385,7 @@ class Beam(CentreLine):
     @property
     def rotary_weights(self) -> np.ndarray:
         """Rotary inertia times the weights of the Gauss points [kg m²], (n or 1, elements, …)."""
-        return self._rotary * self.weights
+        return self._rotary(self.at_gauss_points) * self.weights
 
     @property
     def direction_shapes(self) -> np.ndarray:

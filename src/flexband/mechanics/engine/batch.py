@@ -25,7 +25,8 @@ from flexband.mechanics.engine.threads import (
     stop_flag,
     while_compiling,
 )
-from flexband.mechanics.kernels.lane_type import WIDTH, addresses
+from flexband.mechanics.kernels.lane_type import WIDTH, address
+from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace
 
@@ -231,14 +232,14 @@ def run(
     """Perform one of the tasks of `entries`."""
     arguments = (
         task,
-        system.indexed,
+        system.record,
         method,
         float(number),
-        addresses(values),
-        addresses(work),
+        Record(values),
+        Record(work),
         outputs,
-        addresses(failure),
-        addresses(stop_flag()),
+        address(failure),
+        address(stop_flag()),
     )
     entry = dynamics if task in (START, MARCH) else statics
     compiled = _compiled.get(entry)

@@ -7,6 +7,8 @@ unknowns for each body, turns that are exact, and the steps of Levenberg and Mar
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flexband.mechanics.assembly.packing import AT_START, pack
@@ -79,13 +81,13 @@ def gaps(system: System, sample: int) -> dict[str, float]:
     c = values.terms * values.functions[system.structure.terms.f]
     rows = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)[0]
     moves = (rows @ rigid_motions(system, z, size)[:, :, 0]).reshape(len(rows), -1, 3)[:, :, :2]
-    squares: dict[str, float] = {}
+    open_by: dict[str, float] = {}
     for owner, row, part in zip(system.constraints, moves, misfit[:, 0], strict=True):
         if owner.startswith("joint ") and np.abs(row).max() > RANK * size[0]:
             name = owner.removeprefix("joint ")[1:-1]
-            squares[name] = squares.get(name, 0.0) + float(part * size[0]) ** 2
+            open_by[name] = math.hypot(open_by.get(name, 0.0), part * size[0])
     least = CONSTRAINT_TOLERANCE * size[0]
-    return {name: float(np.sqrt(s)) for name, s in squares.items() if np.sqrt(s) > least}
+    return {name: gap for name, gap in open_by.items() if gap > least}
 
 
 def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:

@@ -100,12 +100,16 @@ def violated_constraint(structure, values, now, z, r, tolerance):
 @compiled
 def add_mass_product(mass, values, z, first, r):
     """Add M x, where x₀ = 0, x₁, x₂, … start in row `first` of z."""
+    row, total = 0, load(r, 0)
     for p in range(len(mass.i)):
-        i, j = mass.i[p], mass.j[p]
-        entry = load(values, p)
-        add_to(r, i, entry * load(z, first + j))
+        i, j, entry = mass.i[p], mass.j[p], load(values, p)
+        if i != row:
+            store(r, row, total)
+            row, total = i, load(r, i)
+        total += entry * load(z, first + j)
         if i != j:
             add_to(r, j, entry * load(z, first + i))
+    store(r, row, total)
 
 
 @compiled

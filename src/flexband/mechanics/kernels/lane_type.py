@@ -103,11 +103,9 @@ def zeros(rows: int) -> np.ndarray:
     return memory[skipped : skipped + rows * WIDTH].reshape(rows, WIDTH)
 
 
-def addresses(arrays: Any) -> Any:
-    """Replace the arrays in a named tuple, which may be nested, by their addresses, 0 if empty."""
-    if isinstance(arrays, tuple):
-        return type(arrays)(*map(addresses, arrays))
-    return addressof(c_char.from_buffer(arrays)) if arrays.size else 0  # faster than NumPy's ways
+def address(array: Any) -> int:
+    """Return the address of an array, 0 if it is empty."""
+    return addressof(c_char.from_buffer(array)) if array.size else 0  # faster than NumPy's ways
 
 
 def to_lanes(values: np.ndarray, block: int) -> np.ndarray:

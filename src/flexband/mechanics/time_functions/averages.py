@@ -20,9 +20,9 @@ from flexband.mechanics.time_functions.breakpoints import (
 )
 from flexband.mechanics.time_functions.evaluation import Evaluation
 
-SMALLEST_MISS, LARGEST_MISS = 0.03, 0.25
-"""Of a function between its values, relative to its range over the run: what is looked at, and what
-no step resolves."""
+NOTICED_MISS, SMALLEST_MISS, LARGEST_MISS = 2e-3, 0.03, 0.25
+"""Of a function between its values, relative to its range over the run: what kinks and jumps are
+looked for in, what may be averaged, and what no step resolves."""
 
 RESOLVED_FALL = 0.6
 """What is missed at half the step over what is missed at the step, where the step resolves it.
@@ -43,12 +43,14 @@ class Missed(NamedTuple):
     half_chord : the same for half the step.
     beyond : how far the function exceeds both values.
     spread : range of the function, shape (n,).
+    largest : of the absolute values, shape (n,).
     """
 
     chord: np.ndarray
     half_chord: np.ndarray
     beyond: np.ndarray
     spread: np.ndarray
+    largest: np.ndarray
 
     @staticmethod
     def of(at: Evaluation, times: np.ndarray, values: np.ndarray) -> Missed:
@@ -76,18 +78,21 @@ class Missed(NamedTuple):
                 np.abs(f[:, : per // 2] - (left + half * (middle - left))).max(axis=1),
                 np.abs(f[:, per // 2 :] - (middle + half * (right - middle))).max(axis=1),
             )
-        return Missed(chord, half_chord, beyond, np.maximum(high - low, 1e-300))
+        spread, largest = np.maximum(high - low, 1e-300), np.maximum(high, -low)
+        return Missed(chord, half_chord, beyond, spread, largest)
 
     @property
     def noticed(self) -> np.ndarray:
-        """Where something is missed that may matter."""
-        return self.chord > SMALLEST_MISS * self.spread
+        """Where something is missed that may be a kink or a jump."""
+        return self.chord > NOTICED_MISS * self.spread
 
     @property
     def unresolved(self) -> np.ndarray:
         """Where half the step would miss about as much."""
-        lasting = self.noticed & (self.half_chord > RESOLVED_FALL * self.chord)
-        return lasting | (self.chord > LARGEST_MISS * self.spread)
+        lasting = self.half_chord > RESOLVED_FALL * self.chord
+        return (lasting & (self.chord > SMALLEST_MISS * self.spread)) | (
+            self.chord > LARGEST_MISS * self.spread
+        )
 
 
 def averaged(

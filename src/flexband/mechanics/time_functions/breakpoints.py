@@ -1,8 +1,9 @@
 """Kinks and jumps of functions of time, each located between two times as near as rounding allows.
 
-A second difference that stands out among its neighbours is looked at on ever finer grids. It stays
-the same at a jump, falls in proportion to the spacing at a kink and with its square where a
-function is smooth.
+A difference that stands out among its neighbours is looked at on ever finer grids. It stays the
+same at a jump and falls in proportion to the spacing at a kink. A third difference falls with the
+square of the spacing where the second derivative jumps. Where a function is smooth, differences
+fall with the power of the spacing that is their order.
 """
 
 from __future__ import annotations
@@ -28,15 +29,31 @@ OUTSTANDING = 4.0
 FINER_POINTS = 65
 """On the four intervals around such a difference, so that both ends of a pulse are seen."""
 
+MOST_PER_STEP = 4
+"""Such differences per step in a column that is looked at further."""
+
+POINTS_OF_CURVATURE = 16
+"""Points per step at which jumps of second derivatives are looked for: differences over shorter
+times would be those of rounding."""
+
 PARTS, LEVELS = 8, 26
 """An interval is divided into so many parts, the two of the largest difference again, and so on."""
 
 ROUNDING = 64 * np.finfo(float).eps
 """Of a second difference relative to the values, and of an interval relative to its times."""
 
-SMOOTH, LATEST_LEVELS = 1.5, 5
-"""Order in the spacing above which a second difference is that of a smooth function, as seen on the
-last levels that rounding does not spoil."""
+ROUNDING_OF_SUMS = 64 * ROUNDING
+"""Of a third difference relative to the values, which may be sums of larger ones."""
+
+ROUNDING_OF_TIME = 8 * np.finfo(float).eps
+"""Of a time: a function changes by its rate times this."""
+
+BELOW_SMOOTH, LATEST_LEVELS = 0.5, 5
+"""By how much less than its order the power of the spacing is with which a difference falls where a
+function is not smooth, as seen on the last levels that rounding does not spoil."""
+
+SMOOTHEST_KINK = 1.5
+"""The same power at a kink is 1, and 2 where only the second derivative jumps."""
 
 
 class Breakpoints(NamedTuple):
@@ -45,11 +62,21 @@ class Breakpoints(NamedTuple):
     column: np.ndarray
     before: np.ndarray  # a time just before [s]
     after: np.ndarray  # and just after
+    power: np.ndarray  # of the spacing: 0 at a jump, 1 at a kink, 2 at a jump of f″
 
     @staticmethod
     def none() -> Breakpoints:
         """Return no breakpoints."""
-        return Breakpoints(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))
+        return Breakpoints(np.zeros(0, dtype=int), *np.zeros((3, 0)))
+
+    def those(self, chosen: np.ndarray) -> Breakpoints:
+        """Return some of them."""
+        return Breakpoints(*(array[chosen] for array in self))
+
+    def joined(self, others: Breakpoints) -> Breakpoints:
+        """Return these and others in order."""
+        both = Breakpoints(*map(np.concatenate, zip(self, others, strict=True)))
+        return both.those(np.lexsort((both.before, both.column)))
 
 
 def points_per_step(at: Evaluation, steps: int) -> int:
@@ -81,6 +108,65 @@ def locate(
     stated = getattr(at.function, "breakpoints", None)
     if stated is not None:
         return _stated(at, times, scale, np.asarray(stated, dtype=float), spacing)
+    smallest = np.maximum(SMALLEST_CHANGE * scale, noise)
+    column, centre = _suspected(at, times, noticed, smallest, per, order=2)
+    start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
+    grid = np.linspace(start, start + 4 * spacing, FINER_POINTS, axis=1)
+    f = at.points(grid.ravel(), np.repeat(column, FINER_POINTS)).reshape(grid.shape)
+    change = np.abs(np.diff(f, 2, axis=1)).max(axis=1, initial=0.0)
+    row, place = _spikes(f, np.maximum(SMALLEST_CHANGE * change, noise[column]), order=2)
+    before = grid[row, np.maximum(place - 2, 0)]
+    after = grid[row, np.minimum(place + 2, FINER_POINTS - 1)]
+    narrowed = _narrowed(at, column[row], before, after, noise, order=2)
+    distinct = _distinct(narrowed, spacing / FINER_POINTS)
+    return distinct.those(few(distinct.column, at.columns, len(times) - 1)[distinct.column])
+
+
+def with_curvature_jumps(
+    located: Breakpoints,
+    at: Evaluation,
+    times: np.ndarray,
+    curvature: np.ndarray,
+    largest: np.ndarray,
+) -> Breakpoints:
+    """Return breakpoints with those at which only the second derivative of a function jumps.
+
+    Kinks that are less than the curvature of a few points, and so not yet located, are added too.
+
+    Parameters
+    ----------
+    times : equidistant [s].
+    curvature : largest second derivative of each column; jumps by less than a part of it are not
+        looked for.
+    largest : value of each column, of which rounding errors are a part.
+    """
+    steps = len(times) - 1
+    per = min(POINTS_OF_CURVATURE, points_per_step(at, steps))
+    spacing, noise = (times[1] - times[0]) / per, ROUNDING_OF_SUMS * largest
+    smallest = np.maximum(SMALLEST_CHANGE * curvature * spacing**2, noise)
+    everywhere = np.ones((steps, at.columns), dtype=bool)
+    column, centre = _suspected(at, times, everywhere, smallest, per, order=3)
+    before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
+    more = _narrowed(at, column, before, before + 4 * spacing, noise, order=3)
+    more = _distinct(more, spacing)
+    more = more.those(few(more.column, at.columns, steps)[more.column])
+    line = 2 * (times[-1] - times[0])  # columns one after the other
+    known, place = (each.column * line + each.before for each in (located, more))
+    near = np.searchsorted(known, [place - spacing, place + spacing])
+    more = more.those(near[0] == near[1])
+    return located.joined(more)
+
+
+def _suspected(
+    at: Evaluation,
+    times: np.ndarray,
+    noticed: np.ndarray,
+    smallest: np.ndarray,
+    per: int,
+    order: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return columns and times of differences that stand out on `per` intervals of each step."""
+    spacing = (times[1] - times[0]) / per
     steps = np.flatnonzero(noticed.any(axis=1))
     columns, centres = [np.zeros(0, dtype=int)], [np.zeros(0)]
     count = max(1, POINTS_AT_ONCE // ((per + 4) * at.columns))
@@ -90,41 +176,40 @@ def locate(
         grid = start[:, None] + spacing * np.arange(per + 5)
         f = at(np.minimum(grid, times[-1]).ravel()).reshape(*grid.shape, -1)
         f = f.transpose(0, 2, 1).reshape(-1, grid.shape[1])
-        row, place = _spikes(f, np.tile(np.maximum(SMALLEST_CHANGE * scale, noise), len(block)))
+        row, place = _spikes(f, np.tile(smallest, len(block)), order)
         step, column = block[row // at.columns], row % at.columns
         chosen = noticed[step, column]
         columns.append(column[chosen])
         centres.append(grid[row // at.columns, place][chosen])
     column, centre = np.concatenate(columns), np.concatenate(centres)
-    few = _few(column, times)
-    column, centre = column[few], centre[few]
-    start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
-    grid = np.linspace(start, start + 4 * spacing, FINER_POINTS, axis=1)
-    f = at.points(grid.ravel(), np.repeat(column, FINER_POINTS)).reshape(grid.shape)
-    change = np.abs(np.diff(f, 2, axis=1)).max(axis=1, initial=0.0)
-    row, place = _spikes(f, np.maximum(SMALLEST_CHANGE * change, noise[column]))
-    before = grid[row, np.maximum(place - 2, 0)]
-    after = grid[row, np.minimum(place + 2, FINER_POINTS - 1)]
-    narrowed = _narrowed(at, column[row], before, after, noise)
-    return _distinct(narrowed, spacing / FINER_POINTS)
+    chosen = few(column, at.columns, MOST_PER_STEP * (len(times) - 1))[column]
+    return column[chosen], centre[chosen]
 
 
-def _spikes(f: np.ndarray, smallest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return row and place of second differences that stand out in rows of values."""
-    second = np.abs(np.diff(f, 2, axis=1))
-    if not second.size:
+def _spikes(f: np.ndarray, smallest: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return row and place of differences that stand out in rows of values.
+
+    Equal ones side by side, as of a pulse of a few points, are all returned.
+    """
+    size = np.abs(np.diff(f, order, axis=1))
+    if not size.size:
         return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-    high = np.maximum(smallest, OUTSTANDING * np.median(second, axis=1))
-    beside = np.pad(second, ((0, 0), (1, 1)))
-    peak = (second >= beside[:, :-2]) & (second > beside[:, 2:]) & (second > high[:, None])
+    high = np.maximum(smallest, OUTSTANDING * np.median(size, axis=1))
+    beside = np.pad(size, ((0, 0), (1, 1)))
+    peak = (size >= beside[:, :-2]) & (size >= beside[:, 2:]) & (size > high[:, None])
     row, place = np.nonzero(peak)
     return row, place + 1
 
 
 def _narrowed(
-    at: Evaluation, column: np.ndarray, before: np.ndarray, after: np.ndarray, noise: np.ndarray
+    at: Evaluation,
+    column: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    noise: np.ndarray,
+    order: int,
 ) -> Breakpoints:
-    """Return the kinks and jumps between two times each."""
+    """Return the kinks and jumps between two times each, from differences of an order."""
     sizes = np.zeros((LEVELS, len(column)))
     before, after = before.copy(), after.copy()
     going = np.ones(len(column), dtype=bool)
@@ -134,22 +219,24 @@ def _narrowed(
             break
         x = np.linspace(before[k], after[k], PARTS + 1, axis=1)
         f = at.points(x.ravel(), np.repeat(column[k], PARTS + 1)).reshape(x.shape)
-        second = np.abs(np.diff(f, 2, axis=1))
-        place = second.argmax(axis=1)
-        size = second.max(axis=1)
-        seen = size > noise[column[k]]
+        differences = np.abs(np.diff(f, order, axis=1))
+        place = differences.argmax(axis=1)
+        size = differences.max(axis=1)
+        late = ROUNDING_OF_TIME * np.abs(after[k]) / (x[:, 1] - x[:, 0])
+        seen = size > np.maximum(noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1))
         sizes[level, k] = np.where(seen, size, 0.0)
         narrower, row = k[seen], np.flatnonzero(seen)
-        before[narrower], after[narrower] = x[row, place[row]], x[row, place[row] + 2]
+        before[narrower], after[narrower] = x[row, place[row]], x[row, place[row] + order]
         wide = after[k] - before[k] > ROUNDING * np.maximum(np.abs(after[k]), after[k] - x[:, 0])
         going[k] = seen & wide
     levels = np.count_nonzero(sizes, axis=0)
     first = np.maximum(levels - LATEST_LEVELS, 0)
-    column, before, after = (array[levels > 1] for array in (column, before, after))
-    k, first, levels = np.flatnonzero(levels > 1), first[levels > 1], levels[levels > 1]
-    fall = np.log(sizes[first, k] / sizes[levels - 1, k])
-    rough = fall < SMOOTH * np.log(PARTS / 2) * (levels - 1 - first)
-    return Breakpoints(column[rough], before[rough], after[rough])
+    k = np.flatnonzero(levels > 1)
+    first, last = first[k], levels[k] - 1
+    fall = np.log(sizes[first, k] / sizes[last, k])
+    power = fall / (np.log(PARTS / order) * (last - first))
+    narrowed = Breakpoints(column[k], before[k], after[k], power)
+    return narrowed.those(power < order - BELOW_SMOOTH)
 
 
 def _stated(
@@ -166,20 +253,18 @@ def _stated(
     f = [at(np.clip(x, times[0], times[-1])) for x in around]
     change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
     k, column = np.nonzero(change > SMALLEST_CHANGE * scale)
-    few = _few(column, times)
-    k, column = k[few], column[few]
-    return _distinct(Breakpoints(column, before[k], inside[k]), 0.0)
+    kinks = Breakpoints(column, before[k], inside[k], np.ones(len(k)))
+    return _distinct(kinks.those(few(column, at.columns, len(times) - 1)[column]), 0.0)
 
 
-def _few(column: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return which breakpoints are in columns with no more of them than the run has steps."""
-    return np.bincount(column)[column] <= len(times) - 1
+def few(column: np.ndarray, columns: int, most: float) -> np.ndarray:
+    """Return which columns have no more breakpoints than that."""
+    return np.bincount(column, minlength=columns) <= most
 
 
-def _distinct(found: Breakpoints, apart: float) -> Breakpoints:
+def _distinct(located: Breakpoints, apart: float) -> Breakpoints:
     """Return the breakpoints in order, without those that were located twice."""
-    order = np.lexsort((found.before, found.column))
-    column, before, after = (array[order] for array in found)
-    new = np.ones(len(column), dtype=bool)
-    new[1:] = (np.diff(column) > 0) | (before[1:] - after[:-1] > apart)
-    return Breakpoints(column[new], before[new], after[new])
+    ordered = located.those(np.lexsort((located.before, located.column)))
+    new = np.ones(len(ordered.column), dtype=bool)
+    new[1:] = (np.diff(ordered.column) > 0) | (ordered.before[1:] - ordered.after[:-1] > apart)
+    return ordered.those(new)

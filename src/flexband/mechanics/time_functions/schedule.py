@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.time_functions.breakpoints import Breakpoints
+from flexband.mechanics.time_functions.breakpoints import SMOOTHEST_KINK, Breakpoints
 
 IMPULSE, RESTART = 0.0, -1.0
 """In place of the length of a step: new velocities, and new accelerations."""
@@ -26,12 +26,17 @@ SHORTEST_PART = 1e-4
 class Breaks(NamedTuple):
     """The breakpoints of a function with one column or one per sample.
 
-    It is impulsive if it prescribes a motion.
+    Its jumps and kinks are impulsive if it prescribes a motion.
     """
 
     points: Breakpoints
     columns: int
-    impulsive: bool
+    prescribes: bool
+
+    @property
+    def impulsive(self) -> np.ndarray:
+        """Which breakpoints take an impulse."""
+        return self.prescribes & (self.points.power < SMOOTHEST_KINK)
 
 
 @dataclass(frozen=True)
@@ -81,14 +86,13 @@ class Schedule:
 
 def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Schedule:
     """Return the rounds of a run with the breakpoints of its functions, over equidistant times."""
-    column, before, after = (
-        np.concatenate([getattr(own.points, name) for own in breaks] or [np.zeros(0)])
-        for name in Breakpoints._fields
-    )
-    if not len(column):
-        return Schedule.regular(times)
     counts = [len(own.points.column) for own in breaks]
-    impulsive = np.repeat([own.impulsive for own in breaks], counts)
+    if not sum(counts):
+        return Schedule.regular(times)
+    column, before, after, _ = map(
+        np.concatenate, zip(*(own.points for own in breaks), strict=True)
+    )
+    impulsive = np.concatenate([own.impulsive for own in breaks])
     common = np.repeat([own.columns == 1 for own in breaks], counts)
     runs = []
     for sample in range(1 if common.all() else samples):

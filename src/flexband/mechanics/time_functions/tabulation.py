@@ -10,8 +10,14 @@ import numpy as np
 from flexband.errors import ResolutionWarning, warn
 from flexband.mechanics.forms import Composed, TimeFunction, during_impulse
 from flexband.mechanics.time_functions.averages import Missed, averaged
-from flexband.mechanics.time_functions.breakpoints import Breakpoints, locate, points_per_step
+from flexband.mechanics.time_functions.breakpoints import (
+    Breakpoints,
+    locate,
+    points_per_step,
+    with_curvature_jumps,
+)
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
+from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
 from flexband.mechanics.time_functions.schedule import (
@@ -64,11 +70,12 @@ def tabulate(
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
                 series.append(drive)
     for name, motion in zip(names, motions.values(), strict=True):
-        if motion.breaks and len(motion.breaks.points.before):
+        if motion.breaks and motion.breaks.impulsive.any():
+            first = motion.breaks.points.before[motion.breaks.impulsive].min()
             warn(
-                f"{name} is prescribed by a function whose rate jumps at t = "
-                f"{motion.breaks.points.before.min():.4g} s. That takes an impulse, which is in "
-                "attrs['impulses'] of the result and in Work, and which reactions leave out",
+                f"{name} is prescribed by a function whose rate jumps at t = {first:.4g} s. That "
+                "takes an impulse, which is in attrs['impulses'] of the result and in Work, and "
+                "which reactions leave out",
                 ResolutionWarning,
             )
     breaks = [function.breaks for function in series if function.breaks]
@@ -122,12 +129,16 @@ class _Load(_Series):
         rough, noticed = missed.unresolved, missed.noticed
         points = Breakpoints.none()
         if noticed.any() or hasattr(function, "breakpoints"):
-            points = locate(at, times, noticed, missed.spread, np.abs(values).max(axis=0))
+            points = locate(at, times, noticed, missed.spread, missed.largest)
             step = (points.before - times[0]) / (times[1] - times[0])
             for near in (step - SHORTEST_PART, step + SHORTEST_PART):
                 rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
+            divided = divisions(at, times, missed, points)
+            step = ((divided.before - times[0]) / (times[1] - times[0])).astype(int)
+            rough[np.minimum(step, len(rough) - 1), divided.column] = False
+            points = points.joined(divided)
             values = averaged(at, times, values, missed, rough)
-        return _Load(at, values, Breaks(points, at.columns, impulsive=False))
+        return _Load(at, values, Breaks(points, at.columns, prescribes=False))
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rates = np.zeros((len(schedule.parts), 2, 1))
@@ -160,9 +171,14 @@ class _Motion:
         spacing = (times[1] - times[0]) / points_per_step(at, len(times) - 1)
         rate = np.abs(np.diff(values, axis=0)).max(axis=0) / (fine[1] - fine[0])
         everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
-        scale = np.maximum(rate * spacing, 1e-300)
-        points = locate(at, times, everywhere, scale, np.abs(values).max(axis=0))
-        return _Motion(at, values, Breaks(points, at.columns, impulsive=True))
+        curvature = np.abs(np.diff(values, 2, axis=0)).max(axis=0) / (fine[1] - fine[0]) ** 2
+        change = np.minimum(rate, curvature * (times[1] - times[0]))
+        scale = np.maximum(change * spacing, 1e-300)
+        largest = np.abs(values).max(axis=0)
+        points = locate(at, times, everywhere, scale, largest)
+        if not hasattr(user, "breakpoints"):
+            points = with_curvature_jumps(points, at, times, curvature, largest)
+        return _Motion(at, values, Breaks(points, at.columns, prescribes=True))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from flexband.errors import InputError
 from flexband.files import read_unlinked
 from flexband.report.figures import is_likely
 from flexband.report.numbers import number
-from flexband.report.results import read_netcdf
 from flexband.report.tables import Table, deviations, summary_table
+from flexband.study.results.answers import Unusable, read_answer, unusable_answers
 from flexband.uncertainty.answers.probability.texts import told
 
 TITLES = {
@@ -54,12 +53,6 @@ LIKELY = (
     "Below: how likely each limit is left at a time, for the worst values of the interval inputs"
 )
 
-STALE = "stale"
-"""Attribute of answers of earlier results."""
-
-OLDER, ALTERED = "of earlier results", "that are not as written"
-"""Why answers are left out."""
-
 
 class Answer(NamedTuple):
     """A part of a report."""
@@ -75,21 +68,20 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
 
     Answers of earlier results, and those that are not as written, are left out, and named.
     """
-    found, unusable = [], dict[str, str]()
-    limits, probability = (
-        read_answer(folder, name, unusable) for name in ("limits", "probability")
-    )
+    found = []
+    limits, probability = (read_answer(folder, name) for name in ("limits", "probability"))
     for name, title in TITLES.items():
-        answer = read_answer(folder, name, unusable)
+        answer = read_answer(folder, name)
         if answer is not None:
             found.append(_part(folder, name, title, answer))
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
     told = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
     if limits is not None and (pictures := _pictures(folder, "limits", ". ".join(told).strip())):
         found.insert(0, Answer("Limits over time", None, [], pictures))
+    unusable = unusable_answers(folder, (*TITLES, "limits", "probability"))
     texts = [
-        f"Answers {reason} are left out: {', '.join(names)}. Ask again."
-        for reason in (OLDER, ALTERED)
+        f"Answers {reason.value} are left out: {', '.join(names)}. Ask again."
+        for reason in Unusable
         if (names := [name for name, why in unusable.items() if why == reason])
     ]
     if texts:
@@ -109,25 +101,6 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     if name == "derived":
         title = f"{title}: {quantity_of(answer)}"
     return Answer(title, table, remarks, _pictures(folder, name, _caption(name, answer)))
-
-
-def read_answer(
-    folder: Path, name: str, unusable: dict[str, str] | None = None
-) -> xr.Dataset | None:
-    """Return an answer in a folder; None if it is missing, altered, or one of earlier results.
-
-    The name of one that is there, with the reason, is added to `unusable` then.
-    """
-    try:
-        answer = read_netcdf(folder / f"{name}.nc")
-        reason = OLDER if STALE in answer.attrs else ""
-    except FileNotFoundError:
-        return None
-    except InputError:
-        answer, reason = None, ALTERED
-    if reason and unusable is not None:
-        unusable[name] = reason
-    return None if reason else answer
 
 
 def _caption(name: str, answer: xr.Dataset) -> str:

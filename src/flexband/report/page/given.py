@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from flexband.errors import InputError, warn, without_warnings
+from flexband.execution.names import PAGE
 from flexband.files import read_json, write_json
 from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.mechanism import Mechanism
@@ -24,15 +25,12 @@ from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
 from flexband.study.folder import StudyFolder
+from flexband.study.results.netcdf import RESTORED
+from flexband.study.results.reliability import Doubt
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
-
-FILE = "page.json"
-
-RESTORED = "`flexband run` restores it"
-"""What can be done about a result that was altered."""
 
 SLOW, VERY_SLOW = 3.0, 60.0
 """Mean times [s] of a run from which on the motion is shown without samples of the inputs, and not
@@ -148,9 +146,11 @@ def _docstring(file: Path | None) -> str:
 def write_given(folder: Path, given: dict[str, Any]) -> None:
     """Write page.json into the folder of a study.
 
-    `given["signed"]` are the checksums of the results that it belongs to, by the files' names.
+    `given["doubts"]` are of class `Doubt`; `given["signed"]` are the checksums of the results that
+    it belongs to, by the files' names.
     """
-    write_json(folder / FILE, given)
+    doubts = [doubt.as_json() for doubt in given["doubts"]]
+    write_json(folder / PAGE, {**given, "doubts": doubts})
 
 
 def read_given(folder: Path) -> dict[str, Any]:
@@ -161,13 +161,18 @@ def read_given(folder: Path) -> dict[str, Any]:
     InputError
         If it, or one of the results that it belongs to, is not as written.
     """
-    file = folder / FILE
+    file = folder / PAGE
     try:
         given = read_json(file)
     except FileNotFoundError:
         return {}
     except (OSError, ValueError):
         raise InputError(f"{file} is not as written; {RESTORED}") from None
+    try:
+        given["doubts"] = [Doubt.from_json(content) for content in given["doubts"]]
+    except ValueError:
+        older = "was written by an older version of flexband"
+        raise InputError(f"{file} {older}; {RESTORED}") from None
     for name, checksum in given["signed"].items():
         there = (folder / name).exists()
         if there and not StudyFolder(folder).has({name: checksum}):

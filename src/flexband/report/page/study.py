@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.execution.names import REPORT
 from flexband.report import tables
+from flexband.report.doubts import doubt_text
 from flexband.report.numbers import number
-from flexband.report.page.answers import answers_in, limits_table, read_answer
+from flexband.report.page.answers import answers_in, limits_table
 from flexband.report.page.charts import chart_data
 from flexband.report.page.definitions import definitions
 from flexband.report.page.inputs import with_shares
@@ -20,14 +22,14 @@ from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
+from flexband.study.results.answers import read_answer
+from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.uncertainty.answers.margins import told_between
 from flexband.uncertainty.answers.probability.texts import chance
 from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
-
-FILE = "report.html"
 
 SCRIPTS = (
     "arrays.js", "element.js", "colors.js", "numbers.js", "bands.js", "plots.js",
@@ -40,12 +42,6 @@ SCRIPTS = (
 
 ROWS = 25
 """Of a table of numbers."""
-
-UNMET = "the tolerance is not met"
-"""A doubt about all that depends on rare values: the error bars tell their errors."""
-
-WRONG = "the result is not trusted", "new runs do not confirm", "new runs find an error"
-"""Beginnings of doubts about all that is told of a result."""
 
 
 def write_report(
@@ -73,7 +69,7 @@ def write_report(
     others, fixed = what_if.what_if(surrogate, bands, given.get("units", {}))
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
-    page = folder / FILE
+    page = folder / REPORT
     write_page(
         page,
         "study.html.j2",
@@ -147,11 +143,12 @@ def verdict(
     probability: xr.Dataset | None = None,
 ) -> list[str]:
     """Return what the first lines of the report say."""
-    lines = [f"Doubtful: {one}." for one in given["doubts"]]
+    doubts: Sequence[Doubt] = given["doubts"]
+    lines = [f"Doubtful: {doubt_text(doubt)}." for doubt in doubts]
     lines.append(tables.error_in_words(bands))
     if checked is not None:
-        lines.append(f"{tables.told_by_new_runs(bands, checked, given['doubts'])}.")
-    unsure = "; this is NOT reliable." if unreliable(given["doubts"]) else "."
+        lines.append(f"{tables.told_by_new_runs(bands, checked, doubtful=bool(doubts))}.")
+    unsure = "; this is NOT reliable." if any(doubt.unreliable for doubt in doubts) else "."
     if limits is not None:
         ones = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]
         lines += [limit_in_words(one) + unsure for one in ones]
@@ -159,16 +156,12 @@ def verdict(
         lines.append(f"The limits are not checked: {why}.")
     if probability is not None:
         last = probability.isel(limit=-1)  # of leaving any limit
-        unsure = "; this is NOT reliable." if UNMET in given["doubts"] else unsure
+        if any(doubt.kind is DoubtKind.TOLERANCE_NOT_MET for doubt in doubts):
+            unsure = "; this is NOT reliable."
         lines.append(f"The probability of leaving a limit at any time is {chance(last)}{unsure}")
     if contributions is not None:
         lines.append(what_matters(contributions, limits))
     return lines
-
-
-def unreliable(doubts: Sequence[str]) -> list[str]:
-    """Return the doubts about a result of which no answer can be better."""
-    return [one for one in doubts if one.startswith(WRONG)]
 
 
 def limit_in_words(one: xr.Dataset) -> str:

@@ -17,7 +17,7 @@ from scipy.special import ndtr
 from flexband.uncertainty.adaptive.fits import BATCH
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
 from flexband.uncertainty.expansions.index_sets import (
     ROUNDING_DIGITS,
     Orders,
@@ -105,7 +105,9 @@ class NestedDesign:
             rows = np.arange(stage.base.shape[1])
             families = tuple(self.families)
             return Interpolation(families, self.index, self.inverse, stage.base, rows)
-        return self._expanded(PartColumns.of_stage(stage).pack(stage))
+        parts = PartColumns.of_stage(stage).pack(stage)  # a copy, since there are carriers
+        parts = overwritten(parts, self.inverse.__matmul__)
+        return HybridExpansion(tuple(self.families), self.index, parts)
 
     @property
     def few(self) -> int:
@@ -114,10 +116,8 @@ class NestedDesign:
 
     def small(self, series: np.ndarray) -> HybridExpansion:
         """Return the expansion of small series that are known in the first few runs."""
-        return replace(self, index=self.index[: len(series)])._expanded(series)
-
-    def _expanded(self, series: np.ndarray) -> HybridExpansion:
-        return HybridExpansion(tuple(self.families), self.index, self.inverse @ series)
+        first = replace(self, index=self.index[: len(series)])
+        return HybridExpansion(tuple(self.families), first.index, first.inverse @ series)
 
     def extended(self, count: int, split: Split) -> NestedDesign:
         """Return the design with the next terms, so many or fewer.

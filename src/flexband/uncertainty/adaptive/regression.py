@@ -59,11 +59,8 @@ class SampledDesign:
         Of base and envelopes every output counts by its variation, but for round-off.
         """
         columns = PartColumns.of_stage(stage)
-        F, series = stage.signal, columns.pack(stage)
+        weight, series = _weight(stage.signal), columns.pack(stage)
         values = normalized_values(self.index, *self.points, self.families)
-        varied = variation(F)
-        counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
-        weight = np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
         parts, fits = list(columns.parts(series.shape[1])), []
         for part in parts:
             own = series[:, part.ravel()]
@@ -95,6 +92,13 @@ class SampledDesign:
     def weights(self, first: int) -> np.ndarray:
         """Return the same part for each later run, since they are spread over all inputs."""
         return np.full(self.count - first, 1 / max(1, self.count - first))
+
+
+def _weight(F: np.ndarray) -> np.ndarray:
+    """Return one over the variation of each output of runs; zero where it is round-off."""
+    varied = variation(F)
+    counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
+    return np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
 
 
 def _weights(part: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -26,13 +26,13 @@ from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import Record
 from flexband.execution.store import Owner, as_store
-from flexband.progress import Advance, listening
+from flexband.progress import Advance, doing, listening
 from flexband.uncertainty.evaluations.evaluated import Evaluated
-from flexband.uncertainty.evaluations.reuse import texts
+from flexband.uncertainty.evaluations.reuse import located, texts
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space
-from flexband.words import all_of, number_of
+from flexband.words import all_of, are, number_of
 
 POLICIES = ("stop", "half step", "leave out")
 """What to do about a run that fails."""
@@ -275,3 +275,11 @@ def evaluations(
             yield Evaluations(perform, record, failed, batch)
         finally:
             record.close()
+
+
+def forget_failed(response: Response, inputs: Mapping[str, Any], store: Any) -> None:
+    """Let the failed runs of a store be made again, and report how many there are."""
+    with evaluations(response, located(response, inputs, store)[0], store=store) as evaluate:
+        assert evaluate.record is not None
+        count = evaluate.record.forget_failed()
+    doing("", f"{are(count, 'failed run')} made again if needed.")

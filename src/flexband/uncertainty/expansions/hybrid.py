@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
@@ -17,6 +17,9 @@ SMALL_PRODUCT, ROWS = 2**18, 32
 
 AT_ONCE = 1024
 """Series whose terms are compared at once."""
+
+COLUMNS = 4096
+"""Series that are transformed at once where the result takes the place of the values."""
 
 FEW_PRODUCTS = 2**24
 """Multiplications for which the threads of the linear algebra library are not woken: they would
@@ -62,6 +65,14 @@ def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarra
                 part[:] = matrix @ part
         before *= len(matrix)
     return values.reshape(before, -1)
+
+
+def overwritten(values: np.ndarray, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return values with their columns replaced by a function of them, some at a time, in place."""
+    for first in range(0, values.shape[1], COLUMNS):
+        columns = values[:, first : first + COLUMNS]
+        columns[:] = function(columns)
+    return values
 
 
 @dataclass(frozen=True)
@@ -153,18 +164,25 @@ class HybridExpansion:
         families: Sequence[Family],
         random_orders: Sequence[int],
         interval_nodes: Sequence[np.ndarray],
+        *,
+        overwrite: bool = False,
     ) -> HybridExpansion:
         """Return the expansion through the values, shape (runs, series), of `design`.
 
         There are as many points as terms, so the least squares of Eq. (12) interpolate, and the
-        inverse is a product of small matrices, one per variable.
+        inverse is a product of small matrices, one per variable. With `overwrite` the coefficients
+        take the place of the values.
         """
         transforms = [
             *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
             *map(transform, families, random_orders),
         ]
         index = tensor_index([*(len(x) - 1 for x in interval_nodes), *random_orders])
-        return HybridExpansion(tuple(families), index, transformed(values, transforms))
+        if overwrite:
+            values = overwritten(values, lambda columns: transformed(columns, transforms))
+        else:
+            values = transformed(values, transforms)
+        return HybridExpansion(tuple(families), index, values)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps, with the families by name."""

@@ -23,7 +23,7 @@ OF_BANDS = frozenset((
     "implied_error", "least_error", "mean", "mean_at", "mean_by_choice", "mean_choice",
     "mean_expansion_error", "mean_expected_error", "missed", "missed_in_run", "missed_most_at",
     "missed_most_in", "orders", "pointwise_error", "relative_expected_error", "run_place",
-    "run_values", "std", "truncation", "trusted",
+    "run_values", "run_weight", "std", "truncation", "trusted",
 ))  # fmt: skip
 """Variables of bands and of what new runs tell of them, which a response cannot have either."""
 

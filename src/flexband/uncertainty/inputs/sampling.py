@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
 from flexband.errors import InputError
@@ -29,6 +29,26 @@ def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarr
     if dimension == 0:
         return np.zeros((1, 0))
     return ndtri(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(samples))
+
+
+def stretched(
+    normals: np.ndarray, farthest: float, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return samples that are farther out, each along a random direction, and their weights.
+
+    Along it they are uniformly distributed up to `farthest` on both sides. The weight is the
+    standard normal density over theirs.
+
+    Parameters
+    ----------
+    normals : samples of standard normal variables, shape (samples, n).
+    """
+    direction = rng.standard_normal(normals.shape)
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    along = np.sum(normals * direction, axis=1)
+    far = farthest * (2 * ndtr(along) - 1)
+    weight = 2 * farthest * np.exp(-(far**2) / 2) / math.sqrt(2 * math.pi)
+    return normals + (far - along)[:, None] * direction, weight
 
 
 def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:

@@ -144,5 +144,5 @@ class TensorDesign:
 
     def fit(self, stage: Stage) -> HybridExpansion:
         """Return the expansion of the parts of runs at these points."""
-        parts = PartColumns.of_stage(stage).pack(stage)
-        return HybridExpansion.fit(parts, self.families, self.orders, self.nodes)
+        given = PartColumns.of_stage(stage).pack(stage), self.families, self.orders, self.nodes
+        return HybridExpansion.fit(*given, overwrite=bool(stage.carriers))

@@ -10,6 +10,7 @@ with an estimate ψ of the phase. z₀ is the envelope at t; the rotation of the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ DEGREE = 2
 
 AVERAGING_PERIODS = 2.0
 """Periods to each side over which the rotation of envelopes is averaged."""
+
+RUNS_AT_ONCE = 8
+"""Runs of which envelopes are computed at once."""
 
 SILENT_ENERGY = 1e-4
 """Fraction of the largest energy below which a run continues with its mean frequency."""
@@ -46,7 +50,20 @@ class Carrier:
     @property
     def signal(self) -> np.ndarray:
         """Re[Z e^{iφ}]."""
-        return np.real(self.envelope * np.exp(1j * self.phase)[:, None])
+        found = _by_output(self.envelope.shape, float)
+        for of_output, signal in zip(np.moveaxis(found, 1, 0), self.of_outputs(), strict=True):
+            of_output[:] = signal
+        return found
+
+    def of_outputs(self) -> Iterator[np.ndarray]:
+        """Yield Re[Z e^{iφ}] of one output after the other, each of shape (runs, times)."""
+        turn = np.exp(1j * self.phase)
+        yield from (np.real(own * turn) for own in np.moveaxis(self.envelope, 1, 0))
+
+    def add_to(self, values: np.ndarray, factor: float = 1.0) -> None:
+        """Add so many times the signal to values of shape (runs, outputs, times), in place."""
+        for of_output, signal in zip(np.moveaxis(values, 1, 0), self.of_outputs(), strict=True):
+            of_output[:] += factor * signal
 
     def runs(self, which: slice) -> Carrier:
         """Return the carrier in some of the runs."""
@@ -90,7 +107,10 @@ def track(
     overlap = np.sum(z * z[len(z) // 2].conj() / scale[:, None] ** 2, axis=(1, 2))
     shift = 0.5 * np.angle(overlap**2) if passes else np.zeros(len(F))
     z = z * np.exp(-1j * shift)[:, None, None]
-    return Carrier(psi + shift[:, None], CubicSpline(at, z, axis=-1)(np.arange(times)), frequency)
+    envelope = _by_output(F.shape, complex)
+    for o in range(F.shape[1]):
+        envelope[:, o] = CubicSpline(at, z[:, o], axis=-1)(np.arange(times))
+    return Carrier(psi + shift[:, None], envelope, frequency)
 
 
 def split(
@@ -103,8 +123,18 @@ def split(
 
     With the basis τ^p (1, cos ψ, sin ψ), the matrix of the normal equations consists of window sums
     of τ^{p+q} times the products of two of these waves, the same for all outputs, their right-hand
-    side of window sums of τ^p F times a wave.
+    side of window sums of τ^p F times a wave. They take more memory than the runs, so that few runs
+    are split at once.
     """
+    blocks = (slice(k, k + RUNS_AT_ONCE) for k in range(0, len(F), RUNS_AT_ONCE))
+    envelope, share = zip(*(_split(F[own], psi[own], moments) for own in blocks), strict=True)
+    return np.concatenate(envelope), np.concatenate(share)
+
+
+def _split(
+    F: np.ndarray, psi: np.ndarray, moments: list[csr_array]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `split` does, of all runs at once."""
     waves = np.ones((1, F.shape[-1])), np.cos(psi), np.sin(psi)
     powers = np.arange(DEGREE + 1)
     weights, size = moments[0].sum(axis=1), 3 * len(powers)
@@ -122,6 +152,15 @@ def split(
     cosine, sine = (np.moveaxis(found[:, :, k * len(powers)], 2, 1) for k in (1, 2))
     own = (cosine**2 + sine**2) / 2 * weights
     return cosine - 1j * sine, own / np.maximum(own + np.maximum(rest, 0.0), 1e-300)
+
+
+def _by_output(shape: tuple[int, ...], kind: type) -> np.ndarray:
+    """Return memory for (runs, outputs, times) that is filled one output after the other.
+
+    Times are the slowest axis in it, as those of a spline.
+    """
+    runs, outputs, times = shape
+    return np.moveaxis(np.empty((times, runs, outputs), kind), 0, -1)
 
 
 def window_moments(half: int, at: np.ndarray, times: int) -> list[csr_array]:

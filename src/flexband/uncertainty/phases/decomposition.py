@@ -83,15 +83,16 @@ def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
         new, multiple = _next_carrier(rest, dt, found, scale, peaks)
         if new is None:
             break
-        carriers, rest = [*found, new], rest - new.signal
+        carriers, rest = [*found, new], np.copy(rest)  # earlier stages keep theirs
+        new.add_to(rest, -1.0)
         multiples.append(multiple)
         for j in range(len(carriers) if found else 0):
             old, h = carriers[j], multiples[j]
-            rest = rest + old.signal
+            old.add_to(rest)
             psi = h * carriers[0].phase if h else old.phase
             again = track(rest, dt, old.frequency, psi, scale, 0 if h else 1)
             carriers[j] = old if again is None else again
-            rest = rest - carriers[j].signal
+            carriers[j].add_to(rest, -1.0)
         stage = Stage(carriers, rest)
         yield stage
 

@@ -60,13 +60,21 @@ class PartColumns(NamedTuple):
         return slice(self.phase, None, self.block)
 
     def pack(self, stage: Stage) -> np.ndarray:
-        """Return the parts of runs as series, shape (runs, columns × times)."""
-        runs = len(stage.base)
-        parts = [stage.base]
-        for c in stage.carriers:
-            parts += [c.phase, np.real(c.envelope), np.imag(c.envelope)]
-        packed = [p.reshape(runs, -1) for p in parts]
-        return np.concatenate(packed, axis=1) if stage.carriers else packed[0]
+        """Return the parts of runs as series, shape (runs, columns × times).
+
+        They are a copy if there are carriers.
+        """
+        runs, _, times = stage.base.shape
+        if not stage.carriers:
+            return stage.base.reshape(runs, -1)
+        packed = np.empty((runs, self.width, times))
+        base, carriers = self.unpack(packed.reshape(runs, -1))
+        base[:] = stage.base
+        for own, c in zip(carriers, stage.carriers, strict=True):
+            parts = c.phase[:, None], np.real(c.envelope), np.imag(c.envelope)
+            for part, values in zip(own, parts, strict=True):
+                part[:] = values
+        return packed.reshape(runs, -1)
 
     def unpack(self, series: np.ndarray) -> tuple[np.ndarray, Carriers]:
         """Return the base, shape (…, outputs, times), and the parts of each carrier."""

@@ -16,17 +16,30 @@ HUGE = 10.0
 """Larger parts of the error bar's width are not told, since it has none."""
 
 
-def verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
-    """Return the attributes "confirmed" and "verdict"; `good` are the runs that did not fail."""
+def verdict(
+    checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
+) -> dict[str, str]:
+    """Return the attributes "confirmed" and "verdict".
+
+    Parameters
+    ----------
+    good : the runs that did not fail.
+    sampled, held_out : numbers of these runs, and of runs of the method, that are samples of the
+        whole space.
+    """
     attrs = _verdict(checked, labels, good)
-    return attrs | {"verdict": f"{attrs['verdict']}. {can_miss(len(good))}"}
+    return attrs | {"verdict": f"{attrs['verdict']}. {_can_miss(sampled, held_out)}"}
 
 
-def can_miss(runs: int) -> str:
-    """Return the sentence on how much of the space so many runs can miss altogether."""
+def _can_miss(sampled: int, held_out: int) -> str:
+    """Return the sentence on how much of the space such runs can all miss."""
+    if not sampled + held_out:
+        return "Effects elsewhere in the space of the inputs are not included"
+    counts = {"new run": sampled, "held-out run": held_out}
+    spread = " and ".join(number_of(count, noun) for noun, count in counts.items() if count)
     return (
-        f"{number_of(runs, 'run')} can miss what happens in {in_percent(unseen(runs))} of the "
-        "space of the inputs"
+        f"Effects in {in_percent(unseen(sampled + held_out))} of the space of the inputs or less "
+        f"may not be included: {spread}, spread over all of it, can miss them"
     )
 
 

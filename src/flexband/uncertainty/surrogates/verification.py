@@ -7,18 +7,23 @@ run judges all outputs and times. Intervals that the expansion leaves out have n
 at bounds come in pairs that differ in these alone, which lie on opposite sides of their midpoints.
 Half the difference of a pair is their effect, which at their worst corner adds up.
 
+Three of four runs are farther out in the random variables than samples are: along a direction of
+each, drawn at random, they are uniformly distributed. A kink that few samples reach is met more
+often, and the ratio of the densities is the weight of the run, so that expectations remain those of
+samples.
+
 Let q_i be the mean square of what the surrogate misses in run i, over all times, in parts of what
-the expected error allows. If that is right, E[q_i] ≤ 1, and for every λ ≤ 1 the product of
-1 + λ(q_i − 1) has an expectation of 1 at most; so has its mean over several λ. By Markov's
-inequality it exceeds 1/α with a probability below α, whatever the distribution of the q_i is
-(Waudby-Smith and Ramdas, 2024). The smallest error that would not be refuted in this way is a lower
-confidence limit of the error; the expected error is confirmed where it is larger.
+the expected error allows, times the weight. If that is right, E[q_i] ≤ 1, and for every λ ≤ 1 the
+product of 1 + λ(q_i − 1) has an expectation of 1 at most; so has its mean over several λ. By
+Markov's inequality it exceeds 1/α with a probability below α, whatever the distribution of the q_i
+is (Waudby-Smith and Ramdas, 2024). The smallest error that would not be refuted in this way is a
+lower confidence limit of the error; the expected error is confirmed where it is larger.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -40,7 +45,7 @@ from flexband.uncertainty.evaluations.evaluations import (
 )
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
 from flexband.uncertainty.inputs.space import Response, check_names
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
@@ -55,13 +60,19 @@ RUNS = 16
 """Number of new runs, unless another is given."""
 
 ANYWHERE = 4
-"""One of so many runs is anywhere, the others are where bounds are attained."""
+"""One of so many runs is a sample of the space, the others are at bounds, and farther out."""
+
+FARTHEST = 3.0
+"""Standard deviations up to which the others are spread along a direction of ξ."""
 
 ROUND_OFF = 1e-12
 """Nor are errors below this part of an output."""
 
 TINY = 1e-140
 """Added to round-off: its square is not zero."""
+
+SEEDS = 2**31
+"""Number of seeds of samples."""
 
 TIMES = 48
 """Number of times at which bounds are computed."""
@@ -77,6 +88,26 @@ LEAST_PART, HALVINGS = 1e-6, 60
 
 BETS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
 """Values of λ."""
+
+
+class Points(NamedTuple):
+    """Where new runs are.
+
+    Attributes
+    ----------
+    xi, eta : shapes (runs, n) and (runs, m).
+    weight : ratio of the density of samples to that of the run, shape (runs,).
+    sampled : which runs are samples of the whole space, shape (runs,).
+    place : of every run, in words.
+    pairs : numbers of runs that differ in the intervals that are left out alone, shape (pairs, 2).
+    """
+
+    xi: np.ndarray
+    eta: np.ndarray
+    weight: np.ndarray
+    sampled: np.ndarray
+    place: list[str]
+    pairs: np.ndarray
 
 
 def verify(
@@ -113,9 +144,10 @@ def verify(
     95 %, and the `bar_width`, means over time; and, if the method expects an error, this
     `expected_error`, what it `allowed` to miss, and whether it is `confirmed`: whether it is
     above the least error.
+    Runs that are farther out than samples count by their `run_weight`.
     `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the
-    time. Along the dim "sample" are `missed_in_run`, the `run_values` of the
-    inputs, and the `run_place`: at a bound or anywhere. ``attrs["verdict"]`` is a text,
+    time. Along the dim "sample" are `missed_in_run`, the `run_values` of the inputs, the
+    `run_place`: at a bound or anywhere, and the `run_weight`. ``attrs["verdict"]`` is a text,
     ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
     runs. With choices there is a dim "choice", and every combination has so many runs.
 
@@ -155,26 +187,28 @@ def _verified(
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     left_out = _left_out(surrogate)
-    xi, eta, place, width, pairs = _points(surrogate, runs, times, sigmas, seed, left_out)
+    points, width = _points(surrogate, runs, times, sigmas, seed, left_out)
+    xi, eta = points.xi, points.eta
     with without_warnings(ResolutionWarning, StrainWarning):
         response, halved = as_expanded(surrogate, response)
         known = setting(case, halved)
         made = evaluate(response, space, known, (xi, eta), labels, advance)
     assert made.values is not None
     good = np.setdiff1d(np.arange(runs), list(made.failed))
-    pairs = np.searchsorted(good, pairs[np.isin(pairs, good).all(axis=1)])
+    pairs = np.searchsorted(good, points.pairs[np.isin(points.pairs, good).all(axis=1)])
     F = made.values.values[good]
     missed = np.abs(F - surrogate.standard(xi[good], eta[good])).reshape(len(good), -1, times)
     F = F.reshape(missed.shape)
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
     missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
-    round_off = ROUND_OFF * size + TINY
-    width = np.maximum(width, round_off)
+    width = np.maximum(width, round_off := ROUND_OFF * size + TINY)
     square = np.mean(missed**2, axis=2)
     worst = square.argmax(axis=0)
     dims, shape = axes.dims, axes.shape
-    missed_by, least_missed = np.sqrt(square.mean(axis=0)), _at_least(_independent(square, pairs))
+    weighted = points.weight[good, None] * square
+    missed_by = np.sqrt(weighted.mean(axis=0))
+    least_missed = _at_least(_independent(weighted, pairs))
     part = share(int(left_out.sum())) * growth(sigmas)
     least = np.maximum(SMALLEST * width, round_off)
     implied = np.maximum(part * missed_by, _at_corner(F, eta[good][:, left_out], pairs))
@@ -194,19 +228,25 @@ def _verified(
         found["confirmed"] = allowed > least_missed
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
     checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in found.items()}, coords)
-    values = space.numbers_at(xi, eta)
     in_run = np.full((runs, *shape), np.nan)
     in_run[good] = np.sqrt(square).reshape(-1, *shape)
     checked["missed_in_run"] = ("sample", *dims), in_run
-    checked["run_place"] = "sample", place
-    if values:
+    checked["run_place"] = "sample", points.place
+    checked["run_weight"] = "sample", points.weight
+    if values := space.numbers_at(xi, eta):
         checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
         checked = checked.assign_coords(input=list(values))
     told: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
     if made.failed:
         told["runs_failed"] = len(made.failed)
-    checked = checked.assign_attrs(told)
-    return checked.assign_attrs(verdict(checked, labels, good))
+    checked, sampled = checked.assign_attrs(told), int(points.sampled[good].sum())
+    return checked.assign_attrs(verdict(checked, labels, good, sampled, _held_out(surrogate)))
+
+
+def _held_out(surrogate: Surrogate) -> int:
+    """Return the number of held-out runs that are samples of the whole space."""
+    known = surrogate.diagnostics.attrs
+    return 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
 
 
 def _at_least(square: np.ndarray) -> np.ndarray:
@@ -276,11 +316,8 @@ def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, lis
 
 def _points(
     surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int, left_out: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, list[str], np.ndarray, np.ndarray]:
-    """Return ξ and η of the runs, where they are, each output's error bar's width, and pairs.
-
-    Pairs are the numbers of runs that differ in the intervals that are left out alone, (pairs, 2).
-    """
+) -> tuple[Points, np.ndarray]:
+    """Return where the runs are, and each output's error bar's width."""
     space, rng = surrogate.space, np.random.default_rng(seed)
     golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, TIMES))
     at = (times * ((0.5 + golden * k) % 1)).astype(int)
@@ -305,12 +342,16 @@ def _points(
         anywhere |= ~np.isin(k, at_bounds[once])
         pairs = pairs[~anywhere[pairs].any(axis=1)]
     eta = np.where(anywhere[:, None], rng.uniform(-1, 1, eta.shape), eta)
-    normals = latin_hypercube_normals(runs, space.random_dimension, seed)
-    normals = np.array(np.broadcast_to(normals, (runs, normals.shape[1])))
-    normals[pairs[:, 1]] = normals[pairs[:, 0]]
+    normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
+    sample = (k % ANYWHERE == ANYWHERE - 1) | (space.random_dimension == 0)
+    for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):
+        own = np.setdiff1d(np.flatnonzero(kind), second)
+        normals[own] = latin_hypercube_normals(len(own), normals.shape[1], int(rng.integers(SEEDS)))
+    normals[~sample], weight[~sample] = stretched(normals[~sample], FARTHEST, rng)
+    normals[second], weight[second] = normals[first], weight[first]
     xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])
-    return xi, eta, names.tolist(), width, pairs
+    return Points(xi, eta, weight, sample & anywhere, names.tolist(), pairs), width
 
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:

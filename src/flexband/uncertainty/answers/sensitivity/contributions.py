@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError
+from flexband.errors import InputError, flag
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.selection import selected, surrogates_of
@@ -86,8 +86,7 @@ def contributions(
         there are more than eight inputs to share the width among.
     """
     own, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    if not isinstance(shapley, bool):
-        raise InputError(f"shapley must be True or False; got {shapley!r}")
+    shapley = flag("shapley", shapley)
     found = {
         label: _contributions(selected(one, at), k, shapley=shapley) for label, one in own.items()
     }

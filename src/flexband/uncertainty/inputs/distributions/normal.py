@@ -120,7 +120,7 @@ class LogNormal(Spread):
             self._check_logarithm()
         if self.mean is None:
             raise InputError(f"{EITHER}; got none")
-        positive("LogNormal mean", self.mean)
+        positive("LogNormal mean", numbers("LogNormal mean", self.mean))
         super().check()
         if self.spread > LARGEST_VARIATION * self.mean:
             raise InputError(
@@ -136,7 +136,7 @@ class LogNormal(Spread):
             )
         mean = float(numbers("LogNormal log_mean", self.log_mean))  # pyright: ignore[reportArgumentType]
         std = float(positive("LogNormal log_std", numbers("LogNormal log_std", self.log_std)))  # pyright: ignore[reportArgumentType]
-        if not abs(mean) + std**2 < LARGEST_LOGARITHM:
+        if not abs(mean) + std * std < LARGEST_LOGARITHM:
             raise InputError(
                 f"the mean and std of the logarithm must be smaller for the LogNormal to be "
                 f"finite; got {mean:g} and {std:g}"

@@ -21,6 +21,9 @@ FEWEST, FEW = 5, 30
 GROUP = 0.05
 """Values nearer to each other than this part of the bandwidth share a kernel."""
 
+LARGEST_BANDWIDTH = 1e8
+"""In standard deviations of the values. Wider kernels give the same distribution, a normal one."""
+
 AT_ONCE = 10**6
 """Numbers in memory when kernels are summed."""
 
@@ -105,6 +108,7 @@ class Samples(Distribution):
         mean, std = x.mean(), x.std(ddof=1)
         quartiles = np.ptp(np.quantile(x, [0.25, 0.75])) / 1.34
         width = self.bandwidth or 0.9 * min(std, quartiles or std) * len(x) ** -0.2
+        width = min(width, LARGEST_BANDWIDTH * std)
         group = np.unique(np.round((x - mean) / (GROUP * width)), return_inverse=True)[1]
         count = np.bincount(group)
         centres, weights = np.bincount(group, x - mean) / count, count / len(x)

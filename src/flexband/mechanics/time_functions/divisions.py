@@ -1,0 +1,61 @@
+"""Divisions of steps in which a load changes fast between its kinks and jumps, as in short pulses.
+
+A load that does so in most steps is left to averages.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.time_functions.averages import NOTICED_MISS, SMALLEST_MISS, Missed
+from flexband.mechanics.time_functions.breakpoints import Breakpoints, few
+from flexband.mechanics.time_functions.evaluation import Evaluation
+
+POINTS = 17
+"""On each part of a step between breakpoints."""
+
+REMAINING_MISS, MOST_PARTS = 1e-3, 32
+"""Distance of a function from its chords after the division, relative to its range, and parts."""
+
+MOST_DIVIDED = 0.25
+"""Of the steps of a run, of which one that misses little is divided."""
+
+
+def divisions(
+    at: Evaluation,
+    times: np.ndarray,
+    missed: Missed,
+    located: Breakpoints,
+) -> Breakpoints:
+    """Return times that divide steps so that a function is nearly linear between them.
+
+    Parameters
+    ----------
+    times : equidistant [s].
+    located : kinks and jumps.
+    """
+    h, last = times[1] - times[0], len(times) - 2
+    at_break = np.clip(((located.after - times[0]) / h).astype(int), 0, last)
+    looked_at = missed.noticed
+    looked_at[at_break, located.column] = True
+    steps, columns = np.nonzero(looked_at)
+    step, column = np.r_[steps, at_break], np.r_[columns, located.column]
+    before, low = np.r_[times[steps], located.before], np.r_[times[steps], located.after]
+    order = np.lexsort((low, step, column))
+    step, column, before, low = (array[order] for array in (step, column, before, low))
+    high = times[step + 1]
+    same = (np.diff(column) == 0) & (np.diff(step) == 0)
+    high[:-1] = np.where(same, before[1:], high[:-1])
+    grid = np.linspace(low, np.maximum(low, high), POINTS, axis=1)
+    f = at.points(grid.ravel(), np.repeat(column, POINTS)).reshape(grid.shape)
+    chords = np.linspace(f[:, 0], f[:, -1], POINTS, axis=1)
+    miss = np.abs(f - chords).max(axis=1, initial=0.0) / missed.spread[column]
+    brief = few(column[miss > NOTICED_MISS], at.columns, MOST_DIVIDED * (last + 1))
+    chosen = miss > np.where(brief, NOTICED_MISS, SMALLEST_MISS)[column]
+    parts = np.ceil(np.sqrt(miss / REMAINING_MISS)).clip(1, MOST_PARTS)
+    parts = np.where(chosen, parts, 1).astype(int)
+    part = np.repeat(np.arange(len(parts)), parts - 1)
+    place = np.arange(len(part)) - np.searchsorted(part, part) + 1
+    moments = low[part] + (high - low)[part] * place / parts[part]
+    divided = Breakpoints(column[part], moments, moments, np.full(len(part), np.inf))
+    return divided.those(few(divided.column, at.columns, last + 1)[divided.column])

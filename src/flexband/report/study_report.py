@@ -1,0 +1,90 @@
+"""The report on the result of a study, written again whenever its answers change."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flexband.files import try_write
+from flexband.report import tables
+from flexband.report.page.given import given_by, write_given
+from flexband.report.page.inputs import inputs_table
+from flexband.report.page.paths import widest_path
+from flexband.report.page.study import uncertain_ones, verdict, write_report
+from flexband.study.folder import StudyFolder
+from flexband.study.results.answers import answer_file, read_answer
+from flexband.study.results.netcdf import write_netcdf
+from flexband.study.results.result import StudyResult
+from flexband.study.study import Study
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+AUTOMATIC = "automatic"
+"""Attribute of a path.nc that no one asked for."""
+
+
+def report_study(study: Study, result: StudyResult, title: str, file: Path | None) -> Path:
+    """Write report.html into the folder of a result; return its path.
+
+    What it shows of the study's code is written beside it, in page.json, so that it can be written
+    again without that code.
+
+    Parameters
+    ----------
+    title : of the report.
+    file : the study's, whose docstring is its question.
+    """
+    folder, signed = result.folder, StudyFolder(result.folder).signed
+    _write_path(result)
+    given = {
+        "title": title,
+        "label": result.label,
+        "computed": dict(result.computed),
+        "doubts": result.doubts,
+        "files": list(result.files),
+        "remarks": remarks(study, result),
+        **given_by(study, _inputs(study, result), result.surrogate, file,
+                   seconds=result.seconds_per_run),
+        "unchecked": result.limits_unchecked,
+        "signed": signed([folder / name for name in result.result_files]),
+    }  # fmt: skip
+    try_write(lambda: write_given(folder, given))
+    return write_report(
+        folder, given, result.bands, result.verification, result.contributions, result.surrogate
+    )
+
+
+def answer_of(study: Study, result: StudyResult) -> list[str]:
+    """Return what the first lines of a report say."""
+    inputs = inputs_table(_inputs(study, result), study.units)
+    limits, probability = (result.limits or (None, None))[:2]
+    given = {"doubts": result.doubts, "unchecked": result.limits_unchecked}
+    shares = uncertain_ones(result.contributions, inputs)
+    return verdict(given, result.bands, result.verification, shares, limits, probability)
+
+
+def remarks(study: Study, result: StudyResult) -> list[str]:
+    """Return what diagnostics of a result and of its fields mean, as sentences."""
+    inputs = _inputs(study, result)
+    fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
+    about = tables.remarks(result.bands, result.verification, doubtful=bool(result.doubts))
+    return [*about, *tables.field_remarks(fields)]
+
+
+def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:
+    """Return the inputs of a study, fields with their domains."""
+    surrogate = result.surrogate
+    if surrogate is None:
+        return dict(study.inputs)
+    return dict(surrogate.space.given if isinstance(surrogate, Surrogate) else surrogate.given)
+
+
+def _write_path(result: StudyResult) -> None:
+    """Write the path of the most uncertain point, unless another one was asked for."""
+    before = read_answer(result.folder, "path")
+    if before is not None and AUTOMATIC not in before.attrs:
+        return
+    path = widest_path(result.surrogate, result.bands, result.bands.attrs["sigmas"])
+    if path is not None:
+        path.attrs[AUTOMATIC] = "the most uncertain point"
+        try_write(lambda: write_netcdf(path, answer_file(result.folder, "path")))

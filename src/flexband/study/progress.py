@@ -1,0 +1,193 @@
+"""The progress of a study, written to study.json in its folder while it runs."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from flexband.error_text import error_text, signal_of
+from flexband.errors import RunsNeeded, free_memory, warn
+from flexband.execution.growing import GrowingArrays
+from flexband.execution.lock import this_process
+from flexband.progress import Budget, Progress, doing, hearing
+from flexband.study.folder import StudyFolder
+from flexband.study.points import ask_points
+from flexband.uncertainty.evaluations.reuse import located
+from flexband.uncertainty.inputs.choices import cases
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.runs.memory import peak_memory
+from flexband.words import number_of
+
+if TYPE_CHECKING:
+    from flexband.execution.store import Store
+    from flexband.study.study import Study
+
+GIGABYTE = 1e9
+
+WRITING_PERIOD = 0.5
+"""Time [s] between two writings of study.json."""
+
+
+class StudyProgress:
+    """How far a study is.
+
+    Attributes
+    ----------
+    about
+        What study.json has: how to go on with the study, and how far it is.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        folder: StudyFolder,
+        store: Store | None,
+        about: Mapping[str, Any],
+        begin_task: Callable[[str], Progress],
+    ) -> None:
+        sessions = GrowingArrays(folder.runs).attrs.get("sessions", [])
+        self.study, self.folder, self.store, self.begin_task = study, folder, store, begin_task
+        self.about: dict[str, Any] = {
+            **about,
+            "process": this_process(),
+            "started": time.strftime("%Y-%m-%d %H:%M:%S%z"),
+            "session": len(sessions),
+            "done": 0,
+            "total": None,
+        }
+        self.begin, self.written, self.warned = time.monotonic(), float("-inf"), False
+        self.bar: Progress = lambda done, total: None
+        self.before, self.sized, self.first, self.opened = 0, False, False, False
+
+    @contextmanager
+    def recorded(self, claim: Callable[[], object]) -> Iterator[None]:
+        """Write study.json while the study runs, and why it has ended if it fails.
+
+        Parameters
+        ----------
+        claim : called once the store has been opened, which until then may refuse the study.
+        """
+        self.claim = claim
+        if self.store is None:
+            claim()
+        # Whoever finds a new store can go on, but a study.json that is there stays until the store
+        # accepts this study.
+        self.first = self.store is not None and not self.folder.begun
+        if self.first:
+            self.write("running")
+        try:
+            with hearing(self._hear):
+                if recorded := self.folder.recorded_runs() if self.store is not None else 0:
+                    there = f"{self.folder.path} has {number_of(recorded, 'recorded run')}"
+                    doing("", f"{there}; matching runs are reused.")
+                yield
+        except BaseException as error:
+            self._end(error)
+            raise
+
+    def _end(self, error: BaseException) -> None:
+        """Write why the study has ended; leave nothing of one that has no store yet."""
+        if self.store is not None and isinstance(error, RunsNeeded):
+            file = ask_points(self.folder.path, error, self.study.inputs)
+            points = {"count": len(error.points), "file": str(file)}
+            self.write("waiting", points=points)
+        elif self.store is not None and self.opened:
+            state, reason = "failed", error_text(error)
+            if isinstance(error, KeyboardInterrupt):
+                terminated = signal_of(error) == signal.SIGTERM
+                state, reason = "stopped", "SIGTERM" if terminated else "Ctrl-C"
+            self.write(state, reason=reason)
+        if self.first and not (self.opened and self.folder.runs.exists()):
+            self.folder.forget()
+
+    @property
+    def elapsed(self) -> float:
+        """Time [s] since the study began."""
+        return time.monotonic() - self.begin
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """By which command and file the study is run, and since when, as texts by name."""
+        texts = {"command": self.about.get("command"), "file": self.about.get("file")}
+        return {k: v for k, v in texts.items() if v} | {"date": self.about["started"][:16]}
+
+    def task(self, name: str) -> Progress:
+        """Begin further runs; return what takes their progress."""
+        bar = self.begin_task(name)
+        if self.store is None:
+            return bar
+        self.bar, self.before = bar, self.about["done"]
+        return self._advance
+
+    def _advance(self, done: int, total: int) -> None:
+        """Take progress: the first call comes when the store has been opened."""
+        self.bar(done, total)
+        most, each = isinstance(total, Budget), total.each if isinstance(total, Budget) else 0
+        done, total = self.before + done, self.before + total
+        if not self.opened:
+            self.claim()
+        if not self.sized:
+            self._announce_memory(total)
+        known = {"total": None if each else total, "each": each, "most": most}
+        now = time.monotonic()
+        new = not self.opened or any(self.about.get(k) != value for k, value in known.items())
+        self.opened = True
+        self.about |= {"done": done, **known, "ran": now - self.begin}
+        if new or done == total or now > self.written + WRITING_PERIOD:
+            self.written = now
+            self.write("running")
+
+    def _hear(self, now: str, line: str = "") -> None:
+        self.about["now"] = now
+        if self.first or self.opened:
+            self.write("running")
+
+    def _announce_memory(self, total: int) -> None:
+        """Say how much memory the study takes, once the store knows the size of a run's outputs."""
+        outputs = GrowingArrays(self.folder.runs).arrays.get("outputs")
+        if outputs is None:
+            return
+        self.sized = True
+        size = 8.0 * math.prod(outputs.shape[1:])
+        peak, per_carrier = memory_of(self.study, self.store, total, size)
+        ringing = f", {in_bytes(per_carrier)} more for each carrier if they ring"
+        doing(
+            self.about.get("now", ""),
+            f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "
+            f"about {in_bytes(peak)} of memory{ringing * (per_carrier > 0)}.",
+        )
+        if peak > free_memory():
+            warn(f"only {in_bytes(free_memory())} of memory are free")
+
+    def write(self, state: str, **more: Any) -> None:
+        """Write study.json; warn once if that fails: the study goes on."""
+        self.about |= {"state": state, "elapsed": self.elapsed, **more}
+        if state != "running":
+            self.about.pop("now", None)
+        try:
+            self.folder.write(self.about)
+        except OSError as error:
+            if not self.warned:
+                warn(str(error))
+            self.warned = True
+
+
+def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tuple[float, float]:
+    """Return what `peak_memory` does; the combinations of options are studied one by one.
+
+    Parameters
+    ----------
+    size : of the outputs of a run [bytes].
+    """
+    inputs = cases(located(study.response, study.inputs, store)[0])
+    intervals = Space(next(iter(inputs.values()))).interval_dimension
+    return peak_memory(study.method, intervals, -(-runs // len(inputs)), size)
+
+
+def in_bytes(size: float) -> str:
+    """Return a size in bytes as text, in MB or GB."""
+    return f"{1e-9 * size:.3g} GB" if size >= GIGABYTE else f"{1e-6 * size:.3g} MB"

@@ -1,0 +1,71 @@
+"""Answers in the folder of a study: datasets that are computed from its surrogate.
+
+Attribute "stale" marks those of an earlier surrogate; it is gone when the question is asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from enum import Enum
+from pathlib import Path
+
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.execution.names import ANSWERS
+from flexband.files import try_write
+from flexband.study.results.netcdf import read_netcdf, write_netcdf
+
+STALE = "stale"
+
+
+class Unusable(Enum):
+    """Why an answer that is in a folder cannot be used."""
+
+    STALE = "of earlier results"
+    ALTERED = "that are not as written"
+
+
+def answer_file(folder: Path, name: str) -> Path:
+    """Return the file of an answer."""
+    return folder / f"{name}.nc"
+
+
+def read_answer(folder: Path, name: str) -> xr.Dataset | None:
+    """Return an answer in a folder; None if it is missing, altered, or of an earlier surrogate."""
+    answer = _read(folder, name)
+    return answer if isinstance(answer, xr.Dataset) else None
+
+
+def unusable_answers(folder: Path, names: Iterable[str] = ANSWERS) -> dict[str, Unusable]:
+    """Return the answers in a folder that cannot be used, each with the reason."""
+    read = {name: _read(folder, name) for name in names}
+    return {name: answer for name, answer in read.items() if isinstance(answer, Unusable)}
+
+
+def _read(folder: Path, name: str) -> xr.Dataset | Unusable | None:
+    try:
+        answer = read_netcdf(answer_file(folder, name))
+    except FileNotFoundError:
+        return None
+    except InputError:
+        return Unusable.ALTERED
+    return Unusable.STALE if STALE in answer.attrs else answer
+
+
+def mark_stale(folder: Path) -> None:
+    """Mark all answers in a folder as those of an earlier surrogate."""
+    for file in (answer_file(folder, name) for name in ANSWERS):
+        with suppress(FileNotFoundError, InputError):  # one that was altered is not read either
+            answer = read_netcdf(file).assign_attrs(
+                {STALE: "an answer of earlier results: ask again"}
+            )
+            try_write(lambda answer=answer, file=file: write_netcdf(answer, file))
+
+
+def stale_files(folder: Path) -> list[Path]:
+    """Return the files of answers of an earlier surrogate, and their pictures."""
+    stale = [k for k, why in unusable_answers(folder).items() if why is Unusable.STALE]
+    files = (folder / f"{name}.{kind}" for name in stale for kind in ("nc", "png"))
+    return [file for file in files if file.is_file()]

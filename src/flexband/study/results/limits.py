@@ -1,0 +1,87 @@
+"""Limits checked by the surrogate of a study, in its folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import xarray as xr
+
+from flexband.files import try_write
+from flexband.study.results.answers import answer_file
+from flexband.study.results.netcdf import read_netcdf, write_netcdf
+from flexband.uncertainty.answers.allocation.adjustment import compensators
+from flexband.uncertainty.answers.limits import Limit
+from flexband.uncertainty.answers.margins import check_limits
+from flexband.uncertainty.answers.probability.failure import failure_probability
+from flexband.uncertainty.answers.selection import surrogates_of
+
+OF_STUDY, OF_QUESTION = "the study", "a question"
+"""Values of attribute "of" of limits.nc: whose limits these are."""
+
+
+class LimitCheck(NamedTuple):
+    """Whether limits are kept.
+
+    Attributes
+    ----------
+    margins
+        Result of `check_limits`.
+    probability
+        Result of `failure_probability`; None where inputs are intervals only, or adjusted.
+    written
+        Whether both were written: limits of a question never replace those of the study.
+    """
+
+    margins: xr.Dataset
+    probability: xr.Dataset | None
+    written: bool
+
+
+def has_limits_of_study(folder: Path) -> bool:
+    """Return whether the limits that were checked in a folder are those of its study.
+
+    Raise `InputError` if the file is not as written.
+    """
+    try:
+        return read_netcdf(answer_file(folder, "limits")).attrs.get("of") == OF_STUDY
+    except FileNotFoundError:
+        return False
+
+
+def has_probability(surrogate: Any) -> bool:
+    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted."""
+    spaces = [case.space for case in surrogates_of(surrogate).values()]
+    return all(space.random_dimension and not compensators(space) for space in spaces)
+
+
+def check_limits_in(
+    folder: Path,
+    surrogate: Any,
+    limits: Sequence[Limit],
+    *,
+    of_study: bool = True,
+    sigmas: float = 3.0,
+    **options: Any,
+) -> LimitCheck:
+    """Check limits, and write limits.nc and probability.nc into a folder.
+
+    Parameters
+    ----------
+    of_study : whether the limits are those of the study.
+    options : of `failure_probability`.
+    """
+    margins, probability = check_limits(surrogate, limits, sigmas=sigmas), None
+    written = of_study or not has_limits_of_study(folder)
+    if written:
+        margins.attrs["of"] = OF_STUDY if of_study else OF_QUESTION
+        try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
+    if has_probability(surrogate):
+        probability = failure_probability(surrogate, limits, **options)
+    file = answer_file(folder, "probability")
+    if written and probability is not None:
+        try_write(lambda: write_netcdf(probability, file))
+    elif written:
+        file.unlink(missing_ok=True)
+    return LimitCheck(margins, probability, written)

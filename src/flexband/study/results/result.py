@@ -1,0 +1,179 @@
+"""The result of a study that was run into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.execution.names import BANDS, CONTRIBUTIONS, SURROGATE, VERIFICATION, WRITTEN_BY_RUN
+from flexband.study.folder import StudyFolder, checksum_of
+from flexband.study.results.answers import Unusable, read_answer, unusable_answers
+from flexband.study.results.files import stale_results
+from flexband.study.results.limits import OF_STUDY, LimitCheck
+from flexband.study.results.netcdf import read_netcdf
+from flexband.study.results.reliability import Doubt, DoubtKind
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.files import load_surrogate
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verdicts import implied_error
+
+INACCURATE_SHARE = 0.25
+"""An error that verification runs imply, in parts of the error bar's width, above which a result is
+doubtful, unless its tolerance is larger."""
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a study has computed, and where it is written.
+
+    Attributes
+    ----------
+    folder
+        Where the files are.
+    label
+        Of the method.
+    bands
+        Interval mean and interval error bar, as `propagate` returns them.
+    surrogate
+        As `expand` returns it; None if the method makes none.
+    verification
+        Result of `verify`; None if no runs verified the result.
+    contributions
+        Result of `contributions`; None without a surrogate, or where they failed.
+    limits
+        Whether the limits of the study are kept; None if it has none, or they are not checked.
+    limits_unchecked
+        Why limits that the study has are not checked; empty if they are.
+    doubts
+        Why the result is not what was asked for.
+    seconds_per_run
+        Mean time of a run [s], with all that is made of it.
+    files
+        Names of the files that were written.
+    stale
+        Names of files in the folder that belong to earlier results.
+    computed
+        By which command and file the result was computed, and when, as texts by name.
+    reused
+        Whether the folder had this result already, so that nothing was computed.
+    """
+
+    folder: Path
+    label: str
+    bands: xr.Dataset
+    surrogate: Surrogate | SurrogateOfChoices | None
+    verification: xr.Dataset | None
+    contributions: xr.Dataset | None
+    limits: LimitCheck | None
+    limits_unchecked: str
+    doubts: tuple[Doubt, ...]
+    seconds_per_run: float
+    files: tuple[str, ...]
+    stale: tuple[str, ...]
+    computed: Mapping[str, str]
+    reused: bool = False
+
+    @property
+    def runs(self) -> int:
+        """Number of runs of the method."""
+        return int(self.bands.attrs["runs"])
+
+    @property
+    def result_files(self) -> list[str]:
+        """Names of the files that no command but ``flexband run`` writes."""
+        return [name for name in self.files if name != CONTRIBUTIONS]
+
+    def record(self) -> dict[str, Any]:
+        """Return what study.json has of the result, beside its files."""
+        content = {
+            "label": self.label,
+            "limits_unchecked": self.limits_unchecked,
+            "doubts": [doubt.as_json() for doubt in self.doubts],
+            "seconds_per_run": self.seconds_per_run,
+            "files": list(self.files),
+            "computed": dict(self.computed),
+            "checksums": StudyFolder(self.folder).signed(
+                [self.folder / name for name in self.result_files]
+            ),
+        }
+        return {**content, "checksum": checksum_of(content)}
+
+
+def finished_result(folder: StudyFolder, identity: str) -> StudyResult | None:
+    """Return the result in a folder; None unless it is that of this study, and as written.
+
+    Parameters
+    ----------
+    identity : hash of the study.
+
+    Raises
+    ------
+    StoreError
+        If study.json is damaged.
+    """
+    about = folder.read()
+    record: dict[str, Any] = about.get("result") or {}
+    if about.get("identity") != identity or about.get("state") != "finished":
+        return None
+    unusable = unusable_answers(folder.path, WRITTEN_BY_RUN).values()
+    if not folder.is_result(record) or Unusable.ALTERED in unusable:
+        return None
+    try:
+        return _read(folder.path, record)
+    except (InputError, OSError, KeyError, ValueError):
+        return None
+
+
+def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
+    files = record["files"]
+    verification, contributions = (
+        read_netcdf(folder / name) if name in files else None
+        for name in (VERIFICATION, CONTRIBUTIONS)
+    )
+    margins = read_answer(folder, "limits")
+    limits = None
+    if margins is not None and margins.attrs.get("of") == OF_STUDY:
+        limits = LimitCheck(margins, read_answer(folder, "probability"), True)
+    return StudyResult(
+        folder,
+        record["label"],
+        read_netcdf(folder / BANDS),
+        load_surrogate(folder / SURROGATE) if SURROGATE in files else None,
+        verification,
+        contributions,
+        limits,
+        record["limits_unchecked"],
+        tuple(map(Doubt.from_json, record["doubts"])),
+        record["seconds_per_run"],
+        tuple(files),
+        tuple(stale_results(folder, files)),
+        record["computed"],
+        reused=True,
+    )
+
+
+def doubts_about(
+    bands: xr.Dataset, verification: xr.Dataset | None, *, requested: bool
+) -> tuple[Doubt, ...]:
+    """Return why a result is not what was asked for.
+
+    `requested` is whether runs were to verify it.
+    """
+    attrs, doubts = bands.attrs, []
+    tolerance = attrs.get("tolerance")
+    if tolerance is not None and attrs.get("expected_error", 0.0) > tolerance:
+        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET))
+    if "not_trusted" in attrs:
+        doubts.append(Doubt(DoubtKind.NOT_TRUSTED))
+    if verification is None:
+        return (*doubts, *[Doubt(DoubtKind.NOT_VERIFIED)] * requested)
+    if verification.attrs["confirmed"] == "no":
+        doubts.append(Doubt(DoubtKind.NOT_CONFIRMED))
+    elif (error := implied_error(verification)) > max(INACCURATE_SHARE, tolerance or 0.0):
+        doubts.append(Doubt(DoubtKind.INACCURATE, error))
+    return tuple(doubts)

@@ -1,0 +1,232 @@
+"""A study run into a folder, where every run is recorded and the results are written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from flexband.error_text import error_text
+from flexband.errors import RunsNeeded, ToleranceWarning, warn, without_warnings
+from flexband.execution.store import Store
+from flexband.progress import Progress, doing
+from flexband.study.compiling import compile_ahead
+from flexband.study.folder import StudyFolder
+from flexband.study.identity import identity
+from flexband.study.progress import StudyProgress
+from flexband.study.results.files import ResultFiles
+from flexband.study.results.limits import LimitCheck, check_limits_in
+from flexband.study.results.result import StudyResult, doubts_about, finished_result
+from flexband.uncertainty.answers.sensitivity.contributions import contributions
+from flexband.uncertainty.evaluations.evaluations import BATCH, forget_failed
+from flexband.uncertainty.surrogates.verification import RUNS, verify
+
+if TYPE_CHECKING:
+    from flexband.study.study import Study
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a study is run.
+
+    Attributes
+    ----------
+    batch
+        Most runs in one call of the response.
+    executor
+        Where runs are made, as in `propagate`.
+    failed
+        What is done about runs that fail, as in `propagate`.
+    verification_runs
+        Number of runs that verify the result, 0 for none; None for the usual number.
+    record
+        Whether runs are recorded in the folder, and those that are there used.
+    allow_mismatch
+        Whether runs in the folder that may come from another response are used.
+    replace
+        Whether runs that are in the folder are deleted before.
+    retry_failed
+        Whether recorded runs that failed are made again.
+    """
+
+    batch: int = BATCH
+    executor: Any = None
+    failed: str = "stop"
+    verification_runs: int | None = None
+    record: bool = True
+    allow_mismatch: bool = False
+    replace: bool = False
+    retry_failed: bool = False
+
+    def verifying(self, study: Study) -> int:
+        """Return the number of runs that verify the result of a study."""
+        if not study.expands:
+            return 0
+        if self.verification_runs is not None:
+            return self.verification_runs
+        return 0 if getattr(study.response, "elsewhere", False) else RUNS
+
+
+def run_study(
+    study: Study,
+    folder: str | Path,
+    options: RunOptions | None = None,
+    *,
+    about: Mapping[str, Any] | None = None,
+    task: Callable[[str], Progress] = lambda name: lambda done, total: None,
+) -> StudyResult:
+    """Run a study into a folder, and return its result.
+
+    Recorded runs that match are not made again, so that a study which was stopped goes on where it
+    was. If the folder has the result of this study already, it is read.
+
+    Parameters
+    ----------
+    study
+        What is run.
+    folder
+        For runs and results. It is made if it does not exist.
+    options
+        How the study is run.
+    about
+        What study.json says beside the progress: `file` of the study, `command`, and options.
+    task
+        Begins a task by its name; returns what takes the numbers of runs that are done, and of all.
+
+    Raises
+    ------
+    StoreError
+        If another process runs a study in the folder, or if it has another study's results.
+    RunsNeeded
+        If the response is run elsewhere, and runs are missing. Their points are in points.csv.
+    InputError, RunError
+        As `expand` and `propagate` raise them.
+    """
+    options, home, about = options or RunOptions(), StudyFolder(Path(folder)), dict(about or {})
+    with home.held(kept=options.record):
+        claim = home.claimed(
+            str(about.get("file") or ""),
+            study.response,
+            replace=options.replace,
+            allow_mismatch=options.allow_mismatch,
+        )
+        store = Store(home.path, insist=options.allow_mismatch) if options.record else None
+        if store is not None:
+            about["identity"] = identity(study, options.verifying(study), options.failed)
+            if options.retry_failed:
+                forget_failed(study.response, study.inputs, store)
+            elif result := finished_result(home, about["identity"]):
+                return result
+        progress = StudyProgress(study, home, store, about, task)
+        with progress.recorded(claim):
+            compile_ahead(study)
+            files = ResultFiles(home)
+            surrogate, bands = _bands(progress, options, files)
+            verification = _verification(progress, options, surrogate, files)
+            verifying = options.verifying(study)
+            seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
+            doing("the answers")
+            shares = _contributions(study, surrogate, files)
+            limits, unchecked = _limits(study, surrogate, home.path)
+            result = StudyResult(
+                folder=home.path,
+                label=study.method.label,
+                bands=bands,
+                surrogate=surrogate,
+                verification=verification,
+                contributions=shares,
+                limits=limits,
+                limits_unchecked=unchecked,
+                doubts=doubts_about(bands, verification, requested=bool(verifying)),
+                seconds_per_run=seconds,
+                files=tuple(files.names),
+                stale=tuple(files.stale()),
+                computed=progress.provenance,
+            )
+            if store is not None:
+                progress.write("finished", result=result.record())
+    return result
+
+
+def _bands(
+    progress: StudyProgress, options: RunOptions, files: ResultFiles
+) -> tuple[Surrogate | SurrogateOfChoices | None, xr.Dataset]:
+    """Make the runs; write the surrogate, if the method makes one, and the bands."""
+    study = progress.study
+    doing("runs")
+    how: dict[str, Any] = {
+        "batch": options.batch,
+        "store": progress.store,
+        "executor": options.executor,
+        "failed": options.failed,
+        "progress": progress.task(study.method.label),
+    }
+    if study.expands:
+        with without_warnings(ToleranceWarning):  # which is one of the doubts
+            surrogate = study.expand(**how)
+        files.write_surrogate(surrogate)
+        doing("the bands of the expansion")
+        bands = surrogate.bands(study.sigmas)
+    else:
+        surrogate, bands = None, study.run(**how)
+        files.write_surrogate(None)
+    files.write_bands(bands)
+    return surrogate, bands
+
+
+def _verification(
+    progress: StudyProgress, options: RunOptions, surrogate: Any, files: ResultFiles
+) -> xr.Dataset | None:
+    """Write how new runs judge a surrogate; warn and return None if they fail."""
+    study, runs = progress.study, options.verifying(progress.study)
+    if not runs:
+        return None
+    doing("new runs that verify the result")
+    try:
+        verification = verify(
+            surrogate,
+            study.response,
+            sigmas=study.sigmas,
+            runs=runs,
+            store=progress.store,
+            executor=options.executor,
+            failed=options.failed,
+            progress=progress.task("new runs"),
+        )
+    except RunsNeeded:
+        raise
+    except Exception as error:  # whatever a response raises; the bands are there
+        warn(f"the result is not verified: {error_text(error)}")
+        return None
+    files.write_verification(verification)
+    return verification
+
+
+def _contributions(study: Study, surrogate: Any, files: ResultFiles) -> xr.Dataset | None:
+    """Write how much each input widens the error bars; warn and return None if that fails."""
+    if surrogate is None:
+        return None
+    try:
+        shares = contributions(surrogate, sigmas=study.sigmas)
+    except Exception as error:  # the bands are there
+        warn(f"which input matters is not known: {error}")
+        return None
+    files.write_contributions(shares)
+    return shares
+
+
+def _limits(study: Study, surrogate: Any, folder: Path) -> tuple[LimitCheck | None, str]:
+    """Return whether the limits of a study are kept, or why that is not known."""
+    if not study.limits:
+        return None, ""
+    if surrogate is None:
+        return None, "the method expands no response"
+    try:
+        return check_limits_in(folder, surrogate, study.limits), ""
+    except Exception as error:  # the bands are there
+        return None, str(error) or type(error).__name__

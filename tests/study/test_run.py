@@ -1,0 +1,132 @@
+"""A study that Python runs into a folder."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+from flexband.study.results.reliability import Doubt, DoubtKind
+from flexband.study.results.result import doubts_about
+from flexband.study.run import RunOptions, run_study
+from flexband.study.study import load_study
+
+STUDY = """
+import numpy as np
+import flexband as fb
+
+CALLS = []
+
+def response(a, e):
+    CALLS.append(len(a))
+    if len(CALLS) == STOP:
+        raise KeyboardInterrupt
+    return np.outer(e + a**2, np.linspace(0.0, 1.0, 5))
+
+study = fb.Study(response, {"a": fb.Normal(1.0, 0.1), "e": fb.Interval(1.0, 2.0)},
+                 fb.AdaptivePCCI(), limits=fb.Limit(below=4.0))
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "sum.py"
+    path.write_text(STUDY.replace("STOP", "-1"), encoding="utf-8")
+    return path
+
+
+def test_a_study_is_run_into_a_folder_without_a_word(file, tmp_path, capfd):
+    study, folder = load_study(file), tmp_path / "out"
+    result = study.run_in(folder)
+    assert capfd.readouterr() == ("", "")
+    assert not list(folder.glob("*.html")) + list(folder.glob("*.png"))
+    xr.testing.assert_identical(result.bands, study.run())
+    xr.testing.assert_identical(result.verification, fb.verify(result.surrogate, study.response))
+    assert result.limits.margins.attrs["kept"] == "kept"
+    assert result.limits.probability is not None
+    assert set(result.contributions["name"].values) == {"a", "e"}
+    assert (result.doubts, result.reused) == ((), False)
+    assert all((folder / name).is_file() for name in result.files)
+
+
+def test_a_result_that_is_there_is_read(file, tmp_path):
+    first = load_study(file).run_in(tmp_path / "out")
+    study = load_study(file)
+    second = study.run_in(tmp_path / "out")
+    assert second.reused
+    assert study.response.__globals__["CALLS"] == []
+    for name in ("bands", "verification", "contributions"):
+        xr.testing.assert_equal(getattr(second, name), getattr(first, name))
+    for name in ("label", "runs", "doubts", "files", "limits_unchecked", "seconds_per_run"):
+        assert getattr(second, name) == getattr(first, name), name
+    xr.testing.assert_identical(second.surrogate.bands(), first.surrogate.bands())
+    xr.testing.assert_equal(second.limits.margins, first.limits.margins)
+
+
+def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
+    folder = tmp_path / "out"
+    result = load_study(file).run_in(folder)
+    shown = CliRunner().invoke(app, ["run", str(file), "--output", str(folder)])
+    assert shown.exit_code == 0, shown.output
+    text = " ".join(shown.output.split())
+    assert "no run was made" in text
+    assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
+    assert "The limit response below 4 is kept" in text
+    assert (folder / "report.html").is_file()
+    refused = CliRunner().invoke(app, ["resume", str(folder)])
+    assert "a Python program runs the study" in " ".join(refused.output.split())
+
+
+def test_a_study_that_was_stopped_goes_on(file, tmp_path):
+    unbroken, study = load_study(file), load_study(file)
+    complete = unbroken.run_in(tmp_path / "complete")
+    broken = file.with_name("broken.py")
+    broken.write_text(STUDY.replace("STOP", "3"), encoding="utf-8")
+    with pytest.raises(KeyboardInterrupt):
+        load_study(broken).run_in(tmp_path / "out")
+    resumed = study.run_in(tmp_path / "out", RunOptions(allow_mismatch=True))
+    made, all_runs = (sum(s.response.__globals__["CALLS"]) for s in (study, unbroken))
+    assert made < all_runs
+    xr.testing.assert_identical(resumed.bands, complete.bands)
+
+
+def test_options_of_a_run(file, tmp_path):
+    study, folder = load_study(file), tmp_path / "out"
+    result = run_study(study, folder, RunOptions(verification_runs=0, record=False))
+    assert result.verification is None
+    assert not (folder / "study.json").exists()
+    with pytest.raises(fb.InputError, match="batch"):
+        study.run_in(folder, RunOptions(batch=0))
+    other = fb.Study(lambda a: a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
+    study.run_in(folder)
+    with pytest.raises(fb.StoreError, match="results of another study"):
+        other.run_in(folder)
+
+
+@pytest.mark.parametrize(
+    ("attrs", "verification", "kinds"),
+    [
+        ({}, None, []),
+        ({"tolerance": 0.1, "expected_error": 0.2}, None, [DoubtKind.TOLERANCE_NOT_MET]),
+        ({"not_trusted": "y"}, None, [DoubtKind.NOT_TRUSTED]),
+        ({}, ("no", 0.1), [DoubtKind.NOT_CONFIRMED]),
+        ({"tolerance": 0.1}, ("yes", 0.3), [DoubtKind.INACCURATE]),
+        ({"tolerance": 0.4}, ("yes", 0.3), []),
+    ],
+)
+def test_doubts_are_data(attrs, verification, kinds):
+    if verification is not None:
+        confirmed, error = verification
+        verification = xr.Dataset(
+            {"implied_error": ("output", [error]), "bar_width": ("output", np.ones(1))},
+            attrs={"confirmed": confirmed},
+        )
+    doubts = doubts_about(xr.Dataset(attrs=attrs), verification, requested=verification is not None)
+    assert [doubt.kind for doubt in doubts] == kinds
+    assert [Doubt.from_json(doubt.as_json()) for doubt in doubts] == list(doubts)
+
+
+def test_a_verification_that_failed_is_a_doubt():
+    (doubt,) = doubts_about(xr.Dataset(), None, requested=True)
+    assert (doubt.kind, doubt.unreliable) == (DoubtKind.NOT_VERIFIED, False)

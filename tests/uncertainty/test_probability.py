@@ -243,7 +243,7 @@ def test_several_limits_and_the_expected_error():
     )
     assert looser < value < tighter
     assert looser < norm.sf(np.arctanh(0.8) / 2) < tighter
-    missed = 2 * float(rough.bands()["error_bar_expected_error"][0])
+    missed = 4 * float(rough.bands()["error_bar_expected_error"][0])
     moved = fb.failure_probability(rough, fb.Limit(below=0.8 - missed))
     assert tighter == pytest.approx(float(moved["probability"][0, 0]), rel=0.1)
 

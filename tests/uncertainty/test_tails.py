@@ -5,6 +5,7 @@ import inspect
 import numpy as np
 import pytest
 from scipy.stats import norm
+from tails import Case, outcome
 
 import flexband as fb
 
@@ -133,3 +134,17 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
     assert least["confidence_high"] < 6e-5
     each = fb.failure_probability(surrogate, limit).sel(bound="upper").isel(limit=0)
     assert each["at_each_time"].values[1] == pytest.approx(norm.sf(3.0), rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [61012, 61159, 61205])
+def test_intervals_allow_for_what_is_missed_beyond_the_bulk(seed):
+    """Of a sample of benchmarks/tails.py: exponentials and a bend that the surrogate rounds."""
+    one = outcome(Case.drawn(seed), seed, 0)
+    assert one.held
+    assert not 0.8 < one.surrogate < 1.25
+
+
+def test_a_sample_of_rare_failures():
+    found = [outcome(Case.drawn(seed), seed, 0) for seed in range(90_001, 90_005)]
+    assert all(one.held for one in found)
+    assert all(one.given or one.stated[2] * one.level >= 1e-4 for one in found)

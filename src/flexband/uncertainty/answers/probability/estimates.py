@@ -25,7 +25,7 @@ ROUNDS, KNOWN = 2, 600
 """Mixtures after the first one, and samples around which each is built."""
 
 FEW = 500
-"""Samples of a level that find a mixture for limits moved by the expected error."""
+"""Samples of a level that find a mixture for limits that are moved."""
 
 BATCH, MOST = 1000, 32_000
 """Samples of a batch, and of an estimate at most."""
@@ -37,6 +37,9 @@ samples that leave the limits, in parts of their squared mean, with which theirs
 FEWEST, UPPER = 9, 0.975
 """Samples of equal weights with which a probability at one time is told, and the level of the upper
 end of its confidence interval if there are fewer."""
+
+ERRORS = 2.0
+"""Expected errors, root mean squares, by which limits are moved at least."""
 
 TWO_SIDED = 1.96
 """Standard errors of a two-sided confidence interval of 95 %."""
@@ -50,7 +53,7 @@ class Estimate:
     ----------
     probability : of leaving them at any time, with the times as points.
     error : its standard error.
-    looser, tighter : the same with the limits moved by the expected error.
+    looser, tighter : the same with the limits moved by what may be missed there.
     between : the same between the times too, by parabolas, and by what all runs do there that were
         looked at; by what any of them does; and the standard errors of both.
     at_each, at_each_error : at each output and time, and standard errors, (series,).
@@ -162,11 +165,17 @@ def clear(
 
 
 def deviations(probability: float) -> float:
-    """Return how many standard deviations from the mean the limit of a probability is, at least 1.
-
-    The error expected of μ ± kσ is that of a limit which is left with this probability.
-    """
+    """Return how many standard deviations from the mean a limit is, at least 1."""
     return max(1.0, -float(ndtri(min(max(probability, 1e-300), 0.5))))
+
+
+def missed_at(k: float) -> float:
+    """Return what may be missed k standard deviations from the mean, in parts of what is expected.
+
+    It is twice the expected error of μ ± kσ, or, farther out, what a term of third order has there
+    whose root mean square is that of all that is missed: (k³ − 3k)/√6.
+    """
+    return max(ERRORS * growth(k), (k**3 - 3 * k) / math.sqrt(6))
 
 
 def estimate(
@@ -185,7 +194,7 @@ def estimate(
     known : rare samples.
     accuracy : relative standard error at which sampling ends.
     """
-    moved = growth(deviations(known.probability))
+    moved = missed_at(deviations(known.probability))
     mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng)
     sums = _Sums(state, moved)
     while True:

@@ -100,13 +100,14 @@ def failure_probability(
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
     `probability` is that of leaving the limit at any output time; `confidence_low` and
     `confidence_high` are its confidence interval, 95 %, of the sampling, of the search over the
-    interval inputs, and, without runs, of twice the expected error of the surrogate. If no sample
+    interval inputs, and, without runs, of what the surrogate may miss. If no sample
     leaves the limit, or the probability is only bounded, it is 0, `confidence_low` is 0, and
     `confidence_high` is a bound of it; `surrogate_probability` is what the surrogate alone finds.
     `limit_looser` and
-    `limit_tighter` are the probability with the limit moved by what the surrogate is expected to
-    miss of a run (root mean square), times √((1 + k²)/2) with k = −Φ⁻¹(probability), as for
-    μ ± kσ. `between_times` is the probability of leaving the limit at the times or between them, by
+    `limit_tighter` are the probability with the limit moved by what the surrogate may miss there:
+    what it is expected to miss of a run (root mean square), times 2 √((1 + k²)/2), as for μ ± kσ,
+    or (k³ − 3k)/√6, as a term of third order grows, with k = −Φ⁻¹(probability). `between_times`
+    is the probability of leaving the limit at the times or between them, by
     parabolas through the peaks, and by what the outputs do there in all runs in which that was
     looked at (`above_between` of `propagate`); `between_times_low` and `between_times_high` are the
     interval that holds it, with what they do in any of these runs. `probability_at`, dim "input",

@@ -1,6 +1,6 @@
 """What is stated of probabilities that a surrogate finds: with its error, bounded, or not at all.
 
-Few runs tell what a surrogate misses in its tails. Intervals allow for the expected error, rare
+Few runs tell what a surrogate misses in its tails. Intervals allow for what may be missed, rare
 probabilities are only bounded, and a surrogate that missed its tolerance states none.
 """
 
@@ -25,9 +25,6 @@ AT_EACH = "at_each_time", "at_each_time_low", "at_each_time_high"
 RARE = 1e-4
 """Smaller probabilities of a surrogate are only bounded, unless its error is negligible."""
 
-ERRORS = 2.0
-"""Expected errors, root mean squares, that the ends of a confidence interval allow for."""
-
 
 def error_of_runs(surrogate: Surrogate) -> tuple[str, np.ndarray]:
     """Return which diagnostic tells what is expected to be missed of a run, and how much that is.
@@ -39,11 +36,10 @@ def error_of_runs(surrogate: Surrogate) -> tuple[str, np.ndarray]:
 
 
 def allowance(one: Estimate) -> np.ndarray:
-    """Return by which factors the expected error moves the ends of an interval, (2,)."""
+    """Return by which factors what may be missed moves the ends of an interval, (2,)."""
     if not one.probability:
         return np.ones(2)
-    factors = np.array([one.looser, max(one.tighter, one.probability)]) / one.probability
-    return factors**ERRORS
+    return np.array([one.looser, max(one.tighter, one.probability)]) / one.probability
 
 
 def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:

@@ -32,7 +32,7 @@ def in_words(one: xr.Dataset) -> str:
     elif tighter > 0:
         more = tighter > (1 + SAME) * float(one["between_times"][1])
         told = f"up to {tighter:.2g}" if more else "hardly more"
-        text += f"; {told} with the expected error of the surrogate"
+        text += f"; {told} with what the surrogate may miss"
     return text
 
 
@@ -99,8 +99,8 @@ LONG_NAMES = {
     "probability": "probability of leaving the limit at any of the output times",
     "confidence_low": "lower end of its 95 % confidence interval",
     "confidence_high": "upper end of its 95 % confidence interval",
-    "limit_looser": "probability with the limit looser by the expected error of the surrogate",
-    "limit_tighter": "probability with the limit tighter by the expected error of the surrogate",
+    "limit_looser": "probability with the limit looser by what the surrogate may miss",
+    "limit_tighter": "probability with the limit tighter by what the surrogate may miss",
     "between_times": "probability of leaving the limit at any time, between the output times too",
     "between_times_low": "lower end of the interval that holds it",
     "between_times_high": "upper end of the interval that holds it",

@@ -142,6 +142,24 @@ def test_the_verdict_says_where_and_by_how_much(surrogate):
     assert float(one["implied_error"]) == pytest.approx(rms / 2, rel=0.05)
 
 
+def test_of_many_inputs_a_verdict_names_those_that_are_farthest_out():
+    inputs = {f"e{k}": fb.Interval(-1.0, 1.0) for k in range(12)}
+
+    def peak(**e):
+        values = np.stack(list(e.values()), axis=1)
+        return np.exp(3 * values[:, 2] + 0.1 * values.sum(axis=1))
+
+    surrogate = fb.expand(peak, inputs, fb.RegressionPCCI(1))
+    assert isinstance(surrogate, Surrogate)
+    told = surrogate.diagnostics
+    told = told.assign(error_bar_expected_error=1e-6 * told["error_bar_expected_error"])
+    checked = fb.verify(replace(surrogate, diagnostics=told), peak)
+    verdict = checked.attrs["verdict"]
+    assert checked.attrs["confirmed"] == "no"
+    assert " and 8 other inputs; bands may be off" in verdict
+    assert len(re.findall(r"e\d+ = ", verdict)) == 4
+
+
 def test_without_random_inputs_no_place_is_run_twice():
     """The bounds of (1 + x)² on the expansion of order one are off by its second order, 1/8."""
     inputs = {"x": fb.Interval(0.0, 1.0)}

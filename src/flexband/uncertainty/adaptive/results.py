@@ -12,7 +12,7 @@ from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import ALL_ORDERS, Adaptation
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.regression import SampledDesign
-from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, share, trust
@@ -146,9 +146,8 @@ def _largest_miss(course: Adaptation) -> str:
     run = int(np.argmax([np.max(np.abs(own) / width) for own in missed]))
     part = np.abs(missed[run]) / width
     output, time = np.unravel_index(np.argmax(part), part.shape)
-    point = course.held.xi[run : run + 1], course.held.eta[run : run + 1]
-    values = course.space.numbers_at(*point).items()
-    inputs = ", ".join(f"{k} = {float(v[0]):.4g}" for k, v in values)
+    values = course.space.numbers_at(course.held.xi, course.held.eta)
+    inputs = extremes_in_words(values, run, 4)
     place = _place(course.labels, int(output) * part.shape[1] + int(time))
     orders = course.choice.orders
     hardest = _variables(course.space)[int(np.argmax(orders))]

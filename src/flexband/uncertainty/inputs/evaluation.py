@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,9 @@ OF_BANDS = frozenset((
     "run_values", "run_weight", "std", "truncation", "trusted",
 ))  # fmt: skip
 """Variables of bands and of what new runs tell of them, which a response cannot have either."""
+
+MOST_INPUTS, FEW_INPUTS = 6, 4
+"""Inputs that are all named in a sentence; of more, so many are."""
 
 LARGEST = 1e150
 """Squares of larger values overflow."""
@@ -57,6 +60,24 @@ def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
         return "inputs of the run: " + ", ".join(f"{n} = {v[0]:.9g}" for n, v in inputs)
     ends = [f"{n} from {v.min():.6g} to {v.max():.6g}" for n, v in inputs]
     return f"inputs of the {number_of(count, 'run')} of the call: {', '.join(ends)}"
+
+
+def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -> str:
+    """Return the inputs of a run in words: of many, those that are farthest out among the runs.
+
+    Parameters
+    ----------
+    values : of all runs, shape (runs,), by the name of the input.
+    """
+    names, out = list(values), []
+    for own in values.values():
+        spread = np.ptp(own)
+        out.append(abs(own[run] - np.median(own)) / spread if spread else 0.0)
+    count = len(names) if len(names) <= MOST_INPUTS else FEW_INPUTS
+    which = np.sort(np.argsort(-np.array(out), kind="stable")[:count])
+    words = [f"{names[k]} = {float(values[names[k]][run]):.{digits}g}" for k in which]
+    others = len(names) - count
+    return ", ".join(words) + (f" and {number_of(others, 'other input')}" if others else "")
 
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:

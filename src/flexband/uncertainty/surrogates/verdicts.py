@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.uncertainty.inputs.evaluation import extremes_in_words
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.words import number_of
@@ -124,9 +125,8 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
         unit = labels[last].attrs.get("units", "") if last in labels.coords else ""
         words.append(f"at {last} {number} {unit}".rstrip())
     if "run_values" in checked:
-        own = checked["run_values"].isel(sample=int(one["missed_most_in"]))
-        pairs = zip(checked["input"].values, own.values, strict=True)
-        words.append("with " + ", ".join(f"{name} = {value:.6g}" for name, value in pairs))
+        values = zip(checked["input"].values, checked["run_values"].values, strict=True)
+        words.append("with " + extremes_in_words(dict(values), int(one["missed_most_in"]), 6))
     return " ".join(words)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from massless import drawn, judged
 from numpy.typing import ArrayLike
 
 import flexband as fb
@@ -100,8 +101,9 @@ def test_massless_rods_of_a_four_bar_keep_distances_and_do_nothing_else():
     np.testing.assert_allclose(rods[2:], distances[2:], atol=1e-6)
 
 
-def plate(cranks):
-    """A plate on parallel massless cranks."""
+def plate(cranks, mass: ArrayLike = 0.0):
+    """A plate of 3 kg on parallel cranks, massless or with one mass for each."""
+    masses = np.broadcast_to(mass, cranks)
     angle, places = 0.5, np.linspace(-0.5, 0.5, cranks).tolist()
     centre = (0.4 * np.cos(angle), 0.4 * np.sin(angle))
     points = {f"p{k}": (x, 0.0) for k, x in enumerate(places)}
@@ -110,12 +112,14 @@ def plate(cranks):
         {},
     )
     for k, x in enumerate(places):
-        bodies[f"c{k}"] = rod(0.4, (x, 0.0), angle)
+        bodies[f"c{k}"] = rod(0.4, (x, 0.0), angle, masses[k], masses[k] * 0.4**2 / 12)
         joints[f"a{k}"] = fb.Revolute(f"c{k}.start", (x, 0.0))
         joints[f"b{k}"] = fb.Revolute(f"plate.p{k}", f"c{k}.end")
     return fb.Mechanism(
         bodies=bodies, joints=joints, loads={"gravity": fb.Gravity()},
-        sensors={"plate": fb.Position("plate")} | {k: fb.Reaction(k) for k in joints if "a" in k},
+        sensors={"plate": fb.Position("plate")} | {k: fb.Reaction(k) for k in joints if "a" in k}
+        | {"acceleration": fb.Acceleration("plate")}
+        | {k: fb.Reaction(k) for k in joints if "b" in k},
     )  # fmt: skip
 
 
@@ -126,11 +130,88 @@ def test_redundant_massless_cranks_share_the_force_of_two():
     np.testing.assert_allclose(three.values[:2], two.values[:2], atol=1e-11)
     sums = [
         motion.sel(
-            output=[name for name in motion["output"].values if name.endswith("_Y")][1:]
+            output=[f"a{k}_Y" for k in range(3) if f"a{k}_Y" in motion["output"].values]
         ).sum("output")
         for motion in (two, three)
     ]
     np.testing.assert_allclose(sums[1], sums[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.filterwarnings("ignore:.*one choice of many")
+def test_redundant_cranks_of_any_mass_carry_the_plate(seed):
+    """One mass for all from 1 to 1e-12 kg and zero, and a mass of its own for each."""
+    rng, scale = np.random.default_rng(seed), [1.0, 1e-3, 1e-6, 1e-9, 1e-12, 0.0][seed]
+    for masses in ([scale] * 3, 10.0 ** rng.uniform(-12, 0, 3) * rng.choice([0.0, 1.0], 3)):
+        motion = fb.simulate(plate(3, masses), duration=0.15, step=1e-3)
+        x, y = ([motion.sel(output=f"b{k}_{axis}").values for k in range(3)] for axis in "XY")
+        ax, ay = motion.sel(output=["acceleration_X", "acceleration_Y"]).values
+        np.testing.assert_allclose(sum(x), 3 * ax, atol=3e-6)
+        np.testing.assert_allclose(sum(y), 3 * (ay + 9.81), atol=3e-6)
+    equal = fb.simulate(plate(3, scale), duration=0.15, step=1e-3)
+    y = np.stack([equal.sel(output=f"b{k}_Y") for k in range(3)])
+    np.testing.assert_allclose(y, np.broadcast_to(y.mean(axis=0), y.shape), atol=0.05)
+
+
+def test_forces_at_the_start_beside_light_and_massless_plates():
+    """A pendulum with a massless plate, and one of 1e-7 of its inertia, welded to its end."""
+    ends = {"start": (-0.2, 0.0), "end": (0.2, 0.0)}
+    pendulum = fb.RigidBody(mass=2.0, inertia=0.05, points=ends, position=(0.2, 0.0))
+    angles, pulls = {"p": 1.1, "r": 0.4}, {"p": (7.0, 55.0), "r": (7.0, 20.0)}
+    mechanism = fb.Mechanism(
+        bodies={
+            "body": pendulum,
+            "p": rod(0.2, (0.4, 0.0), angles["p"]),
+            "r": rod(0.2, (0.4, 0.0), angles["r"], inertia=3e-7),
+        },
+        joints={"A": fb.Revolute("body.start", (0.0, 0.0))}
+        | {f"W{k}": fb.Weld(f"{k}.start", "body.end", angles[k]) for k in angles},
+        loads={"g": fb.Gravity()} | {f"F{k}": fb.Force(f"{k}.end", x=x, y=y)
+                                     for k, (x, y) in pulls.items()},
+        sensors={"A": fb.Reaction("A")} | {f"W{k}": fb.Reaction(f"W{k}") for k in angles},
+    )  # fmt: skip
+    start = fb.simulate(mechanism, duration=1e-3, step=1e-3).isel(time=0)
+    moment = -0.2 * 2 * 9.81
+    for k, (fx, fy) in pulls.items():
+        moment += (0.4 + 0.2 * np.cos(angles[k])) * fy - 0.2 * np.sin(angles[k]) * fx
+    turn = moment / (0.05 + 2 * 0.2**2 + 3e-7)
+    exact = [-14.0, 2 * (9.81 + 0.2 * turn) - 75.0]
+    np.testing.assert_allclose(start.sel(output=["A_X", "A_Y"]), exact, rtol=1e-6)
+    for k, (fx, fy) in pulls.items():
+        force = start.sel(output=[f"W{k}_X", f"W{k}_Y"])
+        np.testing.assert_allclose(force, (-fx, -fy), atol=1e-4)
+
+
+def test_massless_rods_may_come_close_to_a_dead_centre():
+    """A mass on a spring, and two rods that follow it; they are 1e-4 m from being straight."""
+    start, near = 0.4, 1e-4
+    y = start + near
+    elbow = np.arccos(y)
+    mechanism = fb.Mechanism(
+        bodies={
+            "a": rod(0.5, (0.0, 0.0), np.pi / 2 + elbow),
+            "b": rod(0.5, (-0.5 * np.sin(elbow), y / 2), np.pi / 2 - elbow),
+            "m": fb.PointMass(mass=1.0, position=(0.0, y)),
+        },
+        joints={
+            "A": fb.Revolute("a.start", (0.0, 0.0)),
+            "B": fb.Revolute("b.start", "a.end"),
+            "C": fb.Revolute("m", "b.end"),
+        },
+        loads={"spring": fb.Spring("m", (0.0, 0.0), 100.0, 0.7)},
+        sensors={"m": fb.Position("m"), "A": fb.Reaction("A")},
+    )
+    motion = fb.simulate(mechanism, duration=0.6, step=1e-3)
+    x, y, *force = motion.values
+    exact = 0.7 - (0.7 - start - near) * np.cos(10 * motion["time"].values)
+    np.testing.assert_allclose([x, y], [0 * exact, exact], atol=2e-5)
+    np.testing.assert_allclose(force, 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(2195, 2207))
+def test_drawn_mechanisms_with_zero_masses_are_right_or_refused_rightly(seed):
+    outcome, reason = judged(drawn(seed))
+    assert outcome in ("right", "refused rightly", "not judged"), reason
 
 
 def test_masses_may_reach_zero_and_samples_stay_apart():

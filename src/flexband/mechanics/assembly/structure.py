@@ -175,7 +175,8 @@ class Values(NamedTuple):
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
     mass: np.ndarray
     regular_mass: np.ndarray  # as mass, without zeros: what matrices have where residuals have mass
-    metric: np.ndarray  # as this, with much larger moments of inertia: bodies prefer not to turn
+    sharing_mass: np.ndarray  # as this, without light bodies: what redundant constraints share by
+    metric: np.ndarray  # as regular_mass, with much larger inertia: bodies prefer not to turn
     beams: ElementValues
     continua: ContinuumValues
     cables: ElementValues

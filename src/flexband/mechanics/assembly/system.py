@@ -49,6 +49,10 @@ REGULAR_MASS, LEAST_REGULAR_MASS = 1e-4, 1e-10
 """What matrices have instead, relative to the smallest that is not zero, and to the whole mechanism
 at least; see `projection.refine`."""
 
+LEAST_SHARING_MASS = 1e-6
+"""Masses and inertias of rigid bodies that redundant constraints share forces by are at least this
+part of the whole mechanism's."""
+
 CONSTANT = (0, 0, None)
 """Key of the constant term of a form."""
 
@@ -186,6 +190,7 @@ def assemble(mechanism: Mechanism) -> System:
         inverse_scale=stack(scale),
         rigidity=stack([rigidity(beams, continua, cables, mass)]),
         regular_mass=stack(list(regular_mass.values())),
+        sharing_mass=stack(list(_without_light(mechanism, regular_mass, scale).values())),
         metric=stack(_metric(mechanism, regular_mass, scale)),
         weight=stack(weight),
         parts=np.empty((0, 1)),
@@ -318,23 +323,42 @@ def _pairs(state: State, owners: Sequence[str]) -> list[tuple[int, int]]:
 
 def _regular(mechanism: Mechanism, mass: dict, scale: list) -> dict:
     """Return the mass matrix with small masses and inertias of rigid bodies in place of zeros."""
-    rows = [i for i, j in mass if i == j]
-    inertia = stack([mass[i, i] / np.square(scale[i]) for i in rows])  # [kg m²]
-    whole = inertia[np.isin(rows, node_rows(mechanism))].sum(axis=0)
-    whole = np.where(whole > 0, whole, 1.0)
-    massless = inertia <= MASSLESS * whole
-    least = np.where(massless, whole, inertia).min(axis=0)
+    inertia, whole = _inertias(mechanism, mass, scale)
+    none = {i: m <= MASSLESS * whole for i, m in inertia.items()}
+    least = np.minimum.reduce([np.where(none[i], whole, m) for i, m in inertia.items()])
     least = np.maximum(REGULAR_MASS * least, LEAST_REGULAR_MASS * whole)
-    rigid = {
+    regular = dict(mass)
+    for i in _rigid_rows(mechanism):
+        if none[i].any():
+            regular[i, i] = np.where(none[i], least * np.square(scale[i]), mass[i, i])
+    return regular
+
+
+def _without_light(mechanism: Mechanism, mass: dict, scale: list) -> dict:
+    """Return the mass matrix with larger masses and inertias of light rigid bodies."""
+    inertia, whole = _inertias(mechanism, mass, scale)
+    least, heavier = LEAST_SHARING_MASS * whole, dict(mass)
+    for i in _rigid_rows(mechanism):
+        if np.any(inertia[i] < least):
+            heavier[i, i] = np.maximum(mass[i, i], least * np.square(scale[i]))
+    return heavier
+
+
+def _inertias(mechanism: Mechanism, mass: dict, scale: list) -> tuple[dict, np.ndarray]:
+    """Return the inertia [kg m²] of each row of z, and the sum of those of all nodes or 1."""
+    rows = [i for i, j in mass if i == j]
+    inertia = dict(zip(rows, stack([mass[i, i] / np.square(scale[i]) for i in rows]), strict=True))
+    whole = np.sum([inertia[i] for i in node_rows(mechanism)], axis=0)
+    return inertia, np.where(whole > 0, whole, 1.0)
+
+
+def _rigid_rows(mechanism: Mechanism) -> list[int]:
+    """Return the rows of z of all rigid bodies and point masses."""
+    return [
         mechanism.first_coordinates[name] + k
         for name, body in mechanism.bodies.items()
         for k in range(0 if body.elements else body.size)
-    }
-    regular = dict(mass)
-    for i, none in zip(rows, massless, strict=True):
-        if i in rigid and none.any():
-            regular[i, i] = np.where(none, least * np.square(scale[i]), mass[i, i])
-    return regular
+    ]
 
 
 def _metric(mechanism: Mechanism, mass: dict, scale: list) -> list[np.ndarray]:

@@ -193,11 +193,13 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
         before, guess = failure, np.where(failed, closed(system, values)[0], guess)
         work, failure = _started(system, values, guess, pivots)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
-    if failure[3].any():
-        independent = failure[3] > rank_deficiency(system, values, work.z)
+    if failure[3].any() or massless.any():
+        dependent = rank_deficiency(system, values, work.z)
+        independent = failure[3] > dependent
+        pivots = np.where(independent | (massless & (dependent == 0)), ZERO_PIVOT, pivots)
         if independent.any():
-            pivots = np.where(independent, ZERO_PIVOT, pivots)
             work, failure = _started(system, values, guess, pivots)
+        work.smallest[:] = pivots
     return work, failure
 
 

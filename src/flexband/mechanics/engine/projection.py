@@ -33,6 +33,7 @@ from flexband.mechanics.kernels.factorization import (
 )
 from flexband.mechanics.kernels.lanes import (
     add_to,
+    any_true,
     compiled,
     filled,
     inlined,
@@ -61,16 +62,25 @@ be rounding errors divided by this sine.
 """
 
 ZERO_PIVOT = 1e-13
-"""The same for mechanisms that start nearly locked, or with a light body between heavy ones."""
+"""The same for mechanisms that start nearly locked, with a light body between heavy ones, or with
+massless bodies and no redundant constraint."""
 
 MASSLESS_PIVOT = 1e-10
 """The same where bodies are massless: what matrices have in place of zeros is small as well."""
 
-SHARING_PASSES = 4
+SHARING_PASSES, MOST_SHARING_PASSES = 4, 40
+"""The least, which is enough where masses differ by less than 1e4, and the most."""
 
-REFINEMENTS, UNSETTLED = 2, 1e-2
-"""Of a solution where bodies are massless: how many, each of which leaves about 1e-4 of its error,
-and the size of the last one, relative to the solution, from which on they do not converge."""
+REFINEMENTS, MOST_REFINEMENTS = 2, 20
+"""Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its error,
+and the most, where masses hardly determine the motion."""
+
+SETTLED, UNSETTLED = 1e-8, 1e-2
+"""Size of a correction, relative to the solution, below which no other follows, and that of the
+last one from which on they do not converge."""
+
+SOLUTIONS = 6
+"""The most for accelerations at the start: rounding errors matter where bodies are light."""
 
 
 @inlined
@@ -129,6 +139,15 @@ def subtract_acceleration_errors(structure, values, now, z, a, r, s):
 
 
 @inlined
+def greatest(x, scale, first, end):
+    """Return the greatest magnitude of these rows of x, each times that of `scale`."""
+    largest = filled(0.0)
+    for i in range(first, end):
+        largest = maximum(largest, magnitude(load(x, i)) * load(scale, i))
+    return largest
+
+
+@inlined
 def refine(structure, values, work, x):
     """Turn a solution x of a system with `work.matrix` into that with the masses of the bodies.
 
@@ -148,23 +167,27 @@ def refine(structure, values, work, x):
 @compiled
 def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matrix, t, x):
     """Perform `refine`, with `t` as work space."""
+    none, pending = filled(0.0), filled(1.0)
+    largest, last = none, none
     for i in range(state.angle):
         store(t, i, load(x, i))
-    for _ in range(REFINEMENTS):
+    for count in range(MOST_REFINEMENTS):
         n = 0
         for i in range(state.angle):
             p = mass.massless[n]
             massless = mass.i[p] == i
             added = load(regular, p) - load(entries, p)
-            store(t, i, added * load(t, i) if massless else filled(0.0))
+            store(t, i, added * load(t, i) if massless else none)
             n = min(n + massless, len(mass.massless) - 1)
         solve(pattern, pattern.below, matrix, (t,))
         for i in range(1, state.angle):
-            store(x, i, load(x, i) + load(t, i))
-    largest, last = filled(0.0), filled(0.0)
-    for i in range(1, state.coordinates + 1):
-        largest = maximum(largest, magnitude(load(x, i)) * load(inverse_scale, i))
-        last = maximum(last, magnitude(load(t, i)) * load(inverse_scale, i))
+            store(x, i, load(x, i) + where(pending, load(t, i), none))
+        largest = greatest(x, inverse_scale, 1, state.coordinates + 1)
+        last = where(pending, greatest(t, inverse_scale, 1, state.coordinates + 1), last)
+        if count >= REFINEMENTS - 1:
+            pending = where(less(SETTLED * largest, last), pending, none)
+            if not any_true(pending):
+                break
     return less(UNSETTLED * largest, last)
 
 
@@ -206,11 +229,11 @@ def project(structure, method, values, now, work, solved, moved):
 
 
 @compiled
-def mass_matrix(structure, values, now, z, matrix):
-    """Set the matrix to [M, Φ_qᵀ; Φ_q, 0]."""
+def mass_matrix(structure, values, mass, now, z, matrix):
+    """Set the matrix to [M, Φ_qᵀ; Φ_q, 0] with the entries `mass` of M."""
     none = filled(0.0)
     clear_matrix(structure.pattern, matrix)
-    add_mass(structure.mass, values.regular_mass, matrix)
+    add_mass(structure.mass, mass, matrix)
     add_constraint_tangent(structure.terms, values.terms, values.functions, now, z, none, matrix)
     add_angle_tangent(
         structure.vectors, values.vectors, structure.terms, values.terms, structure.state,
@@ -225,19 +248,29 @@ def accelerate(structure, values, now, work, chosen):
     Returns how many multipliers were left out.
     """
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
-    mass_matrix(structure, values, now, z, work.matrix)
+    mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
-    residual(structure, values, now, z, r, work.blocks)
-    for i in range(1, state.angle):
-        store(r, i, -load(r, i) if i <= state.coordinates else none)
-    subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
-    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
-    refine(structure, values, work, r)
-    for i in range(1, state.coordinates + 1):
-        row = state.acceleration + i
-        store(z, row, load(z, row) + where(chosen, load(r, i), none))
-    for k in range(state.multiplier, state.angle):
-        store(z, k, load(z, k) + where(chosen, load(r, k), none))
+    pending = chosen
+    for count in range(SOLUTIONS):
+        residual(structure, values, now, z, r, work.blocks)
+        for i in range(1, state.angle):
+            store(r, i, -load(r, i) if i <= state.coordinates else none)
+        subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
+        solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+        refine(structure, values, work, r)
+        change, largest = none, none
+        for k in range(state.multiplier, state.angle):
+            change = maximum(change, magnitude(load(r, k)))
+            largest = maximum(largest, magnitude(load(z, k)))
+        if count > 0:
+            pending = where(less(SETTLED * largest, change), pending, none)
+            if not any_true(pending):
+                break
+        for i in range(1, state.coordinates + 1):
+            row = state.acceleration + i
+            store(z, row, load(z, row) + where(pending, load(r, i), none))
+        for k in range(state.multiplier, state.angle):
+            store(z, k, load(z, k) + where(pending, load(r, k), none))
     return where(chosen, left_out, none)
 
 
@@ -274,7 +307,7 @@ def light(structure, values, now, work, left_out):
     In that of the integrator a constraint of a body that is much lighter than what stiffness and
     damping add to its neighbour looks as if it were redundant.
     """
-    mass_matrix(structure, values, now, work.z, work.matrix)
+    mass_matrix(structure, values, values.regular_mass, now, work.z, work.matrix)
     redundant = factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
     return less(redundant, left_out)
 
@@ -284,24 +317,32 @@ def share(structure, values, now, work, shared):
     """Replace the multipliers of the lanes in `shared` by the least ones with the same forces.
 
     They minimize Σ λ_k²/m_k with 1/m_k = Σ_i Φ_ki²/M_ii: each constraint carries in proportion to
-    the mass that it moves, whatever its unit.
+    the mass that it moves, whatever its unit. Light bodies count with a part of the whole mass.
     """
     state, z, r, least, matrix = structure.state, work.z, work.r, work.s, work.matrix
-    none = filled(0.0)
-    mass_matrix(structure, values, now, z, matrix)
+    none, pending = filled(0.0), shared
+    mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
     soften(structure.pattern, matrix, SMALLEST_PIVOT)
     factorize(structure.pattern, matrix, none, r)
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
-    for _ in range(SHARING_PASSES):  # z holds what is left to carry
+    for count in range(MOST_SHARING_PASSES):  # z holds what is left to carry
         clear(r, state.velocity)
         add_constraints(structure.terms, values.terms, values.functions, now, z, r)
         pass_on_moments(structure.vectors, values.vectors, state, z, r)
         for k in range(state.multiplier, state.angle):
             store(r, k, none)
         solve(structure.pattern, structure.pattern.below, matrix, (r,))
+        change, largest = none, none
         for k in range(state.multiplier, state.angle):
-            store(least, k, load(least, k) + load(r, k))
-            store(z, k, load(z, k) - load(r, k))
+            passed = where(pending, load(r, k), none)
+            store(least, k, load(least, k) + passed)
+            store(z, k, load(z, k) - passed)
+            change = maximum(change, magnitude(passed))
+            largest = maximum(largest, magnitude(load(least, k)))
+        if count >= SHARING_PASSES - 1:
+            pending = where(less(SETTLED * largest, change), pending, none)
+            if not any_true(pending):
+                break
     for k in range(state.multiplier, state.angle):
         store(z, k, load(least, k) + where(shared, none, load(z, k)))

@@ -254,7 +254,7 @@ def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch)
     monkeypatch.syspath_prepend(tmp_path)
     response = __import__("beside15").model
     with pytest.raises(ModuleNotFoundError):
-        dask.submit(__import__, "beside15").result()
+        dask.submit(__import__, "beside15").result(timeout=60)
     found = fb.propagate(response, INPUTS, LHS, executor=dask)
     exact = fb.propagate(response, INPUTS, LHS)
     np.testing.assert_array_equal(found["mean"], exact["mean"])

@@ -286,8 +286,9 @@ def attempt(name, arguments):
 
 
 @pytest.mark.parametrize("name", [name for name in CALLABLES if name not in FOREIGN])
-def test_the_usual_arguments_are_fine(name):
+def test_the_usual_arguments_are_fine(name, tmp_path, monkeypatch):
     """Otherwise they are refused before what is drawn is looked at."""
+    monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.FlexbandWarning)
         used(CALLABLES[name](**usual(name)))

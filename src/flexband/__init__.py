@@ -89,7 +89,6 @@ if TYPE_CHECKING:
     from flexband.report.notebook import load_ipython_extension
     from flexband.report.progress import progress_bar
     from flexband.study.comparison import compare
-    from flexband.study.results.result import StudyResult
     from flexband.study.run import RunOptions
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI

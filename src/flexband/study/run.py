@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexband.error_text import error_text
-from flexband.errors import RunsNeeded, ToleranceWarning, warn, without_warnings
+from flexband.errors import RunsNeeded, ToleranceWarning, flag, known, warn, whole, without_warnings
 from flexband.execution.store import Store
 from flexband.progress import Progress, doing
 from flexband.study.compiling import compile_ahead
@@ -21,8 +21,8 @@ from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
 from flexband.uncertainty.answers.sensitivity.contributions import contributions
-from flexband.uncertainty.evaluations.evaluations import BATCH, forget_failed
-from flexband.uncertainty.surrogates.verification import RUNS, verify
+from flexband.uncertainty.evaluations.evaluations import BATCH, POLICIES, forget_failed
+from flexband.uncertainty.surrogates.verification import MOST_RUNS, RUNS, verify
 
 if TYPE_CHECKING:
     from flexband.study.study import Study
@@ -52,6 +52,12 @@ class RunOptions:
         Whether runs that are in the folder are deleted before.
     retry_failed
         Whether recorded runs that failed are made again.
+
+    Raises
+    ------
+    InputError
+        If `batch` or `verification_runs` is not a whole number that is allowed, `failed` is no
+        policy, or another option is neither True nor False.
     """
 
     batch: int = BATCH
@@ -62,6 +68,14 @@ class RunOptions:
     allow_mismatch: bool = False
     replace: bool = False
     retry_failed: bool = False
+
+    def __post_init__(self) -> None:
+        whole("batch", self.batch, 1)
+        known("failed", self.failed, POLICIES)
+        if self.verification_runs is not None:
+            whole("verification_runs", self.verification_runs, 2, MOST_RUNS, or_zero=True)
+        for name in ("record", "allow_mismatch", "replace", "retry_failed"):
+            flag(name, getattr(self, name))
 
     def verifying(self, study: Study) -> int:
         """Return the number of runs that verify the result of a study."""

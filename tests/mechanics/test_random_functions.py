@@ -1,8 +1,13 @@
 """A sample of benchmarks/time_functions.py: motions under random functions of time."""
 
+import warnings
+
+import numpy as np
 import pytest
 from time_functions import trial
 from time_functions_draws import DRIVES, LOADS
+
+import flexband as fb
 
 FOLLOWED = [("load", name) for name in LOADS if name not in ("sines", "vibrations", "waves")]
 FOLLOWED += [("drive", name) for name in DRIVES if name != "cycloids"]
@@ -15,3 +20,25 @@ def test_motions_under_random_functions_are_followed(kind, family):
     assert max(each.error for each in trials) < 1e-2
     if family == "smooth":
         assert not any(each.needless for each in trials)
+
+
+def test_a_load_of_few_steps_per_period_is_warned_of_with_its_frequency():
+    mass = fb.PointMass(mass=1.0)
+    for steps, warned in ((6, True), (40, False)):
+        mechanism = fb.Mechanism(
+            bodies={"p": mass},
+            loads={"f": fb.Force("p", x=lambda t: np.sin(2 * np.pi * 100.0 * t))},
+            sensors={"p": fb.Position("p")},
+        )
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            fb.simulate(mechanism, duration=0.2, step=0.01 / steps)
+        texts = [str(w.message) for w in caught if "do not resolve" in str(w.message)]
+        assert bool(texts) == warned
+        frequencies = [float(text.split(" has about ")[1].split()[0]) for text in texts]
+        assert frequencies == [pytest.approx(100.0, rel=0.1)] * warned
+
+
+def test_no_rate_near_the_end_is_taken_from_values_beyond_a_breakpoint():
+    """The last breakpoint is 1.2 steps before the end; differences there reach 3 steps."""
+    assert trial("drive", "trapezoids", 700003).error < 1e-6

@@ -30,6 +30,9 @@ RESOLVED_FALL = 0.6
 It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or
 above half the frequency of the steps."""
 
+VIBRATING = 0.2
+"""Part of the steps of a run in which a function misses `SMALLEST_MISS` where it vibrates."""
+
 AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
 """Points per step of averages, with one call for many of them or for each."""
 
@@ -124,17 +127,48 @@ def averaged(
     return np.where(ends, total, values)
 
 
+def warn_of_vibrations(
+    at: Evaluation, times: np.ndarray, missed: Missed, followed: np.ndarray
+) -> None:
+    """Warn of a function that the chords of many steps are far from: it has few steps per period.
+
+    Parameters
+    ----------
+    followed : steps whose function is averaged, or that breakpoints divide, shape (steps, n).
+    """
+    coarse = np.where(followed, 0.0, missed.chord / missed.spread)
+    column = int((coarse > SMALLEST_MISS).sum(axis=0).argmax())
+    far = coarse[:, column] > SMALLEST_MISS
+    if far.mean() <= VIBRATING:
+        return
+    frequency, h = (
+        _frequency(at, times, int(coarse[:, column].argmax()), column),
+        times[1] - times[0],
+    )
+    warn(
+        f"{named(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s do not "
+        f"resolve: with {1 / (frequency * h):.2g} steps per period the motion may be off by "
+        "several per cent, with 30 by less than one",
+        ResolutionWarning,
+    )
+
+
+def _frequency(at: Evaluation, times: np.ndarray, step: int, column: int) -> float:
+    """Return the frequency that a function has most of around a step [Hz]."""
+    h = times[1] - times[0]
+    window = np.arange(max(0, step - 32), min(len(times) - 1, step + 32))
+    inner = (times[window, None] + h * np.arange(POINTS) / POINTS).ravel()
+    f = at(inner)[:, column]
+    energy = np.abs(np.fft.rfft((f - f.mean()) * np.hanning(len(f)))) ** 2
+    return float((1 + np.argmax(energy[1:])) / (len(f) * h / POINTS))
+
+
 def _warn(at: Evaluation, times: np.ndarray, peaks: np.ndarray) -> None:
     step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
     h, name = times[1] - times[0], named(at.function)
     text = f"{name} changes within the step at t = {times[step]:.4g} s"
     if (peaks[:, column] > 0).mean() > 0.5:
-        window = np.arange(max(0, step - 8), min(len(times) - 1, step + 8))
-        inner = (times[window, None] + h * np.arange(POINTS) / POINTS).ravel()
-        f = at(inner)[:, column]
-        energy = np.abs(np.fft.rfft((f - f.mean()) * np.hanning(len(f)))) ** 2
-        frequency = np.argmax(energy) / (len(f) * h / POINTS)
-        text = f"{name} has about {frequency:.3g} Hz"
+        text = f"{name} has about {_frequency(at, times, int(step), int(column)):.3g} Hz"
     warn(
         f"{text}, which steps of {h:.3g} s do not resolve: averages over steps are used, which "
         "keep its impulse; take a shorter step to see more of it",

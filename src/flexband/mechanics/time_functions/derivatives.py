@@ -13,12 +13,14 @@ WIDEST = 1 / 12
 """Largest distance of the values that a derivative is taken from, as a part of the table."""
 
 
-def derivatives(values: np.ndarray, half: float) -> np.ndarray:
+def derivatives(values: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray, float]:
     """Return f′ and f″ at every other time of a table, shape (times, 2, n).
 
-    They are those of the polynomial through the value and the two on each side of it, or through
-    seven values at the ends of the table. Where the step is so short that rounding errors would
-    show in f″, the values are taken further apart.
+    Further results are how far from each time the values are that they are taken from [s], shape
+    (times,), and the distance of these values [s]. The derivatives are those of the polynomial
+    through the value and the two on each side of it, or through seven values at the ends of the
+    table. Where the step is so short that rounding errors would show in f″, the values are taken
+    further apart.
 
     Parameters
     ----------
@@ -33,7 +35,11 @@ def derivatives(values: np.ndarray, half: float) -> np.ndarray:
         if rounding <= NOISE * curved or 2 * apart > WIDEST * len(values):
             break
         apart *= 2
-    return found / (apart * half) ** np.arange(1, 3)[:, None]
+    spacing = apart * half
+    place = half * np.arange(0, len(values), 2)
+    edge = np.minimum(place, half * (len(values) - 1) - place)
+    reach = np.where(edge < 2 * spacing, 6 * spacing, 2 * spacing)
+    return found / spacing ** np.arange(1, 3)[:, None], reach, spacing
 
 
 def _differences(values: np.ndarray, apart: int) -> np.ndarray:
@@ -62,11 +68,11 @@ def derivatives_within(
     times: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    half: float,
+    spacing: float,
 ) -> np.ndarray:
     """Return f′ and f″ at some times from values between two other times, shape (times, 2).
 
-    They are those of the polynomial through seven values, `half` apart or nearer.
+    They are those of the polynomial through seven values, `spacing` apart or nearer.
 
     Parameters
     ----------
@@ -74,7 +80,7 @@ def derivatives_within(
     low, high : between which f is smooth, with each of the `times` [s] in the interval or at its
         ends.
     """
-    apart = np.minimum(half, (high - low) / 6)
+    apart = np.minimum(spacing, (high - low) / 6)
     first = np.clip(times - 3 * apart, low, np.maximum(low, high - 6 * apart))
     values = points(first[:, None] + apart[:, None] * np.arange(7))
     place = (times - first) / apart

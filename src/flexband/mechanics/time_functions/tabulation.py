@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.errors import ResolutionWarning, warn
 from flexband.mechanics.forms import Composed, TimeFunction, during_impulse
-from flexband.mechanics.time_functions.averages import Missed, averaged
+from flexband.mechanics.time_functions.averages import Missed, averaged, warn_of_vibrations
 from flexband.mechanics.time_functions.breakpoints import (
     Breakpoints,
     locate,
@@ -135,7 +135,11 @@ class _Load(_Series):
                 rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
             divided = divisions(at, times, missed, points)
             step = ((divided.before - times[0]) / (times[1] - times[0])).astype(int)
-            rough[np.minimum(step, len(rough) - 1), divided.column] = False
+            step = np.minimum(step, len(rough) - 1)
+            rough[step, divided.column] = False
+            followed = rough.copy()
+            followed[step, divided.column] = True
+            warn_of_vibrations(at, times, missed, followed)
             points = points.joined(divided)
             values = averaged(at, times, values, missed, rough)
         return _Load(at, values, Breaks(points, at.columns, prescribes=False))
@@ -183,21 +187,31 @@ class _Motion:
 
 @dataclass(frozen=True, eq=False)
 class _Drive(_Series):
-    """A function in constraints: a prescribed motion, or its sine or cosine."""
+    """A function in constraints: a prescribed motion, or its sine or cosine.
+
+    Attributes
+    ----------
+    reach : how far from each time the values are that its rates are taken from [s].
+    spacing : distance of these values [s].
+    """
 
     motion: _Motion
     outer: np.ufunc | None
     fine: np.ndarray
     values: np.ndarray
     rates: np.ndarray
+    reach: np.ndarray
+    spacing: float
     breaks: Breaks | None
 
     @staticmethod
     def of(motion: _Motion, outer: np.ufunc | None, times: np.ndarray) -> _Drive:
         fine = _fine(times)
         values = motion.fine if outer is None else outer(motion.fine)
-        rates = derivatives(values, fine[1] - fine[0])[: len(times)]
-        return _Drive(motion, outer, values, values[::2][: len(times)], rates, motion.breaks)
+        rates, reach, spacing = derivatives(values, fine[1] - fine[0])
+        at = slice(len(times))
+        tables = values, values[::2][at], rates[at], reach[at]
+        return _Drive(motion, outer, *tables, spacing, motion.breaks)
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if not schedule.sides.any():
@@ -217,8 +231,9 @@ class _Drive(_Series):
         near[row, column] = True
         for c in range(values.shape[1]):
             moment = schedule.times[:, c % width]
+            reach = 1.001 * self.reach[schedule.numbers[:, c % width]]
             for time in breaks.before[breaks.column == c % at.columns]:
-                near[:, c] |= np.abs(moment - time) <= 1.001 * h
+                near[:, c] |= np.abs(moment - time) <= reach
         row, column = np.nonzero(near)
         moment, side = (rows[row, column % width] for rows in (schedule.times, schedule.sides))
         low, high = np.full((2, len(row)), times[[0, -1]][:, None])
@@ -230,7 +245,7 @@ class _Drive(_Series):
             bounds = np.r_[times[0], ends, times[-1]]
             low[chosen], high[chosen] = bounds[k], bounds[k + 1]
         rates[row, :, column] = derivatives_within(
-            lambda moments: points(moments, column), moment, low, high, h / 2
+            lambda moments: points(moments, column), moment, low, high, self.spacing
         )
         return values, rates
 

@@ -1,12 +1,14 @@
 """Counts in messages: one helper writes them, so that none reads "1 runs"."""
 
 import ast
+import importlib
 import re
 from pathlib import Path
 
 import pytest
 
 import flexband as fb
+from flexband.arguments import ArgumentError
 from flexband.words import all_of, are, number_of, with_article
 
 COUNTED = re.compile(
@@ -67,3 +69,19 @@ def test_other_wrong_arguments_are_those_of_python():
     with pytest.raises(TypeError, match="missing"):
         fb.Revolute("a")
     assert fb.RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1.0, angle=0.2).angle == 0.2
+
+
+CLASSES = [
+    name
+    for name in fb.__all__
+    if isinstance(value := getattr(fb, name), type)
+    and not issubclass(value, BaseException)
+    and "__init__" in vars(value)
+]
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_every_public_class_refuses_unknown_arguments_wherever_it_is_imported_from(name):
+    module = importlib.import_module(getattr(fb, name).__module__)
+    with pytest.raises(ArgumentError, match=f"{name} has no argument 'nonsense'"):
+        getattr(module, name)(nonsense=1)

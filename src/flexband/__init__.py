@@ -162,8 +162,6 @@ def __getattr__(name: str) -> object:
         value = import_module("flexband.plot")
     elif name in _MODULES:
         value = getattr(import_module(_MODULES[name]), name)
-        if isinstance(value, type):
-            import_module("flexband.arguments").tell_nearest_arguments(value)
     else:
         near = get_close_matches(name, __all__, 1)
         hint = f"; did you mean {near[0]!r}?" if near else ""

@@ -1,53 +1,69 @@
-"""Misspelled arguments of public classes: the error tells the nearest name."""
+"""Misspelled arguments of public classes: the error names the nearest one."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import wraps
-from typing import Any
+from typing import Any, TypeVar, dataclass_transform
 
 from flexband.errors import InputError
+
+Class = TypeVar("Class", bound=type)
 
 
 class ArgumentError(InputError, TypeError):
     """A name that is none of the arguments; the message states the nearest one, or all."""
 
 
-def tell_nearest_arguments(cls: type) -> None:
-    """Have a class, and its functions, tell the nearest name where an argument is misspelled.
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def frozen(**options: Any) -> Callable[[Class], Class]:
+    """Return a decorator that makes a frozen dataclass whose `arguments_checked`.
 
-    Parameters
-    ----------
-    cls : which is changed; an exception is not.
+    Options are those of `dataclasses.dataclass`.
     """
-    if issubclass(cls, BaseException):
-        return
-    for name, one in list(vars(cls).items()):
-        if name == "__init__" and inspect.isfunction(one):
-            setattr(cls, name, _telling(one, cls.__name__))
-        elif isinstance(one, classmethod | staticmethod) and not name.startswith("_"):
-            setattr(cls, name, type(one)(_telling(one.__func__, f"{cls.__name__}.{name}")))
+
+    def decorated(cls: Class) -> Class:
+        return arguments_checked(dataclass(frozen=True, **options)(cls))
+
+    return decorated
 
 
-def _telling(function: Callable, label: str) -> Callable:
+def arguments_checked(cls: Class) -> Class:
+    """Have a class, and its functions, name the nearest argument where one is misspelled."""
+    for name, member in list(vars(cls).items()):
+        if name == "__init__":
+            setattr(cls, name, _checked(member, cls.__name__))
+        elif isinstance(member, classmethod | staticmethod) and not name.startswith("_"):
+            setattr(cls, name, type(member)(_checked(member.__func__, f"{cls.__name__}.{name}")))
+    return cls
+
+
+def _checked(function: Any, label: str) -> Callable:
     """Return a function that raises `ArgumentError` where it does not have an argument."""
-    parameters = inspect.signature(function).parameters.values()
-    names = [one.name for one in parameters if one.name not in ("self", "cls")]
-    passes_on = any(one.kind is one.VAR_KEYWORD for one in parameters)
-    needed = [
-        one.name for one in parameters if one.kind is one.KEYWORD_ONLY and one.default is one.empty
-    ]
+    code = function.__code__
+    count = code.co_argcount + code.co_kwonlyargcount
+    names = set(code.co_varnames[:count])
+    passes_on = bool(code.co_flags & inspect.CO_VARKEYWORDS)
 
     @wraps(function)
-    def telling(*given: Any, **named: Any) -> Any:
-        for name in (one for one in named if one not in names):
-            possible = [own for own in (needed if passes_on else names) if own not in named]
-            near = get_close_matches(name, possible, 1)
+    def checked(*positional: Any, **named: Any) -> Any:
+        for name in named.keys() - names:
+            possible = _names(function, only_needed=passes_on)
+            near = get_close_matches(name, [known for known in possible if known not in named], 1)
             if near or not passes_on:
-                hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(names)}"
+                hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(possible)}"
                 raise ArgumentError(f"{label} has no argument {name!r}; {hint}")
-        return function(*given, **named)
+        return function(*positional, **named)
 
-    return telling
+    return checked
+
+
+def _names(function: Callable, *, only_needed: bool) -> list[str]:
+    """Return the arguments of a function, or the keyword arguments without a default."""
+    parameters = inspect.signature(function).parameters.values()
+    if only_needed:
+        return [p.name for p in parameters if p.kind is p.KEYWORD_ONLY and p.default is p.empty]
+    return [p.name for p in parameters if p.name not in ("self", "cls")]

@@ -6,11 +6,11 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import cloudpickle
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, RunError, numbers, positive, shown
 from flexband.execution.executors import (
     Arguments,
@@ -29,7 +29,7 @@ RESTART = 10.0
 """Time [s] in which a worker must have been restarted; otherwise it gets no more tasks."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class Dask:
     """A Dask cluster whose calls have a time limit, as an `executor`.
 

@@ -15,13 +15,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, Listener
 from multiprocessing.connection import wait as wait_for
 from typing import Any
 
 import cloudpickle
 
+from flexband.arguments import frozen
 from flexband.errors import numbers, positive, whole
 from flexband.execution.executors import Arguments, Outcome, Performing, dumped, received
 
@@ -35,7 +35,7 @@ SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that keep libraries from using all cores in every worker."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class Processes:
     """Local worker processes, as an `executor`.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, StoreError, flag, shown
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import RUNS
@@ -30,7 +30,7 @@ def versions() -> str:
     return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Store:
     """A folder in which every run is recorded as soon as it is finished.
 

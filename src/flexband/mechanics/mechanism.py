@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, partial
 from operator import methodcaller
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, shown, whole
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
@@ -54,7 +55,7 @@ from flexband.mechanics.sensors.motion import Sensor
 from flexband.words import with_article
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Mechanism:
     """A planar mechanism of rigid bodies, point masses, beams and cables.
 

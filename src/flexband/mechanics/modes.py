@@ -10,7 +10,7 @@ the centrifugal term −Ω²M x.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, flag, instance, known, warn, whole
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
@@ -48,7 +49,7 @@ UNBALANCED = 1e3
 """Excess of the forces, as `Balance` measures it, from which on the start is no equilibrium."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class SteadyRotation:
     """A steady rotation of the whole mechanism, about which `modes` finds small motions.
 

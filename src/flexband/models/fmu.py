@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, instance, numbers, positive, shown
 from flexband.models.extras import extra
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
@@ -29,7 +30,7 @@ EQUAL = 1e-6
 """Relative difference of equal steps."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class FMU(OneByOne):
     """``response(**values)``: simulate an FMU for co-simulation, FMI 2.0 or 3.0, for each sample.
 

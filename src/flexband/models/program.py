@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
@@ -20,6 +20,7 @@ from uuid import uuid4
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, function, instance, numbers, positive, shown
 from flexband.models.one_by_one import ModelError, OneByOne, result_of_one
 from flexband.models.processes import has_ended
@@ -32,7 +33,7 @@ SHOWN_LINES = 10
 """Last lines of what a program has written, in messages."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class ExternalProgram(OneByOne):
     """``response(**values)``: run a program for each sample, in a new folder, and read its results.
 

@@ -7,13 +7,14 @@ import json
 import urllib.error
 import urllib.request
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, instance, known, numbers, positive, shown
 from flexband.models.one_by_one import ModelError, OneByOne
 from flexband.words import number_of
@@ -21,7 +22,7 @@ from flexband.words import number_of
 PROTOCOL = 1.0
 
 
-@dataclass(frozen=True)
+@frozen()
 class UMBridgeModel(OneByOne):
     """``response(**values)``: evaluate a model of a UM-Bridge server for each sample.
 

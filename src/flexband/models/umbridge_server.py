@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from flexband.arguments import arguments_checked
 from flexband.errors import InputError, finite, shown
 from flexband.models.umbridge_client import PROTOCOL
 from flexband.words import number_of
@@ -190,6 +191,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Write no log."""
 
 
+@arguments_checked
 class UMBridgeServer:
     """A server that offers a response or a surrogate by the protocol UM-Bridge 1.0.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.error_text import error_text
 from flexband.errors import RunsNeeded, ToleranceWarning, flag, known, warn, whole, without_warnings
 from flexband.execution.store import Store
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-@dataclass(frozen=True)
+@frozen()
 class RunOptions:
     """How a study is run.
 

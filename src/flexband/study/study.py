@@ -6,13 +6,14 @@ import runpy
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, instance, known
 from flexband.uncertainty.answers.limits import Limit, several
 from flexband.uncertainty.evaluations.evaluations import BATCH, Evaluations
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from flexband.study.run import RunOptions
 
 
-@dataclass(frozen=True)
+@frozen()
 class Study:
     """A response, its inputs and a method; `flexband run` reads the one named ``study`` in a file.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, RunError, numbers, whole
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -31,7 +31,7 @@ MIN_PIVOT = 1e-8
 """What is new in a term, in the runs, as a fraction of the same of the term that is newest."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class RegressionPCCI:
     """Regression: the terms of low total order, by least squares, instead of a full tensor product.
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, whole
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -115,7 +115,7 @@ class Expanding(Method, Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen()
 class PCCI:
     """Polynomial-Chaos–Chebyshev-Interval method, Eqs. (11)–(18).
 
@@ -181,7 +181,7 @@ class PCCI:
         return self.expand(space, evaluate).bands(sigmas)
 
 
-@dataclass(frozen=True)
+@frozen()
 class ImprovedPCCI(PCCI):
     """Improved PCCI: the points of interval variables reach their bounds, Eqs. (19)–(21).
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, flag, numbers
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import (
@@ -27,7 +27,7 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-@dataclass(frozen=True)
+@frozen()
 class PerturbationChebyshev:
     """The perturbation–Chebyshev method: random variables to first order, intervals in Chebyshev.
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
+from flexband.arguments import frozen
 from flexband.errors import RunError, whole
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
@@ -113,7 +114,7 @@ def of_intervals(space: Space, eta: np.ndarray) -> str:
     return ", ".join(f"{k} = {own[0]:.6g}" for k, own in values.items() if k not in random)
 
 
-@dataclass(frozen=True)
+@frozen()
 class LHSScanning(Scanning):
     """The reference: Latin hypercube samples of ξ at every point of a scan of η, Eqs. (6)–(10).
 
@@ -136,7 +137,7 @@ class LHSScanning(Scanning):
         return latin_hypercube_normals(self.samples, dimension, self.seed)
 
 
-@dataclass(frozen=True)
+@frozen()
 class SobolScanning(Scanning):
     """Points of a scrambled Sobol' sequence of ξ at every point of a scan of η.
 
@@ -155,7 +156,7 @@ class SobolScanning(Scanning):
         return ndtri(sobol(self.samples, dimension, self.seed))
 
 
-@dataclass(frozen=True)
+@frozen()
 class MonteCarlo(Scanning):
     """Independent random samples of ξ at every point of a scan of η.
 

@@ -14,12 +14,12 @@ A node has the coordinates r, r_x and r_y, and r₀ is the Hermite cubic through
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, poissons_ratio, positive, shown
 from flexband.mechanics.bodies.assumed_strains import (
     ENDS,
@@ -63,7 +63,7 @@ section grows less than the axis stretches in a free beam that spins, if it is n
 its radius of gyration."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Beam(CentreLine):
     """A flexible beam with shear deformation, straight or curved, Eq. (22).
 

@@ -11,11 +11,11 @@ element does not lock, however thin it is, and bends to a circle without error.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import positive
 from flexband.mechanics.bodies.assumed_strains import (
     AXIAL,
@@ -31,7 +31,7 @@ from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.forms import Form, Frame, Vector, cross, subtract
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Cable(CentreLine):
     """A thin flexible body without shear deformation, straight or curved.
 

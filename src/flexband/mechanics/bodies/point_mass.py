@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import known, non_negative
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.forms import Form, Frame, fixed
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class PointMass(Body):
     """A mass without extent; its only point is "center", whose axes do not rotate.
 

@@ -8,13 +8,14 @@ The motion is the same, step by step.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import chain
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     finite,
@@ -32,7 +33,7 @@ from flexband.mechanics.bodies.plausible import plausible_block
 from flexband.mechanics.forms import Form, Frame, dot
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RigidBody(Body):
     """A rigid body whose reference node is its centre of mass, Eqs. (23)–(25).
 

@@ -14,12 +14,12 @@ generalized strains with the nine coefficients of `SectionStiffness`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import numbers, positive
 
 
@@ -66,7 +66,7 @@ class SectionIntegration(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen()
 class FullIntegration:
     """The element of Omar and Shabana (2001): plane stress, integrated over the whole section.
 
@@ -95,7 +95,7 @@ class FullIntegration:
         return D * (xx + nu * b), D * (b + nu * xx), E / (2 * (1 + nu)) * (g0 + y * g1)
 
 
-@dataclass(frozen=True)
+@frozen()
 class SelectiveIntegration:
     """The element without Poisson locking: Poisson's coupling acts on the centre line only.
 

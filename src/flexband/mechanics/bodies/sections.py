@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, positive
 from flexband.mechanics.bodies.properties import Along, Property
 
@@ -45,7 +46,7 @@ class _Given:
                 positive(f"{type(self).__name__} {field.name}", value)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Rectangle(_Given):
     """A rectangle; its shear factor is 10(1+ν)/(12+11ν) (Cowper 1966).
 
@@ -74,7 +75,7 @@ class Rectangle(_Given):
         return 10 * (1 + nu) / (12 + 11 * nu)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Circle(_Given):
     """A circle, or a tube if it has an inner diameter.
 
@@ -118,7 +119,7 @@ class Circle(_Given):
         return 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
 
 
-@dataclass(frozen=True)
+@frozen()
 class GeneralSection(_Given):
     """A symmetric section of any shape, given by its moments.
 

@@ -11,11 +11,11 @@ number does not grow as h → 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, numbers, positive, warn
 from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
@@ -78,7 +78,7 @@ DIVERGED, CONTRADICTED, UNDETERMINED = 3.0, 4.0, 10.0
 GOLDEN = (5**0.5 - 1) / 2
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class GeneralizedAlpha:
     """Numerical parameters of the integrator.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import function
 from flexband.mechanics.forms import (
     Composed,
@@ -31,7 +31,7 @@ from flexband.mechanics.joints.joint import (
 )
 
 
-@dataclass(frozen=True)
+@frozen()
 class PrescribedRotation(Joint):
     """A drive: the body of `first` is at the given angle to the X axis.
 
@@ -73,7 +73,7 @@ class PrescribedRotation(Joint):
         return [couple(multipliers[0], (driven, driven.normal))]
 
 
-@dataclass(frozen=True)
+@frozen()
 class PrescribedTravel(PairJoint):
     """A drive: the position of a point along a line.
 
@@ -115,7 +115,7 @@ class PrescribedTravel(PairJoint):
         return scale(-multipliers[0], self._axis(frame))
 
 
-@dataclass(frozen=True)
+@frozen()
 class PrescribedPath(Joint):
     """A drive: the position of a point in global axes.
 

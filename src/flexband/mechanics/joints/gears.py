@@ -7,11 +7,11 @@ together at any angle.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite
 from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
 from flexband.mechanics.joints.joint import (
@@ -24,7 +24,7 @@ from flexband.mechanics.joints.joint import (
 )
 
 
-@dataclass(frozen=True)
+@frozen()
 class Gear(PairJoint):
     """Two gears in mesh: they roll on each other without slipping.
 
@@ -87,7 +87,7 @@ class Gear(PairJoint):
         return -multipliers[0] * self.radii[0]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Rack(PairJoint):
     """A pinion on a rack: it rolls along a line of another body without slipping.
 

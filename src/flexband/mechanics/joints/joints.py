@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import flag, plausible_angle, positive
 from flexband.mechanics.forms import Form, Vector, cross, dot, scale, subtract, turned
 from flexband.mechanics.joints.joint import (
@@ -26,7 +26,7 @@ def _normal(axis: tuple[float, float]) -> tuple[float, float]:
     return -axis[1], axis[0]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Revolute(PairJoint):
     """A pin: the two points coincide."""
 
@@ -42,7 +42,7 @@ class Revolute(PairJoint):
         return -multipliers[0], -multipliers[1]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Weld(PairJoint):
     """A clamp: the points coincide, and the sections there keep the angle between them.
 
@@ -98,7 +98,7 @@ class Weld(PairJoint):
         return found
 
 
-@dataclass(frozen=True)
+@frozen()
 class Prismatic(PairJoint):
     """A slide: the first point stays on a line, and its body does not rotate against the other.
 
@@ -148,7 +148,7 @@ class Prismatic(PairJoint):
         return [couple(multipliers[1], (slider, slider.normal))]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Slot(PairJoint):
     """A pin in a straight slot: the first point stays on a line, its body may rotate.
 
@@ -182,7 +182,7 @@ class Slot(PairJoint):
         return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
 
 
-@dataclass(frozen=True)
+@frozen()
 class Distance(PairJoint):
     """A rigid rod without mass between two points.
 

@@ -6,18 +6,18 @@ The engine calls a law through its address, so it need not be compiled again for
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, function, non_negative, shown
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.compiled_laws import Law, compiled_law
 from flexband.mechanics.loads.load import Entries, InTime, LawEntry, Model, in_time
 
 
-@dataclass(frozen=True)
+@frozen()
 class ForceLaw:
     """Forces and moments on points by a user's function.
 
@@ -62,7 +62,7 @@ class ForceLaw:
         return Entries(laws=[LawEntry(frames, self.law, self.parameters)])
 
 
-@dataclass(frozen=True)
+@frozen()
 class ViscousFriction:
     """Friction in proportion to the relative velocity of two points, as in a guide.
 

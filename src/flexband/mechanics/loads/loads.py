@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, flag, function
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, TimeFunction, about, at_point, moves
@@ -21,7 +21,7 @@ from flexband.mechanics.loads.load import (
 )
 
 
-@dataclass(frozen=True)
+@frozen()
 class Gravity:
     """A uniform field of acceleration (x, y) [m/s²] that acts on every body.
 
@@ -50,7 +50,7 @@ class Gravity:
         return Entries(forces=weight, potential=sum(energies, Form({})))
 
 
-@dataclass(frozen=True)
+@frozen()
 class Force:
     """A force at a point.
 
@@ -92,7 +92,7 @@ class Force:
         return Entries(forces=at_point(force, frame.position))
 
 
-@dataclass(frozen=True)
+@frozen()
 class Moment:
     """A moment at a point of a body.
 
@@ -130,7 +130,7 @@ class Moment:
         return Entries(moments=[MomentEntry(frame.normal, moment)])
 
 
-@dataclass(frozen=True)
+@frozen()
 class DistributedLoad:
     """A load along the axis of a beam or cable, in global axes; it does not turn with the beam.
 

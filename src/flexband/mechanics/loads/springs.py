@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, non_negative, plausible_angle
 from flexband.mechanics.forms import moves, subtract
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.load import Entries, InTime, Model, SpringEntry, in_time
 
 
-@dataclass(frozen=True)
+@frozen()
 class Spring:
     """A translational spring, damper and actuator between two points.
 
@@ -63,7 +63,7 @@ class Spring:
         return Entries(springs=[SpringEntry([apart], *numbers)])
 
 
-@dataclass(frozen=True)
+@frozen()
 class TorsionSpring:
     """A spring, damper and actuator that turns two bodies, or a body and the ground.
 

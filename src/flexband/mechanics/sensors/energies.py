@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.mechanics.forms import Form, during_impulse
 from flexband.mechanics.sensors.motion import Model, Sensor
 
@@ -17,7 +17,7 @@ class _Energy(Sensor):
     units = (("", "J"),)
 
 
-@dataclass(frozen=True)
+@frozen()
 class KineticEnergy(_Energy):
     """The kinetic energy ½ vᵀ M v of all bodies [J]."""
 
@@ -29,7 +29,7 @@ class KineticEnergy(_Energy):
         ]  # fmt: skip
 
 
-@dataclass(frozen=True)
+@frozen()
 class ElasticEnergy(_Energy):
     """The elastic energy of all beams, cables, springs and torsion springs [J]."""
 
@@ -37,7 +37,7 @@ class ElasticEnergy(_Energy):
         return [Form.variable(model.state.energy)]
 
 
-@dataclass(frozen=True)
+@frozen()
 class PotentialEnergy(_Energy):
     """The potential energy of all loads that have one [J]; for gravity it is 0 at the origin."""
 
@@ -45,7 +45,7 @@ class PotentialEnergy(_Energy):
         return [sum((entries.potential for entries in model.entries.values()), Form({}))]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Work(_Energy):
     """The work ∫ Q dq that a load, joint or drive has done on the mechanism since the start [J].
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, known
 from flexband.mechanics.forms import Form
 from flexband.mechanics.joints.joint import Couple
 from flexband.mechanics.sensors.motion import Model, Sensor
 
 
-@dataclass(frozen=True)
+@frozen()
 class Reaction(Sensor):
     """The force that a joint exerts on its first body [N]: outputs "_X" and "_Y".
 
@@ -55,7 +55,7 @@ class Reaction(Sensor):
         return np.stack([(fx * nx + fy * ny) / size, (fy * nx - fx * ny) / size])
 
 
-@dataclass(frozen=True)
+@frozen()
 class ReactionMoment(Sensor):
     """The moment that a joint or drive exerts on its first body [N m].
 
@@ -94,7 +94,7 @@ class ReactionMoment(Sensor):
         return np.sum(terms, axis=0)[None]
 
 
-@dataclass(frozen=True)
+@frozen()
 class SpringForce(Sensor):
     """The tension k x + k₃ x³ + d ℓ̇ + f of a `Spring` [N], and its length ℓ [m]: "_F" and "_l"."""
 
@@ -105,7 +105,7 @@ class SpringForce(Sensor):
         return model.spring(self.spring, torsion=False)
 
 
-@dataclass(frozen=True)
+@frozen()
 class SpringMoment(Sensor):
     """The moment of a `TorsionSpring` on its first body [N m], and φ [rad]: "_M" and "_angle".
 

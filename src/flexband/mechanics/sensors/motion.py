@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Protocol
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.forms import Form, Frame
@@ -71,7 +71,7 @@ class Sensor(ABC):
         return rows
 
 
-@dataclass(frozen=True)
+@frozen()
 class Position(Sensor):
     """The position of a point in global axes [m]: outputs "_X" and "_Y"."""
 
@@ -82,7 +82,7 @@ class Position(Sensor):
         return model.frame(self.point).position
 
 
-@dataclass(frozen=True)
+@frozen()
 class Velocity(Sensor):
     """The velocity of a point in global axes [m/s]: outputs "_X" and "_Y"."""
 
@@ -93,7 +93,7 @@ class Velocity(Sensor):
         return model.velocity(self.point).position
 
 
-@dataclass(frozen=True)
+@frozen()
 class Acceleration(Sensor):
     """The acceleration of a point in global axes [m/s²]: outputs "_X" and "_Y"."""
 
@@ -104,7 +104,7 @@ class Acceleration(Sensor):
         return model.acceleration(self.point).position
 
 
-@dataclass(frozen=True)
+@frozen()
 class Angle(Sensor):
     """The angle from the X axis to the normal of the section at a point [rad], with turns counted.
 
@@ -121,7 +121,7 @@ class Angle(Sensor):
         return np.unwrap(np.arctan2(rows[1], rows[0]), axis=0)[None]
 
 
-@dataclass(frozen=True)
+@frozen()
 class AngularVelocity(Sensor):
     """The angular velocity of the section at a point [rad/s]."""
 
@@ -137,7 +137,7 @@ class AngularVelocity(Sensor):
             return ((x * vy - y * vx) / (x * x + y * y))[None]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Deflection(Sensor):
     """The distance of a point of a beam or cable from the chord between its ends [m].
 

@@ -9,12 +9,12 @@ found a little before it, at "0.499999" for a point "0.5".
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
@@ -81,7 +81,7 @@ class _Local(Sensor):
         return member, q, xi, length, strain, section, rest[of_section:]
 
 
-@dataclass(frozen=True)
+@frozen()
 class SectionForces(_Local):
     """Axial force, shear force and bending moment: outputs "_N" [N], "_Q" [N], "_M" [N m].
 
@@ -115,7 +115,7 @@ class SectionForces(_Local):
         return np.stack([normal, across, d[0] * couple[1] - d[1] * couple[0]])
 
 
-@dataclass(frozen=True)
+@frozen()
 class Strain(_Local):
     """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
 
@@ -168,7 +168,7 @@ class Strain(_Local):
         return np.stack([a0 + y * a1 + y**2 * a2, b, g0 + y * g1])
 
 
-@dataclass(frozen=True)
+@frozen()
 class Stress(Strain):
     """Stresses at a point of a beam's section [Pa]: outputs "_xx", "_yy", "_xy".
 

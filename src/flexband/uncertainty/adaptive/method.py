@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     ToleranceWarning,
@@ -29,7 +28,7 @@ LARGE_TOLERANCE = 0.5
 """Error of the bands, in parts of the error bar's width, that is hardly meant."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class AdaptivePCCI:
     """A sparse hybrid expansion that finds its orders by itself, and is judged by held-out runs.
 

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, function, instance, numbers, returned, shown
 
 Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], Any] | None
 """A number or a curve; None where there is none."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Limit:
     """What an output must stay below, above, or between.
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, shown
 from flexband.uncertainty.surrogates.axes import axes_of
 
@@ -22,7 +23,7 @@ UNEQUAL = 1e-6
 """Relative difference of steps from which on times are not equidistant."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class Magnitude:
     """The magnitude of a vector, √(x² + y²), at every time.
 
@@ -91,7 +92,7 @@ class _OverTime:
         return own, times.astype(float)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Peak(_OverTime):
     """The largest value over time; between times, that of a parabola through three of them."""
 
@@ -101,7 +102,7 @@ class Peak(_OverTime):
         return _peak(own, times)[0]
 
 
-@dataclass(frozen=True)
+@frozen()
 class Trough(_OverTime):
     """The smallest value over time; between times, that of a parabola through three of them."""
 
@@ -111,7 +112,7 @@ class Trough(_OverTime):
         return -_peak(-own, times)[0]
 
 
-@dataclass(frozen=True)
+@frozen()
 class PeakTime(_OverTime):
     """The time of the largest value; between times, that of a parabola through three of them."""
 
@@ -123,7 +124,7 @@ class PeakTime(_OverTime):
         return found if unit is None else found.assign_coords(unit=unit)
 
 
-@dataclass(frozen=True)
+@frozen()
 class RootMeanSquare(_OverTime):
     """The root of the mean square over time; the square is linear from each time to the next."""
 
@@ -136,7 +137,7 @@ class RootMeanSquare(_OverTime):
         return frame.copy(data=np.sqrt(own.values**2 @ (weights / weights.sum())))
 
 
-@dataclass(frozen=True)
+@frozen()
 class Spectrum(_OverTime):
     """The amplitudes of the discrete Fourier transform, up to half the sampling rate.
 

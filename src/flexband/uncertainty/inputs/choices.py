@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, non_negative, plausible_spread, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
@@ -18,7 +18,7 @@ MOST_CASES = 1000
 """Combinations of options, each of which has an expansion of its own."""
 
 
-@dataclass(frozen=True, init=False)
+@frozen(init=False)
 class Choice:
     """One of several options, none of which is more likely than another.
 
@@ -75,7 +75,7 @@ class Chosen(Input):
         return self.covered.standard(value)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Sizing(Chosen):
     """A nominal size that is free within a range, with a tolerance around it.
 
@@ -112,7 +112,7 @@ class Sizing(Chosen):
         return Interval(self.lower - self.tolerance, self.upper + self.tolerance)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Compensator(Chosen):
     """A number that is adjusted after assembly, such as the thickness of a shim.
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 from scipy.optimize import brentq
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, instance, known, shown
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
@@ -65,7 +66,7 @@ class Score(Input):
         return self.distribution.to_normal(value)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Correlated:
     """Random inputs that are correlated, as a member of `inputs` under any name.
 

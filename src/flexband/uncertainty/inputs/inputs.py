@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, ClassVar
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, non_negative, numbers, plausible_spread
 from flexband.uncertainty.expansions.families import HERMITE, Family
 
@@ -91,7 +92,7 @@ class Input(ABC):
         """
 
 
-@dataclass(frozen=True)
+@frozen()
 class Interval(Input):
     """A number of which only two bounds are known.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.uncertainty.adaptive.choice import Choice
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import Fit
@@ -39,7 +40,7 @@ HELD = 4
 """Runs that are held out."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class PhaseResolvedPCCI(ImprovedPCCI):
     """Improved PCCI of ringing responses: it expands phases and envelopes rather than values.
 

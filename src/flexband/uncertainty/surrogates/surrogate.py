@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from flexband.arguments import frozen
 from flexband.errors import instance
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -23,7 +24,7 @@ from flexband.uncertainty.surrogates.narrowing import narrowed_diagnostics, runs
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, diagnostics_of
 
 
-@dataclass(frozen=True)
+@frozen()
 class Surrogate:
     """A response as expansions: evaluate it, compute its moments and bounds, save it.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     function,
@@ -21,7 +21,7 @@ from flexband.errors import (
 from flexband.uncertainty.answers.allocation.grades import Grades
 
 
-@dataclass(frozen=True)
+@frozen()
 class ReciprocalCost:
     """The cost A + B/tᵏ of a tolerance t (Chase and Greenwood, 1988).
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, instance, known, numbers, positive, shown
 
 SIZES = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
@@ -24,7 +24,7 @@ ISO_286 = {
 """Widths of tolerance zones [µm], ISO 286-1:2010, Table 1."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class Grades:
     """Tolerances that can be had, and what each costs.
 

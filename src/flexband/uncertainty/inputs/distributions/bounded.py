@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, plausible_spread
 from flexband.uncertainty.expansions.families import LEGENDRE, Family
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution, Moments
@@ -18,7 +18,7 @@ LEAST_SHAPE, LARGEST_SHAPE = 0.02, 1e10
 its moments is no narrower than the largest tells."""
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Uniform(Distribution):
     """A uniformly distributed number.
 
@@ -56,7 +56,7 @@ class Uniform(Distribution):
         return place_between(self.lower, self.upper, value)
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Triangular(Distribution):
     """A number whose density rises from the lower bound to the mode, and falls to the upper bound.
 
@@ -94,7 +94,7 @@ class Triangular(Distribution):
             )
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Beta(Moments):
     """A number between two bounds with a beta distribution.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.optimize import elementwise
 from scipy.special import gamma, gammaln
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, plausible_spread
 from flexband.uncertainty.inputs.distribution import Moments, Spread
 
@@ -16,7 +16,7 @@ LEAST_SHAPE, LARGEST_SHAPE = 0.2, 1e4
 """Of a Weibull distribution."""
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Weibull(Moments):
     """A number with a Weibull distribution: P(x > X) = exp(−((X − location)/scale)^shape).
 
@@ -93,7 +93,7 @@ def _variation(shape: Any) -> Any:
     return gammaln(1 + 2 / shape) - 2 * gammaln(1 + 1 / shape)
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Gumbel(Spread):
     """A largest value, as of a load in a year, with a Gumbel distribution.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import log_ndtr
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, numbers, positive
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.inputs.distribution import Spread
@@ -21,7 +22,7 @@ LEAST_PROBABILITY = 1e-100
 """Of the values of a normal distribution that truncation leaves."""
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Normal(Spread):
     """A normally distributed number.
 
@@ -62,7 +63,7 @@ class Normal(Spread):
         return 0.0  # it is a linear function of ξ
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class LogNormal(Spread):
     """A positive number whose logarithm is normally distributed.
 
@@ -157,7 +158,7 @@ class LogNormal(Spread):
         return (np.log(value) - mean) / std
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class TruncatedNormal(Spread):
     """A normally distributed number of which only values between two limits occur.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ from numpy.polynomial import hermite_e
 from scipy.optimize import elementwise
 from scipy.special import ndtr, ndtri
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, numbers, positive, warn
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 from flexband.words import number_of
@@ -36,7 +36,7 @@ class Kernels(NamedTuple):
     width: float
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Samples(Distribution):
     """Measured values of a random number, smoothed by normal kernels.
 

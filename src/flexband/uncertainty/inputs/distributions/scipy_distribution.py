@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, numbers
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
@@ -17,7 +17,7 @@ from flexband.uncertainty.inputs.distributions.tabulated import Tabulated
 from flexband.uncertainty.inputs.inputs import Interval
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class ScipyDistribution(Tabulated):
     """A number with a continuous distribution of `scipy.stats`, which stands in `inputs` itself.
 

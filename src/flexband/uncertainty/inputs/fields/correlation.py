@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 from scipy.special import gammaln, kve
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, finite, function, numbers, positive, returned, whole
 from flexband.words import number_of
 
@@ -39,7 +39,7 @@ def triangular(distance: np.ndarray) -> np.ndarray:
     return np.maximum(1.0 - np.abs(finite("distance", distance, rank=None)), 0.0)
 
 
-@dataclass(frozen=True)
+@frozen()
 class Matern:
     """The Matérn function 2^(1−ν)/Γ(ν) s^ν K_ν(s), s = √(2ν) |d|, of smoothness ν.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import InputError, flag, positive
 from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profile, profile
 from flexband.words import number_of
@@ -18,7 +18,7 @@ CHECKED = 1001
 """Positions of the domain at which limits are checked."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class IntervalField(Field):
     """A function of the position [m] or the time [s] between two limits.
 

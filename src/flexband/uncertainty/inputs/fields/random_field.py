@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     function,
@@ -44,7 +45,7 @@ LARGEST_ACCELERATION_ERROR = 0.05
 """Of a field that prescribes a motion, without a warning."""
 
 
-@dataclass(frozen=True)
+@frozen()
 class RandomField(Field):
     """A random function of the position along a line [m] or of the time [s], as a series.
 

@@ -135,6 +135,7 @@ def test_fourteen_fitted_runs_follow_twenty_periods(f):
     assert bands.attrs["runs_fitted"] == 14
     assert bands.attrs["runs"] - 1 == 14 + bands.attrs["runs_checked"] <= 30
     assert bands.attrs["stopped"] == "the expansion meets its tolerance"
+    assert bands.attrs["stop_reason"] == "tolerance-met"
     for name in ("mean", "error_bar"):
         assert float(relative_error(bands[name], truth[name])) < 0.002
     assert bool(bands["trusted"])

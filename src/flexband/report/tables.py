@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.report.numbers import digits_for, number, percent
 from flexband.rounding import ROUNDING, rounding_levels
 from flexband.study.comparison import Comparison
-from flexband.uncertainty.adaptive.adaptation import MET
+from flexband.uncertainty.adaptive.adaptation import StopReason
 from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
@@ -352,7 +352,11 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
     chosen, unmet = "halved" in own, f"The tolerance of {100 * own['tolerance']:g} % is"
     share = tolerance / 2 if chosen else tolerance
     exceeded = own["expected_error"] > tolerance if chosen else error > tolerance
-    if exceeded and own.get("sigmas", 1) != 1 and own["stopped"] == MET:
+    if (
+        exceeded
+        and own.get("sigmas", 1) != 1
+        and own.get("stop_reason") == StopReason.TOLERANCE_MET
+    ):
         return [
             f"{unmet} met for μ ± σ, but NOT for μ ± {deviations(bands)}: choose a smaller one "
             "(--tolerance)"

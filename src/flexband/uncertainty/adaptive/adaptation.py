@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from enum import StrEnum
 
 import numpy as np
 
@@ -42,9 +43,23 @@ FEW = 10
 """Where the tolerance is not met, one of the last batches is run at rare values, if the budget has
 at least so many."""
 
-MET = "the expansion meets its tolerance"
-ALL_ORDERS = "all orders are in use"
-"""Why there are no more runs."""
+
+class StopReason(StrEnum):
+    """Why there are no more runs; `text` is the sentence."""
+
+    TOLERANCE_MET = "tolerance-met"
+    BUDGET_USED = "budget-used"
+    ORDERS_USED = "orders-used"
+
+    @property
+    def text(self) -> str:
+        """The reason as a sentence."""
+        return {
+            StopReason.TOLERANCE_MET: "the expansion meets its tolerance",
+            StopReason.BUDGET_USED: "the budget is used up",
+            StopReason.ORDERS_USED: "all orders are in use",
+        }[self]
+
 
 SEVERAL = 2
 """With so many variables one batch at least follows the first, which has few terms of each, and
@@ -97,10 +112,10 @@ class Adaptation:
         self.of_finer: dict[str, np.ndarray] | None = None
         self._judge()
 
-    def run(self, tolerance: float) -> str:
+    def run(self, tolerance: float) -> StopReason:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
         doing(f"runs until the expansion meets its tolerance{self.told}")
-        reason, confirmed, width = "", False, np.array(np.inf)
+        confirmed, width = False, np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < SEVERAL
         while True:
             width = 2 * width  # bands are searched only if they may be wide enough
@@ -112,10 +127,10 @@ class Adaptation:
             if tested and self._hold_rare(tolerance, met=met, last=last):
                 continue
             if met:
-                reason = MET
+                reason: StopReason | None = StopReason.TOLERANCE_MET
             else:
                 reason = self._extend()
-                if not reason:
+                if reason is None:
                     tested, confirmed = True, False
                     continue
                 if self._hold_rare(tolerance, met=met, last=True):
@@ -184,22 +199,22 @@ class Adaptation:
         """Number of runs of the next batch."""
         return max(BATCH, BATCH * round(GROWTH * len(self.design) / BATCH))
 
-    def _extend(self) -> str:
+    def _extend(self) -> StopReason | None:
         """Run and fit the next batch; return why there is none.
 
         A batch is kept for runs at extremes.
         """
         known, left = len(self.design), self.left - BATCH
         if left < 1:
-            return "the budget is used up"
+            return StopReason.BUDGET_USED
         design = self.design.extended(min(self._batch, left), self._parts())
         if len(design) == known:
-            return ALL_ORDERS
+            return StopReason.ORDERS_USED
         xi, eta = (v[known:] for v in design.points)
         self.made.fit(self._run(xi, eta, len(xi)))
         self.design = design
         self._judge(self.choice.fits)
-        return ""
+        return None
 
     def _hold_extremes(self, tolerance: float) -> bool:
         """Run and hold out a batch where bounds are attained; return whether these places are new.

@@ -14,7 +14,7 @@ from flexband.errors import (
     warn,
     whole,
 )
-from flexband.uncertainty.adaptive.adaptation import Adaptation, fewest_fitted
+from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason, fewest_fitted
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import FEWEST_HELD
@@ -130,7 +130,8 @@ class AdaptivePCCI:
         ``attrs["runs_coarser"]`` on others that were tried, ``attrs["runs_repeated"]``, and those
         that found the domains of fields or looked for inputs without effect.
         ``attrs["largest_miss"]`` names the held-out run that the expansion misses by the most,
-        ``attrs["stopped"]`` why there were no more runs, ``attrs["runs_generic"]`` how many
+        ``attrs["stopped"]`` says why there were no more runs, ``attrs["stop_reason"]`` is
+        tolerance-met, budget-used or orders-used, ``attrs["runs_generic"]`` how many
         held-out runs are at generic points. ``attrs["not_refined"]`` tells why nothing finer was
         tried, if it was not the tolerance that was met, and ``attrs["small_components"]`` the
         first outputs whose error is in parts of the error bar of another component.
@@ -142,7 +143,12 @@ class AdaptivePCCI:
             return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
 
         course, told = solved(begin, evaluate, self.tolerance)
-        told["advice"] = advice(course, str(told["stopped"]))
+        stopped = StopReason(str(told["stopped"]))
+        told |= {
+            "advice": advice(course, stopped),
+            "stop_reason": stopped.value,
+            "stopped": stopped.text,
+        }
         found = surrogate_of(course).telling(tolerance=self.tolerance, **told)
         error = found.diagnostics.attrs["expected_error"]
         if error > self.tolerance:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import warn
-from flexband.uncertainty.adaptive.adaptation import ALL_ORDERS, Adaptation
+from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
@@ -78,7 +78,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     return Surrogate(course.space, labels, tuple(choice.in_place_of_runs()), told, held)
 
 
-def advice(course: Adaptation, stopped: str) -> str:
+def advice(course: Adaptation, stopped: StopReason) -> str:
     """Return what helps where the tolerance is not met."""
     design, orders = course.design, course.choice.orders
     highest = design.highest if isinstance(design, NestedDesign) else np.full(len(orders), np.inf)
@@ -87,7 +87,7 @@ def advice(course: Adaptation, stopped: str) -> str:
         for name, order, most in zip(_variables(course.space), orders, highest, strict=True)
         if order >= most
     ]
-    if used or stopped == ALL_ORDERS:
+    if used or stopped is StopReason.ORDERS_USED:
         where = f" in {', '.join(used)}" if used else ""
         return (
             f"more runs hardly help, since the highest order is in use{where}. Where the response "

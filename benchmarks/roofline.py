@@ -16,7 +16,7 @@ from harness import ROOT, alternate, medians, options, report
 from kernels import kernel_cases, kernel_time
 
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.start import start
 from flexband.mechanics.kernels import (
@@ -133,7 +133,7 @@ def main() -> None:
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
-    work = Work.of(structure)
+    work = WorkSpace.of(structure)
     work.smallest[:] = 1e-7
     start(structure, values, work, np.zeros((4, WIDTH)))
     z, matrix, pattern = work.z, work.matrix, structure.pattern

@@ -125,7 +125,7 @@ def test_the_reference_has_every_public_name():
         for kind, name in re.findall(pattern, page.read_text(encoding="utf-8"), re.MULTILINE):
             if kind == "currentmodule":
                 module = name
-            else:
+            elif "." not in name:  # what only functions return has no public name
                 listed[module].append(name)
     assert sorted(listed["flexband"]) == sorted(fb.__all__)
     assert sorted(listed["flexband.plot"]) == sorted(fb.plot.__all__)

@@ -9,7 +9,7 @@ from scipy.optimize import root_scalar
 import flexband as fb
 from flexband.caching import cached_on_disk
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import Work
+from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import MARCH
@@ -234,7 +234,7 @@ class Dense:
         self.values = pack(self.system, np.array([0.0, 1e-3]))(0)
         rest = self.values.springs.rest
         rest[rest == RELAXED] = 0.7
-        self.work = Work.of(self.structure)
+        self.work = WorkSpace.of(self.structure)
         self.records = Record(self.structure), Record(self.values), Record(self.work)
         self.start = self.values.start[1:, 0].copy()
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import flexband as fb
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.runs import MadeRuns, Runs
+from flexband.uncertainty.adaptive.runs import MadeRuns, ResponseRuns
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -66,9 +66,11 @@ def test_runs_grow(batches, budget):
     """Fitted runs come first, in the order they were made in; so do those held out."""
     numbers = iter(range(1000))
 
-    def batch(count: int) -> Runs:
+    def batch(count: int) -> ResponseRuns:
         made = np.array([next(numbers) for _ in range(count)], dtype=float)
-        return Runs(made[:, None], made[:, None] + 0.5, np.tile(made[:, None, None], (1, 2, 3)))
+        return ResponseRuns(
+            made[:, None], made[:, None] + 0.5, np.tile(made[:, None, None], (1, 2, 3))
+        )
 
     runs = MadeRuns(batch(3), 2, budget)
     fitted, held = [0, 1], [2]

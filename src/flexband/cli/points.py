@@ -18,7 +18,7 @@ from flexband.errors import InputError
 from flexband.execution.journal import Finished
 from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder
-from flexband.study.points import Points
+from flexband.study.points import RequestedPoints
 from flexband.study.study import Study
 from flexband.uncertainty.evaluations.evaluations import evaluations
 from flexband.words import are
@@ -67,7 +67,7 @@ def ingest(
     study = plan.study()
     response = response_elsewhere(study)
     with StudyFolder(folder).held():
-        found = Points.of(folder).read(results, response.labels)
+        found = RequestedPoints.of(folder).read(results, response.labels)
         with evaluations(response, study.inputs, store=Store(folder)) as evaluate:
             record = evaluate.record
             assert record is not None

@@ -36,7 +36,7 @@ SLOW = 0.1
 """Runs that took longer [s] are synced at once."""
 
 
-class Record:
+class RunRecorder:
     """The runs of a store, and a thread that writes what is added.
 
     Runs are in the journal as soon as `add` returns, so that they survive the end of the process;

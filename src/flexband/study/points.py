@@ -25,7 +25,7 @@ SAME = 1e-6
 
 
 @dataclass
-class Points:
+class RequestedPoints:
     """All points of a study that were ever asked for; each keeps its number.
 
     Attributes
@@ -39,7 +39,7 @@ class Points:
     asked: list[tuple[str, tuple[float, ...]]]
 
     @classmethod
-    def of(cls, folder: Path) -> Points:
+    def of(cls, folder: Path) -> RequestedPoints:
         """Return the points in a folder; raise `StoreError` if the file is damaged."""
         file = folder / LEDGER
         try:
@@ -138,7 +138,7 @@ def ask_points(folder: Path, needed: RunsNeeded, inputs: Mapping[str, Any]) -> P
     """
     if any(isinstance(uncertain, RandomField) for uncertain in inputs.values()):
         raise InputError("a response elsewhere takes numbers and texts; got a RandomField")
-    return Points.of(folder).ask(needed, inputs)
+    return RequestedPoints.of(folder).ask(needed, inputs)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.budget import MOST_RUNS, check_method
-from flexband.uncertainty.runs.runs import Runs, in_cases
+from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -98,7 +98,7 @@ def propagate(
     sigmas = checked_sigmas(sigmas)
     options = {"batch": batch, "store": store, "executor": executor, "failed": failed}
 
-    def solved(runs: Runs) -> xr.Dataset:
+    def solved(runs: CountedRuns) -> xr.Dataset:
         bands = method.solve(runs.space, runs.start, sigmas)
         counted = runs.attributes(bands.attrs.get("not_trusted", ""))
         between = between_times(runs, bands)
@@ -134,7 +134,7 @@ def expand(
 
     options = {"batch": batch, "store": store, "executor": executor, "failed": failed}
 
-    def expanded(runs: Runs) -> Surrogate:
+    def expanded(runs: CountedRuns) -> Surrogate:
         surrogate = method.expand(runs.space, runs.start)
         doubts = surrogate.diagnostics.attrs.get("not_trusted", "")
         counted = runs.attributes(doubts)

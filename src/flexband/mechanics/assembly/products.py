@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.assembly.stacking import indices, stack
-from flexband.mechanics.assembly.structure import Products, Terms
+from flexband.mechanics.assembly.structure import ConstraintProducts, Products
 from flexband.mechanics.assembly.tables import Couples, Places
 from flexband.mechanics.forms import Form, TimeFunction
 
@@ -77,9 +77,9 @@ class TermTable(_FormTable):
         for k, i, j, *_ in self.terms:
             yield from ((k, i), (k, j), (i, j))
 
-    def structure(self, places: Places) -> Terms:
+    def structure(self, places: Places) -> ConstraintProducts:
         polynomials = sum(term.j < self.first_angle for term in self.terms)
-        return Terms(
+        return ConstraintProducts(
             *self.columns(places),
             slot=indices(places.slot(*couple) for couple in self.couples()).reshape(-1, 3),
             products=sum(term.i > 0 for term in self.terms),

@@ -84,7 +84,7 @@ class Laws(NamedTuple):
     memory: int  # rows of memory that the largest law needs
 
 
-class Terms(NamedTuple):
+class ConstraintProducts(NamedTuple):
     """Products of the constraints: of two variables first, then with functions, c z_j, angles."""
 
     k: np.ndarray  # multiplier
@@ -121,7 +121,7 @@ class Structure(NamedTuple):
     vectors: Vectors
     springs: Springs
     laws: Laws
-    terms: Terms
+    terms: ConstraintProducts
     forces: Products  # rows as [1, q]
     sensors: Products
     pattern: Pattern
@@ -188,7 +188,7 @@ class Values(NamedTuple):
     sensors: np.ndarray  # coefficients
 
 
-class Work(NamedTuple):
+class WorkSpace(NamedTuple):
     """Work space of one block, each array of shape (rows, WIDTH)."""
 
     z: np.ndarray  # the state, see `State`
@@ -206,7 +206,7 @@ class Work(NamedTuple):
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
-    def of(structure: Structure) -> Work:
+    def of(structure: Structure) -> WorkSpace:
         """Return work space for a mechanism, zeros."""
         state, pattern = structure.state, structure.pattern
         vectors = len(structure.vectors.start) - 1 - structure.vectors.turning
@@ -216,4 +216,4 @@ class Work(NamedTuple):
         rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, KEPT * rows[1])
         starts = [0, *accumulate(rows)]
         memory = zeros(starts[-1])
-        return Work(*(memory[start:end] for start, end in pairwise(starts)))
+        return WorkSpace(*(memory[start:end] for start, end in pairwise(starts)))

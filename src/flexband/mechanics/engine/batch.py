@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import KEPT, Values, Work
+from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.closing import closed, guessed
 from flexband.mechanics.engine.corrections import Corrections, corrections
@@ -158,7 +158,7 @@ def march_block(
     values: Values,
     rounds: int,
     under_way: list[np.ndarray] | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, Work]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, WorkSpace]:
     """Run one block; the number of its last round is added to those `under_way`.
 
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
@@ -173,7 +173,7 @@ def march_block(
     return series, failure, first, work
 
 
-def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
+def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
     """Return the state of a block at time zero, and its failures (4, WIDTH).
 
     Flexible members start unbent where loops close so. What fails is tried again from where loops
@@ -205,13 +205,13 @@ def begin(system: System, values: Values) -> tuple[Work, np.ndarray]:
 
 def _started(
     system: System, values: Values, guess: np.ndarray, smallest_pivots: np.ndarray
-) -> tuple[Work, np.ndarray]:
+) -> tuple[WorkSpace, np.ndarray]:
     """Return the state of a block that START finds from a guess, and its failures.
 
     The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
     it is the guess.
     """
-    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
     work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
     run(START, system, values, work, failure=failure)
@@ -225,7 +225,7 @@ def run(
     task: int,
     system: System,
     values: Values,
-    work: Work,
+    work: WorkSpace,
     outputs: np.ndarray = NOTHING[None],
     failure: np.ndarray = NOTHING,
     method: Coefficients = NO_STEP,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.assembly.stacking import mapped
-from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
@@ -87,7 +87,7 @@ class Equations:
     def __init__(self, system: System, values: Values, lane: int):
         self.system, self.state = system, system.structure.state
         self.values = mapped(lambda rows: _copies(rows[:, lane]), values)
-        self.work = Work.of(system.structure)
+        self.work = WorkSpace.of(system.structure)
         self.failure = np.zeros((4, WIDTH))  # of force laws, in the last evaluation
         self.q = slice(1, 1 + self.state.coordinates)
         self.v = slice(self.state.velocity + 1, self.state.acceleration)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.assembly.structure import Values, Work
+from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import SETTLE
@@ -91,7 +91,7 @@ def _settled(
     system: System, values: Values, part: np.ndarray, z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rests under parts of the loads near some states, and which samples have one."""
-    work, failure = Work.of(system.structure), np.zeros((4, WIDTH))
+    work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
     work.z[:] = z
     rows = np.empty((ITERATIONS + 1, system.sensed, WIDTH))
     run(SETTLE, system, raised(values, part), work, rows, failure)

@@ -14,7 +14,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, function, non_negative, shown
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.compiled_laws import Law, compiled_law
-from flexband.mechanics.loads.load import Entries, InTime, LawEntry, Model, in_time
+from flexband.mechanics.loads.load import Entries, InTime, LawEntry, LoadModel, in_time
 
 
 @frozen()
@@ -56,7 +56,7 @@ class ForceLaw:
         function("ForceLaw law", self.law)
         compiled_law(self.law, len(self.points), len(self.parameters))
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return the law."""
         frames = [model.frame(point) for point in self.points]
         return Entries(laws=[LawEntry(frames, self.law, self.parameters)])
@@ -87,7 +87,7 @@ class ViscousFriction:
         """Both points."""
         return [self.first, self.second]
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return the law."""
         return ForceLaw(self.points, drag, (self.damping,)).enters(model)
 

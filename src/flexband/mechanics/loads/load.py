@@ -18,7 +18,7 @@ InTime = ArrayLike | TimeFunction
 """A number, an array of shape (n,), or a function of the time [s] that returns one of these."""
 
 
-class Model(Protocol):
+class LoadModel(Protocol):
     """The methods of `Mechanism` that loads use; they are documented there."""
 
     def frame(self, point: PointName) -> Frame: ...
@@ -118,7 +118,7 @@ class Load(Protocol):
         """The points that the load names. A flexible member is divided where they are."""
         ...
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return what the load enters in the equations of motion."""
         ...
 

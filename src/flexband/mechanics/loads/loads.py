@@ -15,7 +15,7 @@ from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,
     InTime,
-    Model,
+    LoadModel,
     MomentEntry,
     in_time,
 )
@@ -43,7 +43,7 @@ class Gravity:
         """None: it acts on every body."""
         return []
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return the weight M g, and its potential −∫ρ g · r dV."""
         weight = model.weight(self.x, self.y)
         energies = (force * Form.variable(j) * -1.0 for j, force in weight.items())
@@ -83,7 +83,7 @@ class Force:
         """The point where it acts."""
         return [self.point]
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return F · ∂r/∂q."""
         frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
         if self.following and not frame.rigid:
@@ -120,7 +120,7 @@ class Moment:
         """The point where it acts."""
         return [self.point]
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return M ∂θ/∂q."""
         moment, frame = in_time("moment", self.moment), model.frame(self.point)
         if not moves(frame.normal):
@@ -163,7 +163,7 @@ class DistributedLoad:
         """The ends of the beam, between which it acts."""
         return [f"{self.beam}.start", f"{self.beam}.end"]
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return ∫ f · ∂r/∂q dx."""
         factor = Form.constant(1.0) if self.factor is None else Form.function(self.factor)
         steady = model.line_load(self.beam, self.x, self.y)

@@ -10,7 +10,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, finite, non_negative, plausible_angle
 from flexband.mechanics.forms import moves, subtract
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.loads.load import Entries, InTime, Model, SpringEntry, in_time
+from flexband.mechanics.loads.load import Entries, InTime, LoadModel, SpringEntry, in_time
 
 
 @frozen()
@@ -55,7 +55,7 @@ class Spring:
         """Both points."""
         return [self.first, self.second]
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return a spring along r_first − r_second."""
         apart = subtract(model.frame(self.first).position, model.frame(self.second).position)
         pull = in_time("pull", self.pull)
@@ -108,7 +108,7 @@ class TorsionSpring:
         """Both points."""
         return [self.first, self.second]
 
-    def enters(self, model: Model) -> Entries:
+    def enters(self, model: LoadModel) -> Entries:
         """Return a spring along the angle between the normals of the two sections."""
         normals = [model.frame(point).normal for point in self.points]
         if not any(map(moves, normals)):

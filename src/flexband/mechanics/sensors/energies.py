@@ -8,7 +8,7 @@ import numpy as np
 
 from flexband.arguments import frozen
 from flexband.mechanics.forms import Form, during_impulse
-from flexband.mechanics.sensors.motion import Model, Sensor
+from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 
 class _Energy(Sensor):
@@ -21,7 +21,7 @@ class _Energy(Sensor):
 class KineticEnergy(_Energy):
     """The kinetic energy ½ vᵀ M v of all bodies [J]."""
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         row, mass = model.state.velocity, model.mass
         return [
             Form({(row + i, row + j, None): (0.5 if i == j else 1.0) * m
@@ -33,7 +33,7 @@ class KineticEnergy(_Energy):
 class ElasticEnergy(_Energy):
     """The elastic energy of all beams, cables, springs and torsion springs [J]."""
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return [Form.variable(model.state.energy)]
 
 
@@ -41,7 +41,7 @@ class ElasticEnergy(_Energy):
 class PotentialEnergy(_Energy):
     """The potential energy of all loads that have one [J]; for gravity it is 0 at the origin."""
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return [sum((entries.potential for entries in model.entries.values()), Form({}))]
 
 
@@ -56,14 +56,14 @@ class Work(_Energy):
 
     part: str
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         pairs = model.generalized_force(self.part)
         rates = [Form({})] * len(pairs)
         if self.part in model.joints:
             rates = [_rate_in_impulse(variable, model) for _, variable in pairs]
         return [force for force, _ in pairs] + [variable for _, variable in pairs] + rates
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         force, moved, rate = np.split(rows, 3)
         steps = 0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(moved, axis=1)
         steps += force[:, 1:] * rate[:, 1:]
@@ -72,7 +72,7 @@ class Work(_Energy):
         return work
 
 
-def _rate_in_impulse(variable: Form, model: Model) -> Form:
+def _rate_in_impulse(variable: Form, model: SensorModel) -> Form:
     """Return the rate of a coordinate while an impulse acts; joints of angles do no work then."""
     _, row, _ = next(iter(variable.terms))
     if row > model.state.coordinates:

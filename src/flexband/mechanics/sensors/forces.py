@@ -11,7 +11,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, known
 from flexband.mechanics.forms import Form
 from flexband.mechanics.joints.joint import Couple
-from flexband.mechanics.sensors.motion import Model, Sensor
+from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 
 @frozen()
@@ -40,14 +40,14 @@ class Reaction(Sensor):
     def outputs(self) -> list[tuple[str, str]]:
         return [("_X", "N"), ("_Y", "N")] if self.axes == "global" else [("_x", "N"), ("_y", "N")]
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         joint, multipliers = model.joint(self.joint)
         force = joint.force(model.frame, multipliers)
         if force is None:
             raise InputError(f"joint {self.joint!r} exerts a moment and no force")
         return force if self.axes == "global" else [*force, *model.frame(joint.first).normal]
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         if self.axes == "global":
             return rows
         fx, fy, nx, ny = rows
@@ -71,21 +71,21 @@ class ReactionMoment(Sensor):
     units = (("", "N m"),)
     impulsive = True
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return [
             form
             for moment, vectors in self._moments(model)
             for form in (moment, *itertools.chain.from_iterable(vectors))
         ]
 
-    def _moments(self, model: Model) -> Sequence[Couple]:
+    def _moments(self, model: SensorModel) -> Sequence[Couple]:
         joint, multipliers = model.joint(self.joint)
         moments = joint.moments(model.frame, multipliers)
         if not moments:
             raise InputError(f"joint {self.joint!r} exerts no moment")
         return moments
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         given = iter(rows)
         terms = [
             next(given) * np.prod([np.hypot(next(given), next(given)) for _ in vectors], axis=0)
@@ -101,7 +101,7 @@ class SpringForce(Sensor):
     spring: str
     units = (("_F", "N"), ("_l", "m"))
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.spring(self.spring, torsion=False)
 
 
@@ -115,6 +115,6 @@ class SpringMoment(Sensor):
     spring: str
     units = (("_M", "N m"), ("_angle", "rad"))
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         tension, angle = model.spring(self.spring, torsion=True)
         return [-tension, angle]

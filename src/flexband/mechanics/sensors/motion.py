@@ -22,7 +22,7 @@ from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
 
 
-class Model(Protocol):
+class SensorModel(Protocol):
     """The members of `Mechanism` that sensors use; they are documented there."""
 
     @property
@@ -63,10 +63,10 @@ class Sensor(ABC):
         return list(self.units)
 
     @abstractmethod
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         """Return the forms to evaluate at every step."""
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         """Return the outputs (outputs, times, lanes) from the values of the rows."""
         return rows
 
@@ -78,7 +78,7 @@ class Position(Sensor):
     point: PointName
     units = (("_X", "m"), ("_Y", "m"))
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.frame(self.point).position
 
 
@@ -89,7 +89,7 @@ class Velocity(Sensor):
     point: PointName
     units = (("_X", "m/s"), ("_Y", "m/s"))
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.velocity(self.point).position
 
 
@@ -100,7 +100,7 @@ class Acceleration(Sensor):
     point: PointName
     units = (("_X", "m/s²"), ("_Y", "m/s²"))
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.acceleration(self.point).position
 
 
@@ -114,10 +114,10 @@ class Angle(Sensor):
     point: PointName
     units = (("", "rad"),)
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.frame(self.point).normal
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         return np.unwrap(np.arctan2(rows[1], rows[0]), axis=0)[None]
 
 
@@ -128,10 +128,10 @@ class AngularVelocity(Sensor):
     point: PointName
     units = (("", "rad/s"),)
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         return [*model.frame(self.point).normal, *model.velocity(self.point).normal]
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:  # n × ṅ / n · n
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:  # n × ṅ / n · n
         x, y, vx, vy = rows
         with np.errstate(invalid="ignore"):  # zeros after a failure
             return ((x * vy - y * vx) / (x * x + y * y))[None]
@@ -153,11 +153,11 @@ class Deflection(Sensor):
     place: str = "middle"
     units = (("", "m"),)
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         names = ("start", self.place, "end")
         return [form for name in names for form in model.frame(f"{self.body}.{name}").position]
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         ax, ay, x, y, bx, by = rows
         chord_x, chord_y = bx - ax, by - ay
         return ((chord_x * (y - ay) - chord_y * (x - ax)) / np.hypot(chord_x, chord_y))[None]

@@ -23,7 +23,7 @@ from flexband.mechanics.bodies.section_stiffness import Elasticity
 from flexband.mechanics.bodies.sections import Along
 from flexband.mechanics.forms import Form
 from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants
-from flexband.mechanics.sensors.motion import Model, Sensor
+from flexband.mechanics.sensors.motion import Sensor, SensorModel
 from flexband.words import with_article
 
 
@@ -33,14 +33,14 @@ class _Local(Sensor):
     body: str
     place: str
 
-    def _located(self, model: Model) -> tuple[Beam | Cable, int, int, float]:
+    def _located(self, model: SensorModel) -> tuple[Beam | Cable, int, int, float]:
         """Return the member, the row of its first coordinate, the element and ξ of the place."""
         member, first = model.member(self.body)
         place = member.located(self.place)
         element = min(int(place), member.elements - 1)
         return member, first, element, place - element
 
-    def rows(self, model: Model) -> Sequence[Form]:
+    def rows(self, model: SensorModel) -> Sequence[Form]:
         """Return the element's coordinates, its length and strains at the start, and `_numbers`.
 
         Raises
@@ -67,7 +67,7 @@ class _Local(Sensor):
         """Return what the sensor needs beside the stiffness of the section."""
         return []
 
-    def _read(self, rows: np.ndarray, model: Model):
+    def _read(self, rows: np.ndarray, model: SensorModel):
         """Return the member, q, ξ, length, strains less those at the start, and the numbers.
 
         The numbers are the stiffness of the section, and those of the sensor.
@@ -99,7 +99,7 @@ class SectionForces(_Local):
     place: str = "middle"
     units = (("_N", "N"), ("_Q", "N"), ("_M", "N m"))
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         member, q, xi, length, strain, section, _ = self._read(rows, model)
         if isinstance(member, Cable):
             EA, EI = section
@@ -154,7 +154,7 @@ class Strain(_Local):
             raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
         return [self.y, *member.elasticity(along), *member.curved(self.y, along)]
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         member, *_, strain, _, numbers = self._read(rows, model)
         if isinstance(member, Cable):
             axial = strain[0] - numbers[0] * strain[1]
@@ -194,7 +194,7 @@ class Stress(Strain):
             raise InputError(f"stresses need a Beam; {self.body!r} is {kind}")
         return super()._numbers(member, along)
 
-    def derive(self, rows: np.ndarray, model: Model) -> np.ndarray:
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         member, *_, strain, _, numbers = self._read(rows, model)
         y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
         rule = cast("Beam", member).integration

@@ -37,7 +37,7 @@ AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
 """Points per step of averages, with one call for many of them or for each."""
 
 
-class Missed(NamedTuple):
+class ChordMiss(NamedTuple):
     """What a function does between its values, each column judged alone, shape (steps, n).
 
     Attributes
@@ -56,7 +56,7 @@ class Missed(NamedTuple):
     largest: np.ndarray
 
     @staticmethod
-    def of(at: Evaluation, times: np.ndarray, values: np.ndarray) -> Missed:
+    def of(at: Evaluation, times: np.ndarray, values: np.ndarray) -> ChordMiss:
         """Look at a function with these values at equidistant times [s]."""
         steps, h = len(times) - 1, times[1] - times[0]
         per = points_per_step(at, steps)
@@ -82,7 +82,7 @@ class Missed(NamedTuple):
                 np.abs(f[:, per // 2 :] - (middle + half * (right - middle))).max(axis=1),
             )
         spread, largest = np.maximum(high - low, 1e-300), np.maximum(high, -low)
-        return Missed(chord, half_chord, beyond, spread, largest)
+        return ChordMiss(chord, half_chord, beyond, spread, largest)
 
     @property
     def noticed(self) -> np.ndarray:
@@ -99,7 +99,7 @@ class Missed(NamedTuple):
 
 
 def averaged(
-    at: Evaluation, times: np.ndarray, values: np.ndarray, missed: Missed, rough: np.ndarray
+    at: Evaluation, times: np.ndarray, values: np.ndarray, missed: ChordMiss, rough: np.ndarray
 ) -> np.ndarray:
     """Return the values with averages at both ends of the steps that are `rough`.
 
@@ -128,7 +128,7 @@ def averaged(
 
 
 def warn_of_vibrations(
-    at: Evaluation, times: np.ndarray, missed: Missed, followed: np.ndarray
+    at: Evaluation, times: np.ndarray, missed: ChordMiss, followed: np.ndarray
 ) -> None:
     """Warn of a function that the chords of many steps are far from: it has few steps per period.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.time_functions.averages import NOTICED_MISS, SMALLEST_MISS, Missed
+from flexband.mechanics.time_functions.averages import NOTICED_MISS, SMALLEST_MISS, ChordMiss
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, few
 from flexband.mechanics.time_functions.evaluation import Evaluation
 
@@ -24,7 +24,7 @@ MOST_DIVIDED = 0.25
 def divisions(
     at: Evaluation,
     times: np.ndarray,
-    missed: Missed,
+    missed: ChordMiss,
     located: Breakpoints,
 ) -> Breakpoints:
     """Return times that divide steps so that a function is nearly linear between them.

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.errors import ResolutionWarning, warn
 from flexband.mechanics.forms import Composed, TimeFunction, during_impulse
-from flexband.mechanics.time_functions.averages import Missed, averaged, warn_of_vibrations
+from flexband.mechanics.time_functions.averages import ChordMiss, averaged, warn_of_vibrations
 from flexband.mechanics.time_functions.breakpoints import (
     Breakpoints,
     locate,
@@ -50,7 +50,7 @@ def tabulate(
         If a function returns values that are not finite or not one number per sample, or one that
         prescribes a motion jumps.
     """
-    series: list[_Series] = []
+    series: list[_TabulatedFunction] = []
     motions: dict[TimeFunction, _Motion] = {}
     names: list[str] = []
     for f, function in enumerate(functions, start=1):
@@ -94,7 +94,7 @@ def tabulate(
     )
 
 
-class _Series:
+class _TabulatedFunction:
     """A function of time in the rounds of a run."""
 
     breaks: Breaks | None = None
@@ -104,7 +104,7 @@ class _Series:
         raise NotImplementedError
 
 
-class _Impulses(_Series):
+class _Impulses(_TabulatedFunction):
     """Whether a round is an impulse."""
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +112,7 @@ class _Impulses(_Series):
 
 
 @dataclass(frozen=True, eq=False)
-class _Load(_Series):
+class _Load(_TabulatedFunction):
     """A function that enters forces; `at` is None in runs that only start."""
 
     at: Evaluation | None
@@ -125,7 +125,7 @@ class _Load(_Series):
         if len(times) == 2:
             return _Load(None, values)
         at = Evaluation(function, values.shape[1], times)
-        missed = Missed.of(at, times, values)
+        missed = ChordMiss.of(at, times, values)
         rough, noticed = missed.unresolved, missed.noticed
         points = Breakpoints.none()
         if noticed.any() or hasattr(function, "breakpoints"):
@@ -186,7 +186,7 @@ class _Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class _Drive(_Series):
+class _Drive(_TabulatedFunction):
     """A function in constraints: a prescribed motion, or its sine or cosine.
 
     Attributes

@@ -9,20 +9,26 @@ import numpy as np
 
 from flexband.errors import InputError, RunError
 from flexband.progress import doing
-from flexband.uncertainty.adaptive.choice import Choice
+from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.discretization import (
     discretization_error,
     in_words,
     runs_on_finer,
 )
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import BATCH, Fit, GrowingDesign
+from flexband.uncertainty.adaptive.fits import BATCH, GrowingDesign, PartsFit
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.parts import Split, compared_times
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
-from flexband.uncertainty.adaptive.runs import FEWEST_HELD, MadeRuns, RareRuns, Runs, succeeded
+from flexband.uncertainty.adaptive.runs import (
+    FEWEST_HELD,
+    MadeRuns,
+    RareRuns,
+    ResponseRuns,
+    succeeded,
+)
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate, earlier_runs, quantities
@@ -99,11 +105,11 @@ class Adaptation:
         values, count = evaluate(xi, eta), len(self.design)
         self.labels, self.phase_resolved = values[:0].copy(), phase_resolved
         self.dt = step(values) if phase_resolved else 1.0
-        runs = Runs(xi, eta, series(values))
+        runs = ResponseRuns(xi, eta, series(values))
         self.quantities = quantities(evaluate, runs.values.shape[1])
         if len(known[0]):
             held = known[2].reshape(-1, *runs.values.shape[1:])
-            runs = Runs.joined(runs, Runs(known[0], known[1], held))
+            runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
         self.made = MadeRuns(succeeded(runs, count), count, most)
         self.generic = len(self.held.values)
         self.rare, self.rare_left = RareRuns.none(runs), MOST_RARE
@@ -140,12 +146,12 @@ class Adaptation:
             confirmed = True
 
     @property
-    def fitted(self) -> Runs:
+    def fitted(self) -> ResponseRuns:
         """The runs of the design."""
         return self.made.fitted
 
     @property
-    def held(self) -> Runs:
+    def held(self) -> ResponseRuns:
         """The runs held out."""
         return self.made.held
 
@@ -169,7 +175,7 @@ class Adaptation:
         """Number of runs."""
         return len(self.fitted.values) + self.checked + self.refined
 
-    def _judge(self, in_use: Sequence[Fit] = ()) -> None:
+    def _judge(self, in_use: Sequence[PartsFit] = ()) -> None:
         """Fit the runs, and choose the best of the new fits and those in use."""
         self.of_finer, self.stages = None, []
         if in_use:
@@ -177,14 +183,14 @@ class Adaptation:
         F = self.made.all.values
         fits = list(map(self._fit, self._split(F)))  # one by one: a stage takes more than the runs
         own = self.fitted, self.held, self.generic, self.rare, self.design.weights
-        self.choice = Choice.of([*fits, *in_use], *own)
+        self.choice = BestFits.of([*fits, *in_use], *own)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
         self.error = ExpectedError.of(self.choice, *of)
 
-    def _fit(self, stage: Stage) -> Fit:
+    def _fit(self, stage: Stage) -> PartsFit:
         self.stages.append(compared_times(stage))
-        return Fit.of(self.design, stage)
+        return PartsFit.of(self.design, stage)
 
     def _split(self, F: np.ndarray) -> Iterable[Stage]:
         """Return runs with 0, 1, 2, … carriers."""
@@ -277,13 +283,13 @@ class Adaptation:
         good = np.isfinite(found).all(axis=(1, 2))
         if not good.any():
             return False
-        new = Runs(xi[good], eta[good], found[good])
+        new = ResponseRuns(xi[good], eta[good], found[good])
         weight = np.concatenate([self.rare.weight, weight[good]])
-        self.rare = RareRuns(Runs.joined(self.rare.runs, new), weight)
+        self.rare = RareRuns(ResponseRuns.joined(self.rare.runs, new), weight)
         return True
 
-    def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> Runs:
-        return succeeded(Runs(xi, eta, series(self.evaluate(xi, eta))), needed)
+    def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
+        return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
     def discretization(self) -> dict[str, np.ndarray]:
         """Return the error that is due to each part of the discretization.

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import Fit, Weights
+from flexband.uncertainty.adaptive.fits import PartsFit, Weights
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.runs import RareRuns, Runs
+from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
@@ -42,7 +42,7 @@ class Doubted(NamedTuple):
     taken: bool
 
 
-class Choice(NamedTuple):
+class BestFits(NamedTuple):
     """The best fit of every output.
 
     Attributes
@@ -54,7 +54,7 @@ class Choice(NamedTuple):
     doubted : what grows at rare values, though it misses least in the held-out runs.
     """
 
-    fits: list[Fit]
+    fits: list[PartsFit]
     missed: np.ndarray
     later: np.ndarray
     overshoot: np.ndarray
@@ -62,13 +62,13 @@ class Choice(NamedTuple):
 
     @staticmethod
     def of(
-        fits: Sequence[Fit],
-        fitted: Runs,
-        held: Runs,
+        fits: Sequence[PartsFit],
+        fitted: ResponseRuns,
+        held: ResponseRuns,
         generic: int,
         rare: RareRuns,
         weights: Weights | None = None,
-    ) -> Choice:
+    ) -> BestFits:
         """Choose the fits that are best in runs they have not seen; further carriers have to pay.
 
         Parameters
@@ -79,7 +79,7 @@ class Choice(NamedTuple):
         """
         shape = held.values.shape
         thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
-        seen = Runs.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
+        seen = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
         later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
         least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
@@ -106,7 +106,7 @@ class Choice(NamedTuple):
                 missed[some, fit.outputs] = own
         assert doubted is not None  # new fits are of all outputs
         of_all = bool(np.all(best == closest))
-        return Choice(chosen, missed, later, overshoot, Doubted(*doubted, of_all))
+        return BestFits(chosen, missed, later, overshoot, Doubted(*doubted, of_all))
 
     def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
         """Return the expansions of all outputs at some of the times, one for each fit."""

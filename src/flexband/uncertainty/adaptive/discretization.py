@@ -12,9 +12,9 @@ import numpy as np
 
 from flexband.errors import RunError, warn
 from flexband.progress import doing
-from flexband.uncertainty.adaptive.choice import Choice
-from flexband.uncertainty.adaptive.fits import Fit, GrowingDesign
-from flexband.uncertainty.adaptive.runs import Runs, succeeded
+from flexband.uncertainty.adaptive.choice import BestFits
+from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
+from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage
@@ -29,7 +29,7 @@ MOST_TIMES = 600
 
 
 def discretization_error(
-    design: GrowingDesign, choice: Choice, stages: list[Stage], fine: slice
+    design: GrowingDesign, choice: BestFits, stages: list[Stage], fine: slice
 ) -> np.ndarray:
     """Return how far interval mean and error bar are off, shape (2, outputs, times).
 
@@ -44,7 +44,7 @@ def discretization_error(
     here, there = [], []
     for k in np.unique(carriers):
         stage = stages[k].at(thin)
-        fit = Fit.of(design, stage)
+        fit = PartsFit.of(design, stage)
         before, after = stage.runs(slice(fine.stop - fine.start)), stage.runs(fine)
         moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
         finer = fit._replace(parts=fit.formed + moved)
@@ -79,7 +79,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
                 f"{number_of(len(xi), 'run')} that tell the error of the {name} "
                 f"({in_words(response)})"
             )
-            finer = Runs(xi, eta, series(response(xi, eta)))
+            finer = ResponseRuns(xi, eta, series(response(xi, eta)))
             found[name] = succeeded(finer, len(xi)).values
     except RunError as error:
         if getattr(evaluate, "left_out", []):

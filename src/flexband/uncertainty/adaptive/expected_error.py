@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from flexband.rounding import ROUNDING, Units
-from flexband.uncertainty.adaptive.choice import Choice
+from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
@@ -40,7 +40,7 @@ class ExpectedError:
     quantities : of which vector or tensor each output is a component.
     """
 
-    choice: Choice
+    choice: BestFits
     values: np.ndarray
     size: np.ndarray
     window: int
@@ -121,7 +121,7 @@ class ExpectedError:
 
     @staticmethod
     def of(
-        choice: Choice,
+        choice: BestFits,
         generic: int,
         F: np.ndarray,
         dt: float,

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.runs import RareRuns, Runs
+from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation
@@ -63,7 +63,7 @@ class GrowingDesign(Design, Protocol):
         ...
 
 
-class Fit(NamedTuple):
+class PartsFit(NamedTuple):
     """The expansion of the parts of some outputs, with some number of carriers.
 
     Attributes
@@ -80,25 +80,25 @@ class Fit(NamedTuple):
     runs: int
 
     @staticmethod
-    def of(design: Design, stage: Stage) -> Fit:
+    def of(design: Design, stage: Stage) -> PartsFit:
         """Fit all outputs to the runs of a design, which are the first of the stage."""
         parts, columns = design.fit(stage.runs(slice(len(design)))), PartColumns.of_stage(stage)
         frequencies = [c.frequency for c in stage.carriers]
-        return Fit(np.arange(columns.outputs), parts, columns, frequencies, len(design))
+        return PartsFit(np.arange(columns.outputs), parts, columns, frequencies, len(design))
 
-    def of_outputs(self, outputs: np.ndarray) -> Fit:
+    def of_outputs(self, outputs: np.ndarray) -> PartsFit:
         """Return the fit of some of its outputs, by number."""
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, slice(None))
         columns = PartColumns.of(len(outputs), self.columns.carriers)
-        return Fit(outputs, parts, columns, self.frequencies, self.runs)
+        return PartsFit(outputs, parts, columns, self.frequencies, self.runs)
 
     @property
     def formed(self) -> HybridExpansion:
         """The parts, with all of their coefficients."""
         return self.parts.formed() if isinstance(self.parts, Interpolation) else self.parts
 
-    def at(self, times: slice | np.ndarray) -> Fit:
+    def at(self, times: slice | np.ndarray) -> PartsFit:
         """Return the fit at some of the times."""
         rows = self.columns.width
         return self._replace(parts=self.parts.of_rows(rows, np.arange(rows), times))
@@ -112,21 +112,21 @@ class Fit(NamedTuple):
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
-    def missed(self, runs: Runs) -> Iterator[tuple[slice, np.ndarray]]:
+    def missed(self, runs: ResponseRuns) -> Iterator[tuple[slice, np.ndarray]]:
         """Yield batches of runs and what it misses of them, shape (runs, outputs, times)."""
         for k in range(0, len(runs.values), BATCH):
             own = slice(k, k + BATCH)
             some = runs.which(own)
             yield own, some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
 
-    def mean_square_missed(self, runs: Runs, weights: np.ndarray) -> np.ndarray:
+    def mean_square_missed(self, runs: ResponseRuns, weights: np.ndarray) -> np.ndarray:
         """Return the weighted sum of squares of what it misses of runs, shape (outputs, times)."""
         square = np.zeros((len(self.outputs), runs.values.shape[2]))
         for own, missed in self.missed(runs):
             square += np.einsum("p,pot->ot", weights[own], missed**2)
         return square
 
-    def missed_later(self, fitted: Runs, weights: Weights | None) -> np.ndarray:
+    def missed_later(self, fitted: ResponseRuns, weights: Weights | None) -> np.ndarray:
         """Return the mean square of what it misses of runs that were fitted after it.
 
         Its shape is (outputs, times). It is zero for a fit of all runs.
@@ -136,7 +136,7 @@ class Fit(NamedTuple):
         return self.mean_square_missed(later, counts)
 
     def overshoot(
-        self, seen: Runs, places: Sequence[np.ndarray], rare: RareRuns, thin: slice
+        self, seen: ResponseRuns, places: Sequence[np.ndarray], rare: RareRuns, thin: slice
     ) -> tuple[np.ndarray, RareValues]:
         """Return how far it leaves the range of all runs at rare values of random variables.
 
@@ -160,7 +160,7 @@ class Fit(NamedTuple):
         values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
         return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 
-    def _outside(self, seen: Runs, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
+    def _outside(self, seen: ResponseRuns, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean square of how far it is outside, and the share of each value in it.
 
         Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.

@@ -16,7 +16,7 @@ RESERVED = 2**31
 """Bytes that are reserved at most for all runs of a budget; they are used once there are runs."""
 
 
-class Runs(NamedTuple):
+class ResponseRuns(NamedTuple):
     """Runs of a response.
 
     Attributes
@@ -29,18 +29,18 @@ class Runs(NamedTuple):
     eta: np.ndarray
     values: np.ndarray
 
-    def at(self, times: slice) -> Runs:
+    def at(self, times: slice) -> ResponseRuns:
         """Return the runs at some of the times."""
         return self._replace(values=self.values[..., times])
 
-    def which(self, own: slice) -> Runs:
+    def which(self, own: slice) -> ResponseRuns:
         """Return some of the runs, which are not copied."""
-        return Runs(*(v[own] for v in self))
+        return ResponseRuns(*(v[own] for v in self))
 
     @staticmethod
-    def joined(*parts: Runs) -> Runs:
+    def joined(*parts: ResponseRuns) -> ResponseRuns:
         """Return all runs of several parts."""
-        return Runs(*map(np.concatenate, zip(*parts, strict=True)))
+        return ResponseRuns(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 class RareRuns(NamedTuple):
@@ -52,16 +52,16 @@ class RareRuns(NamedTuple):
     weight : of an expectation, shape (points,).
     """
 
-    runs: Runs
+    runs: ResponseRuns
     weight: np.ndarray
 
     @staticmethod
-    def none(like: Runs) -> RareRuns:
+    def none(like: ResponseRuns) -> RareRuns:
         """Return no runs, of the shapes of others."""
-        return RareRuns(Runs(*(own[:0].copy() for own in like)), np.zeros(0))
+        return RareRuns(ResponseRuns(*(own[:0].copy() for own in like)), np.zeros(0))
 
 
-def succeeded(runs: Runs, needed: int) -> Runs:
+def succeeded(runs: ResponseRuns, needed: int) -> ResponseRuns:
     """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
     good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
     failed, held = np.flatnonzero(~good[:needed]), good[needed:]
@@ -74,7 +74,7 @@ def succeeded(runs: Runs, needed: int) -> Runs:
             "scanning methods go on without them",
             dict.fromkeys(failed.tolist(), (0.0, "failed")),
         )
-    return runs if good.all() else Runs(*(v[good] for v in runs))
+    return runs if good.all() else ResponseRuns(*(v[good] for v in runs))
 
 
 class MadeRuns:
@@ -84,7 +84,7 @@ class MadeRuns:
     refer to them.
     """
 
-    def __init__(self, runs: Runs, fitted: int, most: int):
+    def __init__(self, runs: ResponseRuns, fitted: int, most: int):
         """Copy runs, of which the first are fitted; `most` is the budget."""
         self.fit_count, size = fitted, max(1, runs.values[0].nbytes)
         capacity = max(len(runs.values), min(most, RESERVED // size))
@@ -92,21 +92,21 @@ class MadeRuns:
         self.count = len(runs.values)
 
     @property
-    def all(self) -> Runs:
+    def all(self) -> ResponseRuns:
         """All runs."""
         return self.memory.which(slice(self.count))
 
     @property
-    def fitted(self) -> Runs:
+    def fitted(self) -> ResponseRuns:
         """The runs that are fitted."""
         return self.memory.which(slice(self.fit_count))
 
     @property
-    def held(self) -> Runs:
+    def held(self) -> ResponseRuns:
         """The runs held out."""
         return self.memory.which(slice(self.fit_count, self.count))
 
-    def fit(self, new: Runs) -> None:
+    def fit(self, new: ResponseRuns) -> None:
         """Add runs that are fitted."""
         first, end = self.fit_count, self.fit_count + len(new.values)
         self._make_room(len(new.values))
@@ -116,7 +116,7 @@ class MadeRuns:
             own[first:end] = added
         self.fit_count, self.count = end, self.count + len(new.values)
 
-    def hold(self, new: Runs) -> None:
+    def hold(self, new: ResponseRuns) -> None:
         """Add runs that are held out."""
         self._make_room(len(new.values))
         for own, added in zip(self.memory, new, strict=True):
@@ -128,9 +128,9 @@ class MadeRuns:
             self.memory = _larger(self.all, 2 * (self.count + more))
 
 
-def _larger(runs: Runs, capacity: int) -> Runs:
+def _larger(runs: ResponseRuns, capacity: int) -> ResponseRuns:
     """Return a copy of runs in memory for more."""
-    found = Runs(*(np.empty((capacity, *own.shape[1:])) for own in runs))
+    found = ResponseRuns(*(np.empty((capacity, *own.shape[1:])) for own in runs))
     for own, known in zip(found, runs, strict=True):
         own[: len(known)] = known
     return found

@@ -22,7 +22,7 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.rules import scan_points
-from flexband.uncertainty.phases.terms import Terms
+from flexband.uncertainty.phases.terms import PartTerms
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
 REPLICATES = 8
@@ -68,7 +68,7 @@ class SampledSeries:
             one = expansion.of(np.array([output]))
             if isinstance(one, PhaseExpansion):
                 m = one.parts.interval_dimension
-                terms = Terms.of(one.parts, one.columns)
+                terms = PartTerms.of(one.parts, one.columns)
                 reach = terms.reach()[:m] * (not terms.saturated)
                 yield SampledSeries(
                     int(output), one, one.parts, scan_points(2 * terms.orders[:m], reach)

@@ -24,7 +24,7 @@ from flexband.errors import (
 from flexband.execution.executors import Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
-from flexband.execution.record import Record
+from flexband.execution.record import RunRecorder
 from flexband.execution.store import Owner, as_store
 from flexband.progress import Advance, doing, listening
 from flexband.uncertainty.evaluations.evaluated import Evaluated
@@ -62,7 +62,7 @@ class Evaluations:
     """
 
     perform: Performing = in_process
-    record: Record | None = None
+    record: RunRecorder | None = None
     failed: str = "stop"
     batch: int = BATCH
     failures: int = 0
@@ -116,7 +116,7 @@ class Evaluations:
         self.probed = found.probed
         return found
 
-    def _look_up(self, found: Evaluated, record: Record, advance: Advance) -> None:
+    def _look_up(self, found: Evaluated, record: RunRecorder, advance: Advance) -> None:
         """Take the runs that were made before; failed ones only if they are left out."""
         rows = record.find(found.setting, found.numbers)
         hits = np.flatnonzero(rows >= 0)
@@ -136,7 +136,7 @@ class Evaluations:
         found: Evaluated,
         runs: np.ndarray,
         most: int,
-        record: Record | None,
+        record: RunRecorder | None,
         advance: Advance,
     ) -> None:
         """Make runs, at most so many in one call."""
@@ -175,7 +175,7 @@ class Evaluations:
         self,
         found: Evaluated,
         failed: Mapping[int, tuple[str, Exception | None, float]],
-        record: Record | None,
+        record: RunRecorder | None,
         advance: Advance,
     ) -> None:
         """Record failed runs, and raise the error of one unless they are left out."""
@@ -195,7 +195,9 @@ class Evaluations:
                 ) from error
         advance(len(failed))
 
-    def _with_shorter_steps(self, found: Evaluated, run: np.ndarray, record: Record | None) -> bool:
+    def _with_shorter_steps(
+        self, found: Evaluated, run: np.ndarray, record: RunRecorder | None
+    ) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
         response: Any = found.response
         for part in range(1, HALVINGS + 1):
@@ -218,7 +220,7 @@ class Evaluations:
 
     def _keep(
         self,
-        record: Record | None,
+        record: RunRecorder | None,
         found: Evaluated,
         runs: np.ndarray,
         values: np.ndarray | None,
@@ -270,7 +272,7 @@ def evaluations(
         fields = {name: one for name, one in space.inputs.items() if isinstance(one, Field)}
         told = ", ".join(f"{name}: {fingerprint(one)}" for name, one in fields.items())
         about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
-        record = Record(store, Owner.of(response, store.version, names, told), about)
+        record = RunRecorder(store, Owner.of(response, store.version, names, told), about)
         try:
             yield Evaluations(perform, record, failed, batch)
         finally:

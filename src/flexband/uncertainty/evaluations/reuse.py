@@ -18,7 +18,7 @@ import numpy as np
 from flexband.errors import InputError
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import DOMAINS
-from flexband.execution.record import Record
+from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store
 from flexband.files import read_json, write_json
 from flexband.source_hash import source_hash
@@ -31,7 +31,7 @@ MOST = 10_000
 
 
 def generic_runs(
-    record: Record, space: Space, setting: str, most: int
+    record: RunRecorder, space: Space, setting: str, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ξ, η and values of up to `most` runs of studies with other intervals.
 
@@ -77,7 +77,7 @@ def located(
     return locate_fields(response, inputs)
 
 
-def keep_domains(response: Response, inputs: Mapping[str, Any], record: Record | None) -> None:
+def keep_domains(response: Response, inputs: Mapping[str, Any], record: RunRecorder | None) -> None:
     """Write the domains of the fields among the inputs into the folder of an open store."""
     if record is None:
         return

@@ -45,7 +45,7 @@ CHOICE_WEIGHT = 3.0
 """Weight of the number of choices, log C(K, P), over the runs."""
 
 
-class Fit(NamedTuple):
+class SparseFit(NamedTuple):
     """A sparse fit.
 
     Attributes
@@ -105,7 +105,7 @@ def term_scales(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
 
 def sparse_fit(
     values: np.ndarray, index: np.ndarray, series: np.ndarray, weight: np.ndarray | float = 1.0
-) -> Fit:
+) -> SparseFit:
     """Return the fit of the series by some of the candidates.
 
     The best of four fits is returned: of the candidates of order one, of those in one variable, of
@@ -132,7 +132,7 @@ def sparse_fit(
     found.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
     _, correction, which = min(found, key=lambda path: path[0])
     Q, R = np.linalg.qr(values[:, which])
-    return Fit(which, np.linalg.solve(R, Q.T @ series), correction)
+    return SparseFit(which, np.linalg.solve(R, Q.T @ series), correction)
 
 
 def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -38,7 +38,7 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class Part:
+class NarrowedInputs:
     """Inputs within others, and how their standard variables follow from each other.
 
     Attributes
@@ -79,7 +79,7 @@ class Part:
         return new[:, m:], new[:, :m]
 
 
-def part_of(space: Space, changes: Mapping[str, Any]) -> Part:
+def part_of(space: Space, changes: Mapping[str, Any]) -> NarrowedInputs:
     """Return the part of the inputs that narrower ones span.
 
     Raises
@@ -116,7 +116,7 @@ def part_of(space: Space, changes: Mapping[str, Any]) -> Part:
         new = narrower.inputs[name]
         if isinstance(one, PBox) and isinstance(new, PBox) and one.family != new.family:
             found[first[name]] = _between_middles(one.distribution, new.distribution)
-    return Part(narrower, found, center, radius, unit)
+    return NarrowedInputs(narrower, found, center, radius, unit)
 
 
 def _between_middles(one: Distribution, new: Distribution) -> Substitution:

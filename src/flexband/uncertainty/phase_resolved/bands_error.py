@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.runs import Runs
+from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.expansions.expansion import SIGMAS, joined
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
@@ -71,7 +71,7 @@ class NodePolynomials:
         found = [f.values(k + 1, x)[:, -1] ** 2 / f.norms(k + 1)[-1] for f, k, x in own]
         return np.stack(found, axis=-1) if found else np.zeros(xi.shape)
 
-    def missed(self, held: Runs, missed: np.ndarray) -> np.ndarray:
+    def missed(self, held: ResponseRuns, missed: np.ndarray) -> np.ndarray:
         """Return the mean square of a_v in each variable, intervals first, (outputs, variables).
 
         The likeliest ones are sought from equal ones on, if what is missed of a run is normally
@@ -101,7 +101,9 @@ class NodePolynomials:
         return np.stack([rng.choice(x, MOST_POINTS) for x in own], axis=-1)
 
 
-def error_of_bands(polynomials: NodePolynomials, held: Runs, error: ExpectedError) -> np.ndarray:
+def error_of_bands(
+    polynomials: NodePolynomials, held: ResponseRuns, error: ExpectedError
+) -> np.ndarray:
     """Return the error expected of mean and error bar, shape (2, outputs, times).
 
     Parameters

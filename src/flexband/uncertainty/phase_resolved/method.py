@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.uncertainty.adaptive.choice import Choice
+from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import Fit
+from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
-from flexband.uncertainty.adaptive.runs import RareRuns, Runs
+from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
@@ -85,10 +85,10 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         held = generic_points(0, HELD, len(nodes), space.families)
         xi, eta = (np.concatenate(pair) for pair in zip(design.points, held, strict=True))
         values = evaluate(xi, eta)
-        runs, dt = Runs(xi, eta, series(values)), step(values)
-        fits = [Fit.of(design, stage) for stage in decompose(runs.values, dt)]
+        runs, dt = ResponseRuns(xi, eta, series(values)), step(values)
+        fits = [PartsFit.of(design, stage) for stage in decompose(runs.values, dt)]
         fitted, held = (runs.which(own) for own in np.s_[: len(design), len(design) :])
-        choice = Choice.of(fits, fitted, held, HELD, RareRuns.none(held))
+        choice = BestFits.of(fits, fitted, held, HELD, RareRuns.none(held))
         of_one = quantities(evaluate, runs.values.shape[1])
         units = units_of(values)
         error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, of_one)

@@ -29,7 +29,7 @@ from flexband.uncertainty.phases.moment_orders import moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.search import search
-from flexband.uncertainty.phases.terms import Terms
+from flexband.uncertainty.phases.terms import PartTerms
 
 DESCENTS = 3
 """Points of the scan from which an extreme is searched."""
@@ -65,18 +65,18 @@ class PhaseExpansion:
         return self.columns.join(self.parts.evaluate_in_thread(xi, eta), single=True)
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        blocks = Terms.of(self.parts, self.columns).blocks()
+        blocks = PartTerms.of(self.parts, self.columns).blocks()
         found = [mean_and_std(terms.table(eta), terms.moments) for _, terms in blocks]
         mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*found, strict=True))
         return mean, std
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
         targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)])
-        terms = Terms.of(self.parts, self.columns)
+        terms = PartTerms.of(self.parts, self.columns)
         shape = len(targets), self.columns.outputs, len(terms.coefficients)
         values, places = np.empty(shape), np.empty((*shape, terms.interval_dimension))
 
-        def solve(block: tuple[slice, Terms]) -> None:
+        def solve(block: tuple[slice, PartTerms]) -> None:
             times, own = block
             values[..., times], places[..., times, :] = _search(own, targets, self.columns.outputs)
 
@@ -114,7 +114,7 @@ def expansion_of(outputs: np.ndarray, parts: HybridExpansion, columns: PartColum
     return DirectExpansion(outputs, parts)
 
 
-def smooth_moments(terms: Terms) -> tuple[HybridExpansion, np.ndarray]:
+def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
     """Return polynomials in η, and their coefficients in the table of smooth moments.
 
     The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
@@ -123,7 +123,7 @@ def smooth_moments(terms: Terms) -> tuple[HybridExpansion, np.ndarray]:
     return polynomials, inverse @ terms.table(eta)
 
 
-def moment_polynomials(terms: Terms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
+def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
     """Return the polynomials in η of smooth moments, and how values give their coefficients.
 
     Returns
@@ -137,7 +137,7 @@ def moment_polynomials(terms: Terms) -> tuple[HybridExpansion, np.ndarray, np.nd
     return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])
 
 
-def _search(terms: Terms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:
+def _search(terms: PartTerms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds of one block of times, (targets, outputs, times), and their places."""
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
     polynomials, smooth = smooth_moments(terms)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.phases.terms import Terms
+from flexband.uncertainty.phases.terms import PartTerms
 
 NEGLIGIBLE = 1e-6
 """Size below which a coefficient is left out, as a part of the variation of the mean, or of σ²."""
@@ -59,7 +59,7 @@ class Sizes(NamedTuple):
         return Sizes(self.orders[chosen], self.size[chosen])
 
 
-def moment_orders(terms: Terms) -> np.ndarray:
+def moment_orders(terms: PartTerms) -> np.ndarray:
     """Return orders of the polynomials for smooth moments, (polynomials, m), with all lower ones.
 
     Those of the expansion of the parts are among them, since phases are among the smooth moments.
@@ -88,7 +88,7 @@ def moment_orders(terms: Terms) -> np.ndarray:
         part *= 0.9
 
 
-def _sizes(terms: Terms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
+def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
     """Return sizes of the outputs' parts, of those with ξ, and of the phases' with ξ, times 2.
 
     The third has the terms that also have η; without turning parts it is empty, and so is the last.

@@ -25,7 +25,7 @@ SAMPLES = 8192
 
 
 @dataclass(frozen=True)
-class Terms:
+class PartTerms:
     """The terms of the parts, time by time.
 
     Attributes
@@ -40,11 +40,11 @@ class Terms:
     coefficients: np.ndarray
 
     @staticmethod
-    def of(expansion: HybridExpansion, columns: PartColumns) -> Terms:
+    def of(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:
         """Return the terms of an expansion of parts."""
         parts = expansion.coefficients.reshape(len(expansion.index), columns.width, -1)
         coefficients = np.ascontiguousarray(np.moveaxis(parts, 2, 0))
-        return Terms(expansion, columns, coefficients)
+        return PartTerms(expansion, columns, coefficients)
 
     @property
     def interval_dimension(self) -> int:
@@ -81,7 +81,7 @@ class Terms:
         """The columns of the table of smooth moments."""
         return MomentColumns.of(self.columns.outputs, self.columns.carriers)
 
-    def blocks(self) -> list[tuple[slice, Terms]]:
+    def blocks(self) -> list[tuple[slice, PartTerms]]:
         """Return slices that divide the times into blocks, and the terms of each."""
         times = len(self.coefficients)
         count = max(1, min(MAX_BLOCKS, times // MIN_BLOCK_TIMES))

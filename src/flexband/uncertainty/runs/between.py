@@ -15,7 +15,7 @@ import xarray as xr
 from flexband.errors import InputError, RunError, warn, without_warnings
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Response
-from flexband.uncertainty.runs.runs import Runs
+from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.words import number_of
 
 COUNT = 8
@@ -25,7 +25,7 @@ where most bounds are."""
 SEED = 0
 
 
-def between_times(runs: Runs, told: xr.Dataset) -> xr.Dataset:
+def between_times(runs: CountedRuns, told: xr.Dataset) -> xr.Dataset:
     """Return by how much outputs leave the range of two neighbouring values, between their times.
 
     Parameters

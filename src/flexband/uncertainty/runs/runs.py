@@ -43,7 +43,7 @@ MOST_FAILED = 0.05
 
 
 def in_cases(
-    solve: Callable[[Runs], Result],
+    solve: Callable[[CountedRuns], Result],
     response: Response,
     inputs: Mapping[str, Any],
     method: Method,
@@ -83,7 +83,7 @@ def in_cases(
         if explored:
             keep_domains(response, placed, evaluate.record)
         for label, own in all_inputs.items():
-            runs = Runs(response, own, method, evaluate, most_runs, len(all_inputs), advance)
+            runs = CountedRuns(response, own, method, evaluate, most_runs, len(all_inputs), advance)
             runs.labels, runs.case, runs.explored = labels, label, explored
             runs.check = check
             runs.check_left_out()
@@ -96,7 +96,7 @@ Call = tuple[np.ndarray, np.ndarray, np.ndarray]
 """ξ, η and values of evaluations."""
 
 
-class Runs:
+class CountedRuns:
     """Evaluations of the response and of its refinements, counted."""
 
     def __init__(self, response, inputs, method, evaluations, most_runs, count, progress):
@@ -313,7 +313,7 @@ def _succeeded(values: np.ndarray) -> np.ndarray:
 class Level:
     """The response on one discretization, as a function of ξ and η."""
 
-    def __init__(self, runs: Runs, response: Response, finer: tuple[str, ...] = ()):
+    def __init__(self, runs: CountedRuns, response: Response, finer: tuple[str, ...] = ()):
         self.runs, self.response, self.finer = runs, response, finer
         self.left_out: list[str] = self._of_nominal("left_out", [])
 

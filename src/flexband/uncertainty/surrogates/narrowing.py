@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from flexband.uncertainty.inputs.narrowing import Part
+from flexband.uncertainty.inputs.narrowing import NarrowedInputs
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.diagnostics import trust
@@ -19,7 +19,7 @@ RELATIVE = ("expected_error", "expansion_error", "discretization_error")
 """Errors as parts of the width of the bands, which are found with the bands."""
 
 
-def runs_in(part: Part, held: HeldOut) -> HeldOut:
+def runs_in(part: NarrowedInputs, held: HeldOut) -> HeldOut:
     """Return the held-out runs that judge a part of the inputs, in its variables."""
     old = np.concatenate([held.eta, held.xi], axis=1)
     near = held.nearest(part.distance(old))
@@ -28,7 +28,11 @@ def runs_in(part: Part, held: HeldOut) -> HeldOut:
 
 
 def narrowed_diagnostics(
-    told: xr.Dataset, labels: xr.DataArray, part: Part, held: HeldOut | None, values: np.ndarray
+    told: xr.Dataset,
+    labels: xr.DataArray,
+    part: NarrowedInputs,
+    held: HeldOut | None,
+    values: np.ndarray,
 ) -> xr.Dataset:
     """Return the diagnostics of a surrogate for a part of its inputs.
 
@@ -79,7 +83,7 @@ def narrowed_diagnostics(
     return told.assign_attrs(found.attrs)
 
 
-def _reached(told: xr.Dataset, part: Part) -> dict[str, list[float]]:
+def _reached(told: xr.Dataset, part: NarrowedInputs) -> dict[str, list[float]]:
     """Return the range of ξ in runs, in the variables of a part."""
     n = len(told.attrs.get(NAMES[0], []))
     m = len(part.radius) - n

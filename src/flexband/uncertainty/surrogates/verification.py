@@ -90,7 +90,7 @@ BETS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
 """Values of λ."""
 
 
-class Points(NamedTuple):
+class VerificationPoints(NamedTuple):
     """Where new runs are.
 
     Attributes
@@ -316,7 +316,7 @@ def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, lis
 
 def _points(
     surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int, left_out: np.ndarray
-) -> tuple[Points, np.ndarray]:
+) -> tuple[VerificationPoints, np.ndarray]:
     """Return where the runs are, and each output's error bar's width."""
     space, rng = surrogate.space, np.random.default_rng(seed)
     golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, TIMES))
@@ -351,7 +351,7 @@ def _points(
     normals[second], weight[second] = normals[first], weight[first]
     xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])
-    return Points(xi, eta, weight, sample & anywhere, names.tolist(), pairs), width
+    return VerificationPoints(xi, eta, weight, sample & anywhere, names.tolist(), pairs), width
 
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:

@@ -11,7 +11,7 @@ from flexband.mechanics.bodies.point_mass import PointMass
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.forms import Vector, add, scale
 from flexband.mechanics.joints.gears import Gear, Rack
-from flexband.mechanics.sensors.motion import Model
+from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.drawing.bodies import drawn_by_a_joint
 from flexband.report.drawing.scene import Scene, body_of, hull, pitch_radii
 from flexband.report.page.motion.tracks import Tracks
@@ -117,7 +117,7 @@ def _pitch_radius(scene: Scene, name: str) -> float:
     return max(radii, default=0.0)
 
 
-def _rim(model: Model, name: str, radius: float) -> Vector:
+def _rim(model: SensorModel, name: str, radius: float) -> Vector:
     """Return the point of a body at a radius on its x axis."""
     frame = model.frame(f"{name}.center")
     return add(frame.position, scale(radius, frame.normal))

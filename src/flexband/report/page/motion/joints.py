@@ -9,7 +9,7 @@ from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation,
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import PointName, along
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
-from flexband.mechanics.sensors.motion import Model
+from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.drawing.joints import first_sense, held_body, pivot, upward
 from flexband.report.drawing.scene import Scene, body_of
 from flexband.report.page.motion.bodies import Item
@@ -83,7 +83,7 @@ def _axis(tracks: Tracks, joint: Prismatic | Slot | PrescribedTravel) -> int:
     return tracks.direction(lambda model: along(model.frame(joint.second), joint.axis))
 
 
-def _contact(model: Model, gear: Gear) -> Vector:
+def _contact(model: SensorModel, gear: Gear) -> Vector:
     """Return where two gears touch."""
     (first, second), place = gear.radii, model.frame(gear.first).position
     centres = subtract(model.frame(gear.second).position, place)

@@ -9,7 +9,7 @@ from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
 from flexband.mechanics.loads.load import in_time
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
-from flexband.mechanics.sensors.motion import Model
+from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.drawing.loads import GAPS, elements_of, sense_of
 from flexband.report.drawing.scene import Scene, body_of
 from flexband.report.page.motion.bodies import Item
@@ -52,7 +52,7 @@ def load_item(scene: Scene, tracks: Tracks, name: str) -> Item:
     return item
 
 
-def _force(model: Model, load: Force) -> Vector:
+def _force(model: SensorModel, load: Force) -> Vector:
     x, y = in_time("x", load.x), in_time("y", load.y)
     return model.frame(load.point).direction(x, y) if load.following else (x, y)
 

@@ -12,7 +12,7 @@ from flexband.mechanics.forms import Vector
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.sensors.forces import Reaction
-from flexband.mechanics.sensors.motion import Model, Sensor
+from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 KINDS = ("position", "direction", "force")
 
@@ -21,10 +21,10 @@ KINDS = ("position", "direction", "force")
 class Track(Sensor):
     """A vector in global axes: outputs "_X" and "_Y"."""
 
-    vector: Callable[[Model], Vector]
+    vector: Callable[[SensorModel], Vector]
     units = (("_X", ""), ("_Y", ""))
 
-    def rows(self, model: Model) -> Vector:
+    def rows(self, model: SensorModel) -> Vector:
         return self.vector(model)
 
 
@@ -46,11 +46,11 @@ class Tracks:
         key = point if isinstance(point, str) else None
         return self.position(lambda model: model.frame(point).position, key)
 
-    def position(self, vector: Callable[[Model], Vector], key: Hashable = None) -> int:
+    def position(self, vector: Callable[[SensorModel], Vector], key: Hashable = None) -> int:
         """Return the number of a position; one of the same key is recorded once."""
         return self._number("position", vector, key)
 
-    def direction(self, vector: Callable[[Model], Vector], key: Hashable = None) -> int:
+    def direction(self, vector: Callable[[SensorModel], Vector], key: Hashable = None) -> int:
         """Return the number of a direction, whose length does not matter."""
         return self._number("direction", vector, key)
 
@@ -59,7 +59,7 @@ class Tracks:
         key = point if isinstance(point, str) else None
         return self.direction(lambda model: model.frame(point).normal, key)
 
-    def force(self, vector: Callable[[Model], Vector]) -> int:
+    def force(self, vector: Callable[[SensorModel], Vector]) -> int:
         """Return the number of a force."""
         return self._number("force", vector, None)
 
@@ -70,7 +70,7 @@ class Tracks:
             return None
         return self.force(lambda model: _pair(Reaction(joint).rows(model)))
 
-    def _number(self, kind: str, vector: Callable[[Model], Vector], key: Hashable) -> int:
+    def _number(self, kind: str, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
         tracks = self._tracks[kind]
         key = len(tracks) if key is None else key
         tracks.setdefault(key, Track(vector))

@@ -21,7 +21,7 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import PhaseExpansion, moment_polynomials
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.rules import SCANNED_REACH, Rule, axis_rule, resolving_rule
-from flexband.uncertainty.phases.terms import Terms
+from flexband.uncertainty.phases.terms import PartTerms
 
 QUANTUM = 1e-8
 """Coefficients are rounded to multiples of it, in parts of the width of an output's bands."""
@@ -59,7 +59,7 @@ def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
 
 def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
     parts, columns = expansion.parts, expansion.columns
-    terms = Terms.of(parts, columns)
+    terms = PartTerms.of(parts, columns)
     m, moments = terms.interval_dimension, terms.moments
     polynomials, eta, inverse = moment_polynomials(terms)
     rule = _rule(terms, eta, scale)
@@ -89,7 +89,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
     return found | _terms(parts, rows) | packed_rules | {"polynomials": values}
 
 
-def _rule(terms: Terms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
+def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     """Return points ξ and weights for the smooth moments at η; None if they were too many.
 
     Those along axes are taken if they give the moments of the surrogate at some of the times and η.

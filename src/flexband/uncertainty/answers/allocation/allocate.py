@@ -20,7 +20,7 @@ from flexband.uncertainty.answers.allocation.infeasible import check_feasible
 from flexband.uncertainty.answers.allocation.results import chance_result, result_of
 from flexband.uncertainty.answers.allocation.search import cheapest
 from flexband.uncertainty.answers.allocation.tolerances import Tolerances
-from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.uncertainty.answers.limits import corridors, joint
 from flexband.uncertainty.answers.probability.failure import RUNS
 from flexband.uncertainty.answers.probability.model import models
@@ -138,12 +138,12 @@ def allocate(
     graded = isinstance(next(iter(tolerances.costs.values())), Grades)
     search = cheapest_grades if graded else cheapest
     if response is None:
-        found = Confirmed.without_runs(worst, search(worst, Points.none(m)))
+        found = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
     else:
         function("response", response)
         check_names(response, surrogate.space.given)
         with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
-            first = search(worst, Points.none(m))
+            first = search(worst, WatchedPlaces.none(m))
             found = confirmed(surrogate, worst, first, response, evaluate, search)
     return result_of(surrogate, wanted, worst, found)
 
@@ -199,7 +199,7 @@ def _start(chance: Chance) -> np.ndarray:
         )
         try:
             check_feasible(chance.surrogate, worst, {"a limit": corridor})
-            return cheapest(worst, Points.none(m)).x
+            return cheapest(worst, WatchedPlaces.none(m)).x
         except InputError:
             if sigmas == 0.1 * k:
                 raise

@@ -23,7 +23,7 @@ from flexband.uncertainty.answers.limits import Corridor
 from flexband.uncertainty.answers.probability.correction import Correction, corrected
 from flexband.uncertainty.answers.probability.ends import SLACK, SMOOTH, ends
 from flexband.uncertainty.answers.probability.estimates import Estimate, estimate, mixture_around
-from flexband.uncertainty.answers.probability.model import Model
+from flexband.uncertainty.answers.probability.model import ResponseModel
 from flexband.uncertainty.answers.probability.statements import error_of_runs
 from flexband.uncertainty.answers.probability.states import LimitState
 from flexband.uncertainty.answers.probability.subset import Rare, rare
@@ -138,7 +138,7 @@ class Chance:
         """The numbers of the outputs and times of `Estimate.at_each` in the response."""
         return self._start.series
 
-    def by_runs(self, left: Left, model: Model) -> Correction:
+    def by_runs(self, left: Left, model: ResponseModel) -> Correction:
         """Return the probability corrected with runs, at the same place."""
         state, rng = self._narrow(left.x), np.random.default_rng(1)
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from flexband.errors import ResolutionWarning, StrainWarning, without_warnings
 from flexband.uncertainty.answers.allocation.search import Allocated
-from flexband.uncertainty.answers.allocation.worst_case import SAME, SIGNS, Points, WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCase
 from flexband.uncertainty.answers.results import expected_error
 from flexband.uncertainty.evaluations.evaluations import Evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
@@ -47,7 +47,7 @@ DIFFERENCE = 1e-3
 """Step of differences in normal variables."""
 
 
-Search = Callable[[WorstCase, Points, np.ndarray | None], Allocated]
+Search = Callable[[WorstCase, WatchedPlaces, np.ndarray | None], Allocated]
 """Returns tolerances that keep margins, given points where they are watched, and a start."""
 
 

@@ -17,7 +17,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from flexband.errors import InputError
 from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.search import Allocated, allocated
-from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import WatchedPlaces, WorstCase
 
 ROUNDS = 2000
 """Most choices of grades that are tried."""
@@ -26,7 +26,9 @@ NEGATIVE = -1e-9
 """Part of the scale below which a margin is negative."""
 
 
-def cheapest_grades(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> Allocated:
+def cheapest_grades(
+    worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = None
+) -> Allocated:
     """Return the cheapest grades that keep all margins of a box.
 
     Parameters
@@ -70,7 +72,9 @@ def _chosen(
     return np.concatenate(logs)[np.flatnonzero(found.x > 0.5)]
 
 
-def _cut(worst: WorstCase, point: Points, x: np.ndarray, logs: Sequence[np.ndarray]) -> np.ndarray:
+def _cut(
+    worst: WorstCase, point: WatchedPlaces, x: np.ndarray, logs: Sequence[np.ndarray]
+) -> np.ndarray:
     """Return which grades are tighter than some that violate a margin, (all grades,).
 
     These are made as tight as they still violate it at this point.

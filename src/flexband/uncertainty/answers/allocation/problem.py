@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from flexband.uncertainty.answers.allocation.tolerances import STEP
-from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import WatchedPlaces, WorstCase
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Problem:
     """
 
     worst: WorstCase
-    points: Points
+    points: WatchedPlaces
 
     @cached_property
     def columns(self) -> list[int]:
@@ -52,7 +52,7 @@ class Problem:
         ones = np.ones(len(self.adjusted))
         return np.concatenate([low, -ones]), np.concatenate([high, ones])
 
-    def split(self, v: np.ndarray) -> tuple[np.ndarray, Points]:
+    def split(self, v: np.ndarray) -> tuple[np.ndarray, WatchedPlaces]:
         """Return the variables of the search, and the points with the compensators of v."""
         count = len(self.worst.tolerances.bounds[0])
         if not self.columns:

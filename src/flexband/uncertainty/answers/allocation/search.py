@@ -19,7 +19,7 @@ from flexband.errors import InputError
 from flexband.uncertainty.answers.allocation.problem import Problem
 from flexband.uncertainty.answers.allocation.sizes import starts
 from flexband.uncertainty.answers.allocation.tolerances import STEP
-from flexband.uncertainty.answers.allocation.worst_case import Points, WorstCase
+from flexband.uncertainty.answers.allocation.worst_case import WatchedPlaces, WorstCase
 
 ROUNDS = 60
 """Most exchanges."""
@@ -63,13 +63,13 @@ class Allocated:
 
     x: np.ndarray
     margins: np.ndarray
-    points: Points
+    points: WatchedPlaces
     gradients: np.ndarray
     multipliers: np.ndarray
-    watched: Points
+    watched: WatchedPlaces
 
 
-def cheapest(worst: WorstCase, points: Points, x: np.ndarray | None = None) -> Allocated:
+def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = None) -> Allocated:
     """Return the cheapest tolerances that keep all margins of a box.
 
     When no margin is negative any more, a search without a start is tried again from random ones,
@@ -136,7 +136,9 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
     return start, [start, *others] if own.sizes else others
 
 
-def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> tuple[np.ndarray, Points]:
+def _solved(
+    worst: WorstCase, points: WatchedPlaces, x: np.ndarray
+) -> tuple[np.ndarray, WatchedPlaces]:
     """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
 
     The search starts at tolerances that keep them, and so does what it returns, in any case.
@@ -170,21 +172,21 @@ def _solved(worst: WorstCase, points: Points, x: np.ndarray) -> tuple[np.ndarray
 
 
 def _best_of(
-    worst: WorstCase, points: Points, starts: Sequence[np.ndarray]
-) -> tuple[np.ndarray, Points]:
+    worst: WorstCase, points: WatchedPlaces, starts: Sequence[np.ndarray]
+) -> tuple[np.ndarray, WatchedPlaces]:
     """Return the best of what searches from several starts find."""
     found = (_solved(worst, points, start) for start in starts)
     return min(found, key=lambda pair: _rank(worst, *pair))
 
 
-def _rank(worst: WorstCase, x: np.ndarray, points: Points) -> tuple[bool, float]:
+def _rank(worst: WorstCase, x: np.ndarray, points: WatchedPlaces) -> tuple[bool, float]:
     """Return whether tolerances violate margins, which the least may do, and their cost."""
     margins = worst.values(x[None], points)[0]
     violated = bool(np.any(margins < -2 * SLACK * worst.scale[points.series]))
     return violated, float(worst.tolerances.cost(x).sum())
 
 
-def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
+def _kept(worst: WorstCase, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
     """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
     own = worst.tolerances
     tighter, looser = 0.0, 0.0
@@ -202,7 +204,7 @@ def _kept(worst: WorstCase, points: Points, x: np.ndarray) -> np.ndarray:
 
 
 def allocated(
-    worst: WorstCase, x: np.ndarray, watched: Points, *, with_multipliers: bool = True
+    worst: WorstCase, x: np.ndarray, watched: WatchedPlaces, *, with_multipliers: bool = True
 ) -> Allocated:
     """Return tolerances with what limits them."""
     margins, places = worst.least(x)

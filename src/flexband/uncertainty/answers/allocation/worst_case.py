@@ -20,7 +20,7 @@ SAME = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class WatchedPlaces:
     """Where margins are watched.
 
     Attributes
@@ -35,15 +35,15 @@ class Points:
     places: np.ndarray
 
     @staticmethod
-    def none(m: int) -> Points:
+    def none(m: int) -> WatchedPlaces:
         """Return no points."""
-        return Points(np.zeros(0, int), np.zeros(0, int), np.zeros((0, m)))
+        return WatchedPlaces(np.zeros(0, int), np.zeros(0, int), np.zeros((0, m)))
 
-    def of(self, which: np.ndarray) -> Points:
+    def of(self, which: np.ndarray) -> WatchedPlaces:
         """Return some of the points."""
-        return Points(self.series[which], self.side[which], self.places[which])
+        return WatchedPlaces(self.series[which], self.side[which], self.places[which])
 
-    def with_new(self, other: Points, adjusted: Sequence[int] = ()) -> Points:
+    def with_new(self, other: WatchedPlaces, adjusted: Sequence[int] = ()) -> WatchedPlaces:
         """Return these points and those of others that are not among them.
 
         Points that differ in the `adjusted` variables alone are the same.
@@ -52,7 +52,7 @@ class Points:
         new = other.of(np.array([one.tobytes() not in keys for one in other.keys(adjusted)], bool))
         pairs = zip((self.series, self.side, self.places), (new.series, new.side, new.places),
                     strict=True)  # fmt: skip
-        return Points(*(np.concatenate(pair) for pair in pairs))
+        return WatchedPlaces(*(np.concatenate(pair) for pair in pairs))
 
     def keys(self, adjusted: Sequence[int] = ()) -> np.ndarray:
         """Return whole numbers that tell points apart, (points, 2 + m)."""
@@ -151,12 +151,12 @@ class WorstCase:
         low, high, places = self.bars(x)
         return np.stack([low - self.bounds[0], self.bounds[1] - high]), places
 
-    def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> Points:
+    def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> WatchedPlaces:
         """Return the points of local minima over time of margins that are below `most` scales."""
         side, series = np.nonzero(self._lowest(margins[None], most)[0])
-        return Points(series, side, places[side, series])
+        return WatchedPlaces(series, side, places[side, series])
 
-    def at_places(self, x: np.ndarray, points: Points, most: float) -> Points:
+    def at_places(self, x: np.ndarray, points: WatchedPlaces, most: float) -> WatchedPlaces:
         """Return what `lowest` does at each of the places of some points on its own.
 
         The best compensators make several margins the least, also at neighbouring times.
@@ -169,7 +169,7 @@ class WorstCase:
         least = own.min(axis=(1, 2), keepdims=True)
         lowest = self._lowest(margins, most) | (own < least + SAME * SAME)
         place, side, series = np.nonzero(lowest)
-        return Points(series, side, places[place])
+        return WatchedPlaces(series, side, places[place])
 
     def _lowest(self, margins: np.ndarray, most: float) -> np.ndarray:
         """Return which margins (rows, 2, series) are local minima over time below `most`."""
@@ -180,7 +180,7 @@ class WorstCase:
         lowest = (own <= padded[:, :-2]) & (own < padded[:, 2:]) & (own < most)
         return lowest.reshape(margins.shape)
 
-    def values(self, x: np.ndarray, points: Points) -> np.ndarray:
+    def values(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
         """Return the margins at points for several tolerances (rows, names), (rows, points)."""
         found = np.empty((len(x), len(points)))
         if not self.sigmas:
@@ -202,7 +202,7 @@ class WorstCase:
                     found[np.ix_(rows, own)] = SIGNS[side] * (chosen - self.bounds[side, series])
         return found
 
-    def _without_scatter(self, x: np.ndarray, points: Points) -> np.ndarray:
+    def _without_scatter(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
         """Return what `values` does without random inputs: each series at its own places."""
         found = np.empty((len(x), len(points)))
         sign = SIGNS[points.side]
@@ -220,7 +220,7 @@ class WorstCase:
         """Return the series of each output."""
         return [one for own in self.expansions for one in SampledSeries.of_outputs(own)]
 
-    def _eta(self, x: np.ndarray, points: Points) -> np.ndarray:
+    def _eta(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
         """Return η of points for several tolerances, one after the other, (rows points, m)."""
         own = self.tolerances
         eta = own.center(x)[:, None, :] + own.radius(x)[:, None, :] * points.places

@@ -16,7 +16,7 @@ from flexband.uncertainty.answers.descent import lowest_over_times
 from flexband.uncertainty.answers.probability.ends import SMOOTH
 from flexband.uncertainty.answers.probability.estimates import Estimate, clear
 from flexband.uncertainty.answers.probability.importance import Mixture
-from flexband.uncertainty.answers.probability.states import LimitState, Part
+from flexband.uncertainty.answers.probability.states import LimitedOutputs, LimitState
 from flexband.uncertainty.answers.probability.subset import Rare
 from flexband.uncertainty.answers.sampled import SampledSeries
 from flexband.uncertainty.expansions.families import Family
@@ -34,7 +34,7 @@ TOLERANCE, TINY = 1e-4, 1e-300
 
 
 @dataclass(frozen=True)
-class _Series:
+class _OutputMargins:
     """The margins of one output at its times, at fixed samples.
 
     Attributes
@@ -45,7 +45,7 @@ class _Series:
     """
 
     series: SampledSeries
-    part: Part
+    part: LimitedOutputs
     row: int
     psi: np.ndarray
     weights: np.ndarray
@@ -109,7 +109,9 @@ def at_each_time(
     found, places = [], []
     for part in state.parts:
         for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
-            few, many = (_Series(series, part, row, series.basis(xi), w) for xi, w in samples)
+            few, many = (
+                _OutputMargins(series, part, row, series.basis(xi), w) for xi, w in samples
+            )
             times = part.series.shape[1]
             eta, _ = lowest_over_times(few.scanned, few, series.scanned, times, TOLERANCE)
             flat = eta.reshape(2 * times, -1)

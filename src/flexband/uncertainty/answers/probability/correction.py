@@ -29,7 +29,7 @@ from flexband.uncertainty.answers.probability.estimates import (
     are_uneven,
     mixture_around,
 )
-from flexband.uncertainty.answers.probability.missed import Missed
+from flexband.uncertainty.answers.probability.missed import DiscrepancyModel
 from flexband.uncertainty.answers.probability.subset import COUNT, Rare, rare
 
 Margins = Callable[[np.ndarray], np.ndarray]
@@ -88,7 +88,7 @@ def corrected(
     accuracy : relative standard error of the first term.
     """
     n = near.u.shape[1]
-    known = Missed(near.u[:0], np.zeros(0))
+    known = DiscrepancyModel(near.u[:0], np.zeros(0))
 
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]

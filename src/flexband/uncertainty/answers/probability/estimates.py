@@ -17,7 +17,7 @@ from scipy.stats import chi2
 
 from flexband.uncertainty.answers.peaks import drops
 from flexband.uncertainty.answers.probability.importance import Mixture
-from flexband.uncertainty.answers.probability.states import LimitState, Part, least_of
+from flexband.uncertainty.answers.probability.states import LimitedOutputs, LimitState, least_of
 from flexband.uncertainty.answers.probability.subset import Rare, rare
 from flexband.uncertainty.surrogates.sigmas import growth
 
@@ -276,7 +276,7 @@ class _Sums:
             powers = np.stack([weights[own], weights[own] ** 2])
             return np.stack([weights[own], least, looser, *between]), powers @ out
 
-        found = self.state.reduced(u, eta, reduce, Part.sides)
+        found = self.state.reduced(u, eta, reduce, LimitedOutputs.sides)
         self.u.append(u)
         self.rows += [rows for rows, _ in found]
         for _, each in found:

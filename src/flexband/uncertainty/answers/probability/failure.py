@@ -18,7 +18,7 @@ from flexband.uncertainty.answers.probability.at_each import at_each_time
 from flexband.uncertainty.answers.probability.correction import corrected
 from flexband.uncertainty.answers.probability.ends import ends
 from flexband.uncertainty.answers.probability.estimates import Estimate, estimate
-from flexband.uncertainty.answers.probability.model import Model, models
+from flexband.uncertainty.answers.probability.model import ResponseModel, models
 from flexband.uncertainty.answers.probability.statements import (
     AT_EACH,
     BETWEEN,
@@ -197,7 +197,11 @@ def failure_probability(
 
 
 def _probability(
-    surrogate: Surrogate, corridor: Corridor, model: Model | None, accuracy: float, seed: int
+    surrogate: Surrogate,
+    corridor: Corridor,
+    model: ResponseModel | None,
+    accuracy: float,
+    seed: int,
 ) -> xr.Dataset:
     """Return the result for one limit and one combination of options."""
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
@@ -310,7 +314,7 @@ def _between(own: Sequence[Estimate], told: Sequence[Any]) -> np.ndarray:
     return np.sort(np.transpose(found), axis=1)
 
 
-def _least(state: LimitState, model: Model, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Return the least margins of runs of the model at u and one η, (points,)."""
     return state.least_of_response(model(u, eta))
 

@@ -17,7 +17,7 @@ RATIOS = (1e-8, 1e-4, 1e-2, 0.1, 1.0)
 
 
 @dataclass(frozen=True)
-class Missed:
+class DiscrepancyModel:
     """Margins of the model less those of a surrogate.
 
     Attributes
@@ -29,9 +29,9 @@ class Missed:
     u: np.ndarray
     missed: np.ndarray
 
-    def with_runs(self, u: np.ndarray, missed: np.ndarray) -> Missed:
+    def with_runs(self, u: np.ndarray, missed: np.ndarray) -> DiscrepancyModel:
         """Return the same with further runs."""
-        return Missed(np.concatenate([self.u, u]), np.concatenate([self.missed, missed]))
+        return DiscrepancyModel(np.concatenate([self.u, u]), np.concatenate([self.missed, missed]))
 
     @cached_property
     def _fit(self) -> tuple[np.ndarray, float, float]:

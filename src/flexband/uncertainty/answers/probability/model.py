@@ -23,7 +23,7 @@ LEAST_RUNS, MOST_RUNS = 16, 100_000
 
 
 @dataclass(frozen=True)
-class Model:
+class ResponseModel:
     """A response, of which runs can be made.
 
     Attributes
@@ -51,7 +51,7 @@ def models(
     probabilities: int,
     progress: Callable[[int, int], object] | None,
     **options: Any,
-) -> Iterator[dict[str, Model | None]]:
+) -> Iterator[dict[str, ResponseModel | None]]:
     """Give the model of every combination of options, None without a response.
 
     Parameters
@@ -70,7 +70,7 @@ def models(
     advance = counted(progress, runs * probabilities * len(surrogates))
     with evaluations(response, given, **options) as evaluate:
 
-        def model(label: str, one: Surrogate) -> Model:
+        def model(label: str, one: Surrogate) -> ResponseModel:
             own, finer = as_expanded(one, response)
 
             def run(points: tuple[np.ndarray, np.ndarray]) -> xr.DataArray:
@@ -81,6 +81,6 @@ def models(
                 assert made.values is not None
                 return made.values
 
-            return Model(one.space, runs, run)
+            return ResponseModel(one.space, runs, run)
 
         yield {label: model(label, one) for label, one in surrogates.items()}

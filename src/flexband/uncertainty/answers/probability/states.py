@@ -31,7 +31,7 @@ LEAST_SCATTER = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class LimitedOutputs:
     """Some outputs of one expansion at some times, and where they must be.
 
     Attributes
@@ -84,13 +84,13 @@ class Part:
         before = np.concatenate([[0.0], np.cumsum(all_steps)])
         return np.diff(before[times]) if len(times) > 2 else None
 
-    def at(self, times: np.ndarray) -> Part:
+    def at(self, times: np.ndarray) -> LimitedOutputs:
         """Return the part at some of its times."""
         own = self.expansion.of(self.expansion.outputs, times)
         names = ("lower", "upper", "error", "scale", "series", "beyond")
         return replace(self, expansion=own, **{k: getattr(self, k)[..., times] for k in names})
 
-    def tighter(self, count: float) -> Part:
+    def tighter(self, count: float) -> LimitedOutputs:
         """Return the part with limits that are tighter by so many of its errors."""
         moved = count * self.error
         return replace(self, lower=self.lower + moved, upper=self.upper - moved)
@@ -116,7 +116,7 @@ class LimitState:
     """
 
     families: tuple[Family, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[LimitedOutputs, ...]
     steps: np.ndarray | None
 
     @staticmethod
@@ -148,7 +148,7 @@ class LimitState:
             own_error = error.reshape(-1, times)[index]
             scale = np.broadcast_to(scale, own_error.shape)
             bounds = lower[index], upper[index], own_error, scale, number[index]
-            parts.append(Part(part, *bounds, beyond[:, :, *index]))
+            parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index]))
         return LimitState(space.families, tuple(parts), spacing(labels))
 
     @property
@@ -175,7 +175,7 @@ class LimitState:
         u: np.ndarray,
         eta: np.ndarray,
         reduce: Callable[[slice, list[np.ndarray]], Any],
-        of: Callable[[Part, np.ndarray, np.ndarray], np.ndarray] = Part.margins,
+        of: Callable[[LimitedOutputs, np.ndarray, np.ndarray], np.ndarray] = LimitedOutputs.margins,
     ) -> list[Any]:
         """Return what a function makes of the margins of blocks of samples, in several threads.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexband.uncertainty.expansions.bounds.scan import lines, scan
 from flexband.uncertainty.expansions.bounds.search import search
-from flexband.uncertainty.expansions.bounds.terms import Terms
+from flexband.uncertainty.expansions.bounds.terms import ExpansionTerms
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.threads import in_threads
@@ -41,7 +41,11 @@ def _extremes(
     orders, weight = tuple(index.max(axis=0, initial=0).tolist()), np.sqrt(expansion.norms)[j, None]
     points, neighbours = scan(orders)
     grid = np.ascontiguousarray(expansion.chebyshev(points).T[used[i]]), points, neighbours
-    terms, tried, series = Terms.of(index, i, j), lines(orders), expansion.coefficients.shape[1]
+    terms, tried, series = (
+        ExpansionTerms.of(index, i, j),
+        lines(orders),
+        expansion.coefficients.shape[1],
+    )
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
     targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)]).reshape(-1, 2)
     values, places = (np.empty((len(targets), series, *m)) for m in ((), (len(orders),)))

@@ -14,7 +14,7 @@ import numpy as np
 from flexband.caching import compiled
 
 
-class Terms(NamedTuple):
+class ExpansionTerms(NamedTuple):
     """The terms of an expansion in the order of Φ_i.
 
     Attributes
@@ -42,7 +42,7 @@ class Terms(NamedTuple):
     depends: np.ndarray
 
     @staticmethod
-    def of(index: np.ndarray, i: np.ndarray, j: np.ndarray) -> Terms:
+    def of(index: np.ndarray, i: np.ndarray, j: np.ndarray) -> ExpansionTerms:
         """Return the terms Φ_i Ψ_j, i increasing, with the orders of Φ in each variable, (M, m)."""
         row, variable = np.nonzero(index)
         column, owner = np.nonzero(index.T)
@@ -63,7 +63,7 @@ class Terms(NamedTuple):
             np.searchsorted(j[by_group], np.arange(depends.shape[1] + 1)),
             depends,
         )
-        return Terms(*map(np.ascontiguousarray, parts))
+        return ExpansionTerms(*map(np.ascontiguousarray, parts))
 
 
 @compiled

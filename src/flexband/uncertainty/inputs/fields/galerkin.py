@@ -42,7 +42,7 @@ WIDEST = 250.0
 
 def karhunen_loeve(
     correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
-) -> Legendre:
+) -> LegendreModes:
     """Return the Karhunen–Loève expansion, by Galerkin's method on elements.
 
     Its first terms hold more of the variance, averaged over the domain, than those of any other
@@ -63,7 +63,7 @@ def karhunen_loeve(
 
 def orthogonal_series(
     correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
-) -> Legendre:
+) -> LegendreModes:
     """Return the orthogonal series expansion in Legendre polynomials on the domain.
 
     Zhang and Ellingwood (1994). The coefficients are correlated; their eigenvectors make them
@@ -79,7 +79,7 @@ def galerkin(
     domain: tuple[float, float],
     nodes: int,
     polynomials: int,
-) -> Legendre:
+) -> LegendreModes:
     """Return the expansion in so many polynomials on each element, at least `nodes` in all."""
     x = equidistant(correlation, length, domain, nodes)
     elements = -(-nodes // polynomials)
@@ -101,7 +101,7 @@ def galerkin(
     matrix = np.einsum("egj,egk->ejk", weights[..., None] * at_places, loads)
     matrix = matrix.reshape(elements * count, -1)
     values, vectors = decomposed((matrix + matrix.T) / 2, of_correlations=False)
-    return Legendre(correlation, length, domain, values * length, vectors, basis)
+    return LegendreModes(correlation, length, domain, values * length, vectors, basis)
 
 
 class Polynomials(NamedTuple):
@@ -148,7 +148,7 @@ class Polynomials(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Legendre(Series):
+class LegendreModes(Series):
     """û(x) = Σ ξ_i √λ_i f_i(x), with f_i in Legendre polynomials on equal elements.
 
     The eigenvalues are λ_i, those of the covariance [unit of the positions]; the eigenvectors are

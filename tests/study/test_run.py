@@ -98,6 +98,12 @@ def test_options_of_a_run(file, tmp_path):
     assert not (folder / "study.json").exists()
     with pytest.raises(fb.InputError, match="batch"):
         study.run_in(folder, RunOptions(batch=0))
+    with pytest.raises(fb.InputError, match="options must be a"):
+        study.run_in(folder, 5)
+    scanned = study.using(fb.SobolScanning(16, 3))
+    with pytest.raises(fb.InputError, match="verification_runs requires a method with a surrogate"):
+        scanned.run_in(tmp_path / "scanned", RunOptions(verification_runs=4))
+    assert scanned.run_in(tmp_path / "scanned").verification is None
     other = fb.Study(lambda a: a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
     study.run_in(folder)
     with pytest.raises(fb.StoreError, match="results of another study"):

@@ -10,7 +10,17 @@ import xarray as xr
 
 from flexband.arguments import frozen
 from flexband.error_text import error_text
-from flexband.errors import RunsNeeded, ToleranceWarning, flag, known, warn, whole, without_warnings
+from flexband.errors import (
+    InputError,
+    RunsNeeded,
+    ToleranceWarning,
+    flag,
+    instance,
+    known,
+    warn,
+    whole,
+    without_warnings,
+)
 from flexband.execution.store import Store
 from flexband.progress import Progress, doing
 from flexband.study.compiling import compile_ahead
@@ -78,8 +88,16 @@ class RunOptions:
             flag(name, getattr(self, name))
 
     def verifying(self, study: Study) -> int:
-        """Return the number of runs that verify the result of a study."""
+        """Return the number of runs that verify the result of a study.
+
+        Raise `InputError` if there are to be some, but the method makes no surrogate.
+        """
         if not study.expands:
+            if self.verification_runs:
+                raise InputError(
+                    "verification_runs requires a method with a surrogate; "
+                    f"got {study.method.label}"
+                )
             return 0
         if self.verification_runs is not None:
             return self.verification_runs
@@ -121,7 +139,9 @@ def run_study(
     InputError, RunError
         As `expand` and `propagate` raise them.
     """
-    options, home, about = options or RunOptions(), StudyFolder(Path(folder)), dict(about or {})
+    options = RunOptions() if options is None else options
+    instance("options", options, RunOptions)
+    home, about = StudyFolder(Path(folder)), dict(about or {})
     with home.held(kept=options.record):
         claim = home.claimed(
             str(about.get("file") or ""),

@@ -917,3 +917,29 @@ def test_a_step_that_misses_the_tolerance_is_not_blamed_on_the_runs():
     with pytest.warns(fb.ToleranceWarning, match="due to step; give a finer step, or leave it out"):
         bands = fb.propagate(coarse, inputs, fb.AdaptivePCCI(0.01))
     assert bands.attrs["step_error"] > 10 * bands.attrs["expansion_error"]
+
+
+def test_a_step_that_is_left_out_resolves_a_fast_load():
+    """The velocity is F (1 − cos ωt) / (m ω); a load of 800 Hz has eight periods."""
+    omega = 2 * np.pi * 800.0
+
+    def build(force, mass):
+        return fb.Mechanism(
+            bodies={"p": fb.PointMass(mass=mass)},
+            joints={"s": fb.Slot("p", (0.0, 0.0))},
+            loads={"f": fb.Force("p", x=lambda t: force * np.sin(omega * t))},
+            sensors={"v": fb.Velocity("p")},
+        )
+
+    response = fb.dynamic_response(build, duration=0.01, output_step=2.5e-4)
+    inputs = {"force": fb.Interval(900.0, 1100.0), "mass": fb.Normal(1.0, 0.02)}
+    bands = fb.propagate(response, inputs, fb.AdaptivePCCI())
+    shape = (1 - np.cos(omega * bands["time"].values)) / omega
+    inverse = 1.0 + 0.02**2, 0.02  # mean and standard deviation of 1/m, to 1e-3
+    exact = np.array([900.0 * (inverse[0] - inverse[1]), 1100.0 * (inverse[0] + inverse[1])])
+    bar = bands["error_bar"].sel(output="v_X").transpose("bound", "time").values
+    error = (
+        np.abs(bar - exact[:, None] * shape).mean() / np.ptp(exact[:, None] * shape, axis=0).mean()
+    )
+    assert error < 0.02
+    assert error < 3 * bands.attrs["expected_error"]

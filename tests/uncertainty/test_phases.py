@@ -144,7 +144,7 @@ def test_smooth_moments_have_the_polynomials_that_they_need(seed):
 
     phases = [part(2.0)[:, 0], part(1.0)[:, 0]]
     s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
-    own = terms.Terms.of(s.parts, s.columns)
+    own = terms.PartTerms.of(s.parts, s.columns)
     polynomials, smooth = smooth_moments(own)
     eta = r.uniform(-1, 1, (40, 2))
     true = own.table(eta)

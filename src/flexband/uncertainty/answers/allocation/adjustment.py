@@ -54,28 +54,28 @@ def compensators(space: Space) -> dict[str, int]:
     InputError
         If there are more than two.
     """
-    found, k = {}, 0
-    for name, one in space.of_kind(random=False).items():
-        if isinstance(one, Compensator):
-            found[name] = k
-        k += one.dimension
-    if len(found) > MOST:
-        raise InputError(f"at most {MOST} inputs can be a Compensator; got {', '.join(found)}")
-    return found
+    columns, k = {}, 0
+    for name, interval in space.of_kind(random=False).items():
+        if isinstance(interval, Compensator):
+            columns[name] = k
+        k += interval.dimension
+    if len(columns) > MOST:
+        raise InputError(f"at most {MOST} inputs can be a Compensator; got {', '.join(columns)}")
+    return columns
 
 
 def bars_of(expansions: Sequence[Expansion], eta: np.ndarray, sigmas: float) -> np.ndarray:
     """Return lower and upper end of μ ± kσ at η, (points, 2, series); the response if k is 0."""
-    found = []
-    for one in expansions:
+    bars = []
+    for expansion in expansions:
         if sigmas:
-            mean, std = one.moments(eta)
+            mean, std = expansion.moments(eta)
             bar = np.stack([mean - sigmas * std, mean + sigmas * std], axis=1)
         else:
-            values = one.evaluate(np.zeros((len(eta), 0)), eta)
+            values = expansion.evaluate(np.zeros((len(eta), 0)), eta)
             bar = np.stack([values, values], axis=1)
-        found.append(bar.reshape(len(eta), 2, -1))
-    return np.concatenate(found, axis=2)
+        bars.append(bar.reshape(len(eta), 2, -1))
+    return np.concatenate(bars, axis=2)
 
 
 def limited(
@@ -97,13 +97,13 @@ def limited(
     some = np.asarray(np.isfinite(bounds).any(axis=0))
     at = np.flatnonzero(some.any(axis=0))
     expansions, numbers = [], []
-    for one in surrogate.expansions:
-        outputs = one.outputs[some[one.outputs].any(axis=1)]
+    for expansion in surrogate.expansions:
+        outputs = expansion.outputs[some[expansion.outputs].any(axis=1)]
         if len(outputs):
-            expansions.append(one.of(outputs, at))
+            expansions.append(expansion.of(outputs, at))
             numbers.append((outputs[:, None] * times + at).ravel())
-    found = np.concatenate(numbers)
-    return expansions, found, bounds.reshape(2, -1)[:, found]
+    series = np.concatenate(numbers)
+    return expansions, series, bounds.reshape(2, -1)[:, series]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,19 +142,19 @@ class Adjusted:
         else:
             points, beside = scattered(MOST_VERTICES, np.ones(len(others), bool))
 
-        def placed(own: np.ndarray) -> np.ndarray:
-            eta = np.zeros((len(own), self.m))
-            eta[:, others] = own
+        def placed(places: np.ndarray) -> np.ndarray:
+            eta = np.zeros((len(places), self.m))
+            eta[:, others] = places
             return eta
 
-        def margin(own: np.ndarray, _: np.ndarray) -> np.ndarray:
-            return self.best(placed(own))[0]
+        def margin(places: np.ndarray, _: np.ndarray) -> np.ndarray:
+            return self.best(placed(places))[0]
 
         values = margin(points, points)
         starts = np.unique(local_minima(values[:, None], beside, STARTS))
         which, gain = np.zeros(len(starts), int), np.full(len(starts), GAIN)
-        _, found = descend(margin, which, points[starts], values[starts], gain)
-        _, eta = self.best(placed(np.concatenate([points, found])))
+        _, minima = descend(margin, which, points[starts], values[starts], gain)
+        _, eta = self.best(placed(np.concatenate([points, minima])))
         bars = self._bars(eta)
         margins = SIGNS[:, None] * (bars - self.bounds)
         row = margins.argmin(axis=0)
@@ -163,35 +163,35 @@ class Adjusted:
 
     def best(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margin at η, (points,), and η with the best compensators."""
-        own = list(self.columns)
-        grid = np.array(list(product(lobatto(FIRST), repeat=len(own))))
-        around = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(own))))
+        columns = list(self.columns)
+        grid = np.array(list(product(lobatto(FIRST), repeat=len(columns))))
+        around = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(columns))))
         around = around[np.abs(around).max(axis=1) > 0]
         best, values = eta.copy(), np.full(len(eta), -np.inf)
         step, trials = float(np.diff(lobatto(FIRST)).max()), np.tile(grid, (len(eta), 1, 1))
         while True:
             tried = np.repeat(best[:, None], trials.shape[1], axis=1)
-            tried[..., own] = trials
-            found = self._least(tried.reshape(-1, self.m)).reshape(len(eta), -1)
-            at = found.argmax(axis=1)
-            better = np.take_along_axis(found, at[:, None], axis=1)[:, 0] > values
+            tried[..., columns] = trials
+            margins = self._least(tried.reshape(-1, self.m)).reshape(len(eta), -1)
+            at = margins.argmax(axis=1)
+            better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
             rows = np.flatnonzero(better)
-            values[rows], best[rows] = found[rows, at[rows]], tried[rows, at[rows]]
-            step *= SHRINK[len(own)]
+            values[rows], best[rows] = margins[rows, at[rows]], tried[rows, at[rows]]
+            step *= SHRINK[len(columns)]
             if step < FINEST:
                 return values, best
-            trials = np.clip(best[:, None, own] + step * around, -1.0, 1.0)
+            trials = np.clip(best[:, None, columns] + step * around, -1.0, 1.0)
 
     def _least(self, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of all series in parts of the scale, (points,)."""
         block = max(1, AT_ONCE // self.bounds.size)
-        found = [
+        blocks = [
             (SIGNS[:, None] * (self._bars(eta[k : k + block]) - self.bounds) / self.scale).min(
                 axis=(1, 2)
             )
             for k in range(0, len(eta), block)
         ]
-        return np.concatenate(found)
+        return np.concatenate(blocks)
 
     def _bars(self, eta: np.ndarray) -> np.ndarray:
         return bars_of(self.expansions, eta, self.sigmas)

@@ -124,43 +124,43 @@ def allocate(
     """
     instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)
-    wanted = corridors(limits, surrogate.labels)
+    limit_corridors = corridors(limits, surrogate.labels)
     tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])
-    corridor, m = joint(wanted), surrogate.space.interval_dimension
+    corridor, m = joint(limit_corridors), surrogate.space.interval_dimension
     options = {"store": store, "executor": executor}
     if probability is not None:
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
         return _with_chance(chance, response, options)
     worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
-    check_feasible(surrogate, worst, wanted)
+    check_feasible(surrogate, worst, limit_corridors)
     graded = isinstance(next(iter(tolerances.costs.values())), Grades)
     search = cheapest_grades if graded else cheapest
     if response is None:
-        found = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
+        confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
     else:
         function("response", response)
         check_names(response, surrogate.space.given)
         with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
             first = search(worst, WatchedPlaces.none(m))
-            found = confirmed(surrogate, worst, first, response, evaluate, search)
-    return result_of(surrogate, wanted, worst, found)
+            confirmation = confirmed(surrogate, worst, first, response, evaluate, search)
+    return result_of(surrogate, limit_corridors, worst, confirmation)
 
 
 def checked_probability(probability: Any, tolerances: Tolerances) -> float:
     """Return a stated probability; raise `InputError` if none can be kept."""
-    own = float(numbers("probability", probability))
+    value = float(numbers("probability", probability))
     low, high = PROBABILITIES
-    if not low <= own <= high:
-        raise InputError(f"probability must be from {low:g} to {high:g}; got {own:g}")
+    if not low <= value <= high:
+        raise InputError(f"probability must be from {low:g} to {high:g}; got {value:g}")
     if not tolerances.space.random_dimension:
         raise InputError("probability needs an input that is random; all are intervals")
     if tolerances.compensators:
         raise InputError("probability cannot be stated where an input is a Compensator")
     if any(isinstance(cost, Grades) for cost in tolerances.costs.values()):
         raise InputError("probability cannot be stated for Grades")
-    return own
+    return value
 
 
 def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> xr.Dataset:
@@ -168,25 +168,25 @@ def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> x
 
     Where runs show another probability than the surrogate, another one is aimed at in its place.
     """
-    found, told, runs = chance.cheapest(_start(chance)), None, 0
+    solution, correction, runs = chance.cheapest(_start(chance)), None, 0
     stated, high = chance.probability, chance.tolerances.bounds[1]
     for k in range(CORRECTIONS if response is not None else 0):
-        narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(found.x))
+        narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
         with models({"": narrow}, response, RUNS, 1, None, **options) as known:
             model = known[""]
             assert model is not None
-            told = chance.by_runs(found, model)
-        runs += told.runs
-        least = 0.0 if np.all(found.x >= high) else KEPT * stated
-        if least <= told.probability <= stated or k == CORRECTIONS - 1:
+            correction = chance.by_runs(solution, model)
+        runs += correction.runs
+        least = 0.0 if np.all(solution.x >= high) else KEPT * stated
+        if least <= correction.probability <= stated or k == CORRECTIONS - 1:
             break
-        ratio = float(np.clip(stated / max(told.probability, 1e-300), *RATIO))
-        aim = min(AIM * ratio * found.estimate.probability, 0.5)
+        ratio = float(np.clip(stated / max(correction.probability, 1e-300), *RATIO))
+        aim = min(AIM * ratio * solution.estimate.probability, 0.5)
         try:
-            found = replace(chance, probability=aim).cheapest(found.x)
+            solution = replace(chance, probability=aim).cheapest(solution.x)
         except InputError:  # no tolerances are that tight: what was found is not confirmed
             break
-    return chance_result(chance, found, told, runs)
+    return chance_result(chance, solution, correction, runs)
 
 
 def _start(chance: Chance) -> np.ndarray:

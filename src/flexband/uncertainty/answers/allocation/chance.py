@@ -117,10 +117,10 @@ class Chance:
             watched = [now.place, *watched][:PLACES]
             x = self._searched(now, watched)
         if best is None:
-            told = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
+            text = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
             raise InputError(
                 f"probability: no tolerances that keep it at {self.probability:g} were found; the "
-                f"last probability is {told}"
+                f"last probability is {text}"
             )
         return best
 
@@ -130,28 +130,28 @@ class Chance:
         state, space = self._narrow(x), self.surrogate.space
         n, m = space.random_dimension, space.interval_dimension
         eta, known, noise, _ = ends(state, n, m, rng)
-        found = estimate(state, state, eta[1], known[1], ACCURACY, rng)
-        return Left(x, eta[1], found, known[1], float(noise[1]), state.exact)
+        place_estimate = estimate(state, state, eta[1], known[1], ACCURACY, rng)
+        return Left(x, eta[1], place_estimate, known[1], float(noise[1]), state.exact)
 
     @property
     def series(self) -> np.ndarray:
         """The numbers of the outputs and times of `Estimate.at_each` in the response."""
         return self._start.series
 
-    def by_runs(self, left: Left, model: ResponseModel) -> Correction:
+    def by_runs(self, solution: Left, model: ResponseModel) -> Correction:
         """Return the probability corrected with runs, at the same place."""
-        state, rng = self._narrow(left.x), np.random.default_rng(1)
+        state, rng = self._narrow(solution.x), np.random.default_rng(1)
 
         def of_model(u: np.ndarray) -> np.ndarray:
-            return state.least_of_response(model(u, left.place))
+            return state.least_of_response(model(u, solution.place))
 
-        least = partial(state.least, eta=left.place)
-        found = corrected(least, of_model, left.known, model.runs, ACCURACY, rng)
-        return replace(found, noise=left.noise)
+        least = partial(state.least, eta=solution.place)
+        correction = corrected(least, of_model, solution.known, model.runs, ACCURACY, rng)
+        return replace(correction, noise=solution.noise)
 
-    def elasticity(self, left: Left) -> np.ndarray:
+    def elasticity(self, solution: Left) -> np.ndarray:
         """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""
-        return self._slope(self._function(left.x, left.place, left.known), left.x)
+        return self._slope(self._function(solution.x, solution.place, solution.known), solution.x)
 
     def _cost(self, x: np.ndarray) -> float:
         return float(self.tolerances.cost(x).sum())
@@ -166,33 +166,33 @@ class Chance:
         x, state, rng = now.x, self._narrow(now.x), np.random.default_rng(0)
         functions, offsets = [], []
         for k, place in enumerate(places):
-            known, found = now.known, now.estimate
+            known, result = now.known, now.estimate
             if k:
                 known = rare(partial(state.least, eta=place), now.known.u.shape[1], rng)
                 if not len(known.u):
                     continue
-                found = estimate(state, state, place, known, ACCURACY, rng)
+                result = estimate(state, state, place, known, ACCURACY, rng)
             functions.append(self._function(x, place, known))
-            offsets.append(functions[-1](x) - np.log(max(found.probability, 1e-300)))
+            offsets.append(functions[-1](x) - np.log(max(result.probability, 1e-300)))
         aim = np.log(AIM * self.probability) + np.array(offsets)
         (low, high), count = self.tolerances.bounds, len(self.tolerances.names)
         reach = np.where(np.arange(len(x)) < count, TRUST, NEAR)
         low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
         reference = abs(self._cost(x)) or 1.0
-        found: Any = minimize(
+        result: Any = minimize(
             lambda at: self._cost(at) / reference,
             x,
             jac=lambda at: self.tolerances.cost_gradient(at) / reference,
             bounds=list(zip(low, high, strict=True)),
             constraints={
                 "type": "ineq",
-                "fun": lambda at: aim - [one(at) for one in functions],
-                "jac": lambda at: -np.array([self._slope(one, at) for one in functions]),
+                "fun": lambda at: aim - [function(at) for function in functions],
+                "jac": lambda at: -np.array([self._slope(function, at) for function in functions]),
             },
             method="SLSQP",
             options={"maxiter": 30, "ftol": 1e-6},
         )
-        return np.clip(found.x, low, high)
+        return np.clip(result.x, low, high)
 
     def _slope(self, function: Callable[[np.ndarray], float], x: np.ndarray) -> np.ndarray:
         steps = 10 * STEP * np.eye(len(x))
@@ -202,10 +202,10 @@ class Chance:
         self, x: np.ndarray, place: np.ndarray, known: Rare
     ) -> Callable[[np.ndarray], float]:
         """Return the logarithm of the smoothed probability at a place, as a function of x."""
-        own, rng, start = self.tolerances, np.random.default_rng(0), self._start
+        tolerances, rng, start = self.tolerances, np.random.default_rng(0), self._start
 
         def eta(at: np.ndarray) -> np.ndarray:
-            return np.clip(own.center(at) + own.radius(at) * place, -1.0, 1.0)
+            return np.clip(tolerances.center(at) + tolerances.radius(at) * place, -1.0, 1.0)
 
         def least(u: np.ndarray) -> np.ndarray:
             return start.least(self._old(u, x), eta(x))
@@ -215,7 +215,7 @@ class Chance:
         mixture = mixture_around(least, known.u, rng)
         u = mixture.sample(COMMON, rng)
         weights = np.log(mixture.weights(u)) - np.log(COMMON)
-        moving = [self._old(u, own.tighter(x, by)) for by in (-TRUST, 0.0, TRUST)]
+        moving = [self._old(u, tolerances.tighter(x, by)) for by in (-TRUST, 0.0, TRUST)]
         near = np.tile(eta(x), (COMMON, 1))
         near = np.tile(near, (3, 1))
         state = start.at(start.deciding(np.concatenate(moving), near, SLACK * usual))
@@ -233,12 +233,12 @@ class Chance:
 
     def _old(self, u: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return normal variables of the surrogate's inputs from those of narrower ones."""
-        found, k = u.copy(), 0
+        normals, k = u.copy(), 0
         stds = dict(zip(self.tolerances.names, self.tolerances.values(x), strict=True))
-        for name, one in self.surrogate.space.of_kind(random=True).items():
+        for name, distribution in self.surrogate.space.of_kind(random=True).items():
             if name in stds:
-                own: Any = one
-                new = replace(own, std=float(stds[name]))
-                found[:, k] = own.to_normal(new.at_normal(u[:, k]))
-            k += one.dimension
-        return found
+                old_distribution: Any = distribution
+                new = replace(old_distribution, std=float(stds[name]))
+                normals[:, k] = old_distribution.to_normal(new.at_normal(u[:, k]))
+            k += distribution.dimension
+        return normals

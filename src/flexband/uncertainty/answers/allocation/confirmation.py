@@ -75,8 +75,8 @@ class Confirmed:
     @staticmethod
     def without_runs(worst: WorstCase, allocated: Allocated) -> Confirmed:
         """Return tolerances for which no runs were made."""
-        told = np.full(len(allocated.points), np.nan)
-        return Confirmed(allocated, np.zeros(worst.bounds.shape), told, 0, False)
+        run_margins = np.full(len(allocated.points), np.nan)
+        return Confirmed(allocated, np.zeros(worst.bounds.shape), run_margins, 0, False)
 
 
 def confirmed(
@@ -91,12 +91,12 @@ def confirmed(
     error = expected_error(surrogate, worst.sigmas)
     loosest = 0.0 * worst.scale if error is None else -LOOSER * error.ravel()[worst.numbers]
     shift, runs, kept, inside = np.zeros(worst.bounds.shape), 0, True, np.zeros(0, bool)
-    told = np.zeros(0)
+    run_margins = np.zeros(0)
     for k in range(ROUNDS):
         points = allocated.points
-        told = np.full(len(points), np.nan)
+        run_margins = np.full(len(points), np.nan)
         if not len(points):
-            return Confirmed(allocated, shift, told, runs, True)
+            return Confirmed(allocated, shift, run_margins, runs, True)
         narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
         order = np.argsort(-allocated.multipliers, kind="stable")[:MOST_RUNS]
         xi, eta, owner = _run_points(narrow, worst, allocated, order)
@@ -110,8 +110,8 @@ def confirmed(
         at = owner, points.side[order], points.series[order]
         bars, run = worst.values(allocated.x[None], points.of(order))[0], margins[at] + missed[at]
         inside = (margins[at] > bars + NEAR * worst.scale[at[2]]) & (run >= 0)
-        told[order] = np.where(inside, run, bars + missed[at])
-        kept = np.all(told[order] >= 0)
+        run_margins[order] = np.where(inside, run, bars + missed[at])
+        kept = np.all(run_margins[order] >= 0)
         if not surrogate.space.random_dimension:
             kept = kept and np.all(margins + missed >= 0)
         new = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
@@ -122,7 +122,7 @@ def confirmed(
         shift = new
         moved = worst.tightened(shift)
         allocated = search(moved, allocated.watched, allocated.x)
-    return Confirmed(allocated, shift, told, runs, bool(kept), bool(np.any(inside)))
+    return Confirmed(allocated, shift, run_margins, runs, bool(kept), bool(np.any(inside)))
 
 
 def _run_points(
@@ -158,11 +158,13 @@ def _doubtful(
     error : what the surrogate may miss, (series,).
     known : places of runs in any case.
     """
-    own, m = worst.tolerances, known.shape[1]
-    if worst.sigmas or own.compensators or m > MOST_VARIABLES:
+    tolerances, m = worst.tolerances, known.shape[1]
+    if worst.sigmas or tolerances.compensators or m > MOST_VARIABLES:
         return np.zeros((0, m))
     vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
-    bars = worst.bars_at(own.center(allocated.x) + own.radius(allocated.x) * vertices, allocated.x)
+    bars = worst.bars_at(
+        tolerances.center(allocated.x) + tolerances.radius(allocated.x) * vertices, allocated.x
+    )
     margins = SIGNS[:, None] * (bars - worst.bounds) - shift - error
     least = (margins / worst.scale).min(axis=(1, 2))
     distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
@@ -202,7 +204,7 @@ def _shifted(
     shift = shift.copy()
     near = margins - shift < allocated.margins + NEAR * worst.scale
     use = np.isfinite(worst.bounds) & (near | (margins + missed < 0))
-    found = np.where(use, margins + missed, np.inf)
-    run = found.argmin(axis=0)
+    run_margins = np.where(use, margins + missed, np.inf)
+    run = run_margins.argmin(axis=0)
     new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * AGREEMENT * worst.scale
     return np.where(use.any(axis=0), new, shift)

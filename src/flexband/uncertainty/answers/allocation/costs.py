@@ -43,8 +43,8 @@ class ReciprocalCost:
 
     def __post_init__(self) -> None:
         for name, check in (("factor", positive), ("exponent", positive), ("fixed", non_negative)):
-            own = f"ReciprocalCost {name}"
-            object.__setattr__(self, name, float(check(own, numbers(own, getattr(self, name)))))
+            label = f"ReciprocalCost {name}"
+            object.__setattr__(self, name, float(check(label, numbers(label, getattr(self, name)))))
 
     def __call__(self, tolerance: float) -> float:
         """Return the cost of a tolerance."""
@@ -65,29 +65,29 @@ def checked_costs(costs: Any) -> dict[str, Cost]:
     instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
     if not costs:
         raise InputError("costs must name at least one input; got {}")
-    found: dict[str, Cost] = {}
+    functions: dict[str, Cost] = {}
     for name, cost in costs.items():
         instance("costs: a name", name, str)
         if callable(cost):
             function(f"costs: {name}", cost, " of the tolerance")
-            found[name] = cast("Cost", cost)
+            functions[name] = cast("Cost", cost)
         else:
-            found[name] = ReciprocalCost(float(positive(f"costs: {name}", numbers(name, cost))))
-    graded = [isinstance(one, Grades) for one in found.values()]
+            functions[name] = ReciprocalCost(float(positive(f"costs: {name}", numbers(name, cost))))
+    graded = [isinstance(cost_function, Grades) for cost_function in functions.values()]
     if any(graded) and not all(graded):
         raise InputError("costs must be Grades for all inputs or for none")
-    return found
+    return functions
 
 
 def cost_of(name: str, cost: Cost, tolerance: float) -> float:
     """Return a cost; raise `InputError` if it is no finite number."""
     value = returned(cost, tolerance, f"costs: {name}")
     try:
-        own = float(value)
+        number = float(value)
     except (TypeError, ValueError):
-        own = np.nan
-    if not np.isfinite(own):
+        number = np.nan
+    if not np.isfinite(number):
         raise InputError(
             f"costs: {name} must be a finite number at {tolerance:g}; got {shown(value)}"
         )
-    return own
+    return number

@@ -36,12 +36,14 @@ def cheapest_grades(
     points : where margins are watched from the beginning.
     x : not used; grades are found without a start.
     """
-    own: list[Any] = list(worst.tolerances.costs.values())
+    grades: list[Any] = list(worst.tolerances.costs.values())
     largest = worst.tolerances.largest
-    logs = [np.log(one.tolerances / t) for one, t in zip(own, largest, strict=True)]
+    logs = [
+        np.log(input_grades.tolerances / t) for input_grades, t in zip(grades, largest, strict=True)
+    ]
     cuts: list[np.ndarray] = []
     for _ in range(ROUNDS):
-        x = _chosen(own, logs, cuts)
+        x = _chosen(grades, logs, cuts)
         scale = worst.scale[points.series]
         below = worst.values(x[None], points)[0] < NEGATIVE * scale
         violated = points.of(np.flatnonzero(below))
@@ -59,17 +61,17 @@ def _chosen(
     grades: Sequence[Grades], logs: Sequence[np.ndarray], cuts: Sequence[np.ndarray]
 ) -> np.ndarray:
     """Return the logarithms of the cheapest tolerances that fulfil all conditions, (names,)."""
-    costs = np.concatenate([one.costs for one in grades])
-    owner = np.repeat(np.arange(len(grades)), [len(one.costs) for one in grades])
+    costs = np.concatenate([input_grades.costs for input_grades in grades])
+    owner = np.repeat(np.arange(len(grades)), [len(input_grades.costs) for input_grades in grades])
     one_each = (owner == np.arange(len(grades))[:, None]).astype(float)
     conditions = [LinearConstraint(one_each, 1, 1)]
     if cuts:
         conditions.append(LinearConstraint(np.array(cuts, dtype=float), 1, np.inf))
-    found = milp(
+    solution = milp(
         costs, constraints=conditions, integrality=np.ones(len(costs)), bounds=Bounds(0, 1),
         options={"mip_rel_gap": 0.0},
     )  # fmt: skip
-    return np.concatenate(logs)[np.flatnonzero(found.x > 0.5)]
+    return np.concatenate(logs)[np.flatnonzero(solution.x > 0.5)]
 
 
 def _cut(
@@ -80,11 +82,11 @@ def _cut(
     These are made as tight as they still violate it at this point.
     """
     x = x.copy()
-    for k, own in enumerate(logs):
-        for tighter in np.sort(own[own < x[k]]):
+    for k, input_logs in enumerate(logs):
+        for tighter in np.sort(input_logs[input_logs < x[k]]):
             trial = x.copy()
             trial[k] = tighter
             if worst.values(trial[None], point)[0, 0] < NEGATIVE * worst.scale[point.series[0]]:
                 x = trial
                 break
-    return np.concatenate([own < at for own, at in zip(logs, x, strict=True)])
+    return np.concatenate([input_logs < at for input_logs, at in zip(logs, x, strict=True)])

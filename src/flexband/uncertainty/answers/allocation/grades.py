@@ -46,11 +46,11 @@ class Grades:
         instance("Grades", self.grades, Mapping, example)
         if not self.grades:
             raise InputError("Grades must have at least one grade; got none")
-        own = {}
+        pairs = {}
         for name, pair in self.grades.items():
             tolerance, cost = numbers(f"Grades {shown(name)}", pair, 2)
-            own[str(name)] = (float(positive(f"tolerance of {name}", tolerance)), float(cost))
-        object.__setattr__(self, "grades", own)
+            pairs[str(name)] = (float(positive(f"tolerance of {name}", tolerance)), float(cost))
+        object.__setattr__(self, "grades", pairs)
 
     @classmethod
     def iso_286(
@@ -73,16 +73,16 @@ class Grades:
         """
         instance("costs", costs, Mapping, "a mapping from grades to costs")
         unit = float(positive("millimetre", numbers("millimetre", millimetre)))
-        own = float(positive("size", numbers("size", size))) / unit
-        if own > SIZES[-1]:
-            raise InputError(f"size must be up to {SIZES[-1]} mm; got {own:g} mm")
-        row = int(np.searchsorted(SIZES, own * (1 - 1e-12)))
-        found = {}
+        size_in_mm = float(positive("size", numbers("size", size))) / unit
+        if size_in_mm > SIZES[-1]:
+            raise InputError(f"size must be up to {SIZES[-1]} mm; got {size_in_mm:g} mm")
+        row = int(np.searchsorted(SIZES, size_in_mm * (1 - 1e-12)))
+        grades = {}
         for name, cost in costs.items():
             known("costs: a grade", name, ISO_286)
             price = float(numbers(f"costs: {name}", cost))
-            found[name] = (ISO_286[name][row] / 2000 * unit, price)
-        return cls(found)
+            grades[name] = (ISO_286[name][row] / 2000 * unit, price)
+        return cls(grades)
 
     @property
     def tolerances(self) -> np.ndarray:

@@ -42,8 +42,10 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
         return
     number, bound = int(worst.numbers[series]), worst.bounds[side, series]
     name = limit_at(limits, side, number, bound)
-    own = worst.tolerances
-    least = ", ".join(f"{k} {t:.3g}" for k, t in zip(own.names, own.least, strict=True))
+    tolerances = worst.tolerances
+    least = ", ".join(
+        f"{k} {t:.3g}" for k, t in zip(tolerances.names, tolerances.least, strict=True)
+    )
     text = (
         f"{text}, even with the least tolerances ({least}): "
         f"{name} is violated by {violation:.4g}{moment(surrogate.labels, number)}"
@@ -72,11 +74,11 @@ def _reason(
     costly = {name for name in everything if name in worst.tolerances.costs}
     alone, least = left(costly), (ENOUGH - 1) * violation
     parts = {name: alone - left(costly | {name}) for name in everything.keys() - costly}
-    told = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
-    if told:
+    causes = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
+    if causes:
         return (
             "because of inputs without costs; each would lower the violation, without its "
-            f"tolerance, by: {', '.join(told)}{also}"
+            f"tolerance, by: {', '.join(causes)}{also}"
         )
     if alone - nominal > least:
         return (
@@ -101,18 +103,18 @@ def _with_sizes(
     surrogate: Surrogate, worst: WorstCase, x: np.ndarray, limits: Mapping[str, Corridor]
 ) -> tuple[Surrogate, WorstCase]:
     """Return a surrogate and its margins with sizes that are not free any more."""
-    own, corridor = worst.tolerances, joint(limits)
-    inputs = own.inputs(own.looser(x))
-    narrow = surrogate.narrowed(**{name: inputs[name] for name in own.sizes})
-    tolerances = Tolerances.of(narrow.space, own.costs)
+    all_tolerances, corridor = worst.tolerances, joint(limits)
+    inputs = all_tolerances.inputs(all_tolerances.looser(x))
+    narrow = surrogate.narrowed(**{name: inputs[name] for name in all_tolerances.sizes})
+    tolerances = Tolerances.of(narrow.space, all_tolerances.costs)
     k = worst.sigmas or 1.0
     return narrow, WorstCase.of(narrow, tolerances, corridor.lower, corridor.upper, k)
 
 
 def limit_at(limits: Mapping[str, Corridor], side: int, number: int, bound: float) -> str:
     """Return the name of the limit that has a bound at a series of the response."""
-    own = {k: np.ravel((c.lower, c.upper)[side])[number] for k, c in limits.items()}
-    return min(own, key=lambda name: abs(own[name] - bound))
+    bounds = {k: np.ravel((c.lower, c.upper)[side])[number] for k, c in limits.items()}
+    return min(bounds, key=lambda name: abs(bounds[name] - bound))
 
 
 def moment(labels: xr.DataArray, number: int) -> str:
@@ -122,9 +124,9 @@ def moment(labels: xr.DataArray, number: int) -> str:
     for dim, k in zip(labels.dims[1:], place, strict=True):
         if dim == "output":
             continue
-        own = labels[dim] if dim in labels.coords else None
-        value = k if own is None else own.values[k]
+        coordinate = labels[dim] if dim in labels.coords else None
+        value = k if coordinate is None else coordinate.values[k]
         number_text = f"{value:.6g}" if np.asarray(value).dtype.kind in "iuf" else str(value)
-        unit = "" if own is None else own.attrs.get("units", "")
+        unit = "" if coordinate is None else coordinate.attrs.get("units", "")
         words.append(f"{dim} {number_text} {unit}".rstrip())
     return f" at {', '.join(words)}" if words else ""

@@ -41,16 +41,16 @@ class Problem:
         """The compensators of all places, the last that are known, (places × compensators,)."""
         if not self.columns or not len(self.points):
             return np.zeros(0)
-        found = np.zeros((self.owner.max() + 1, len(self.columns)))
-        found[self.owner] = self.points.places[:, self.columns]
-        return found.ravel()
+        compensators = np.zeros((self.owner.max() + 1, len(self.columns)))
+        compensators[self.owner] = self.points.places[:, self.columns]
+        return compensators.ravel()
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest values of all variables."""
         low, high = self.worst.tolerances.bounds
-        ones = np.ones(len(self.adjusted))
-        return np.concatenate([low, -ones]), np.concatenate([high, ones])
+        reach = np.ones(len(self.adjusted))
+        return np.concatenate([low, -reach]), np.concatenate([high, reach])
 
     def split(self, v: np.ndarray) -> tuple[np.ndarray, WatchedPlaces]:
         """Return the variables of the search, and the points with the compensators of v."""

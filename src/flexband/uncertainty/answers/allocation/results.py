@@ -47,34 +47,34 @@ YES, NO, INFERRED, NOT_MADE = "yes", "no", "inferred", "no runs were made"
 
 
 def result_of(
-    surrogate: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, found: Confirmed
+    surrogate: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
 ) -> xr.Dataset:
     """Return the tolerances, what limits them, and the margins that they leave."""
-    tolerances, own, labels = worst.tolerances, found.allocated, surrogate.labels
-    narrow = surrogate.narrowed(**tolerances.inputs(own.x))
-    points, cost = own.points, tolerances.cost(own.x)
+    tolerances, allocation, labels = worst.tolerances, confirmation.allocated, surrogate.labels
+    narrow = surrogate.narrowed(**tolerances.inputs(allocation.x))
+    points, cost = allocation.points, tolerances.cost(allocation.x)
     pairs = list(zip(points.side.tolist(), points.series.tolist(), strict=True))
     names = np.array(
         [limit_at(limits, s, int(worst.numbers[k]), float(worst.bounds[s, k])) for s, k in pairs],
         dtype=str,
     )
     of_limit = [names == name for name in limits]
-    shift = found.shift[points.side, points.series]
+    shift = confirmation.shift[points.side, points.series]
     data: dict[str, Any] = {
-        "tolerance": ("name", tolerances.values(own.x)),
+        "tolerance": ("name", tolerances.values(allocation.x)),
         "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
-        "contribution": (("name", "binding"), -own.gradients.T[: len(cost)]),
-        "saving_at": ("binding", own.multipliers),
-        "saving": ("limit", [own.multipliers[some].sum() for some in of_limit]),
+        "contribution": (("name", "binding"), -allocation.gradients.T[: len(cost)]),
+        "saving_at": ("binding", allocation.multipliers),
+        "saving": ("limit", [allocation.multipliers[some].sum() for some in of_limit]),
         "shift": ("limit", [shift[some].max(initial=0.0) for some in of_limit]),
         "binding_limit": ("binding", names),
         "binding_side": ("binding", np.array(["above", "below"])[points.side]),
-        "run_margin": ("binding", found.run_margins),
+        "run_margin": ("binding", confirmation.run_margins),
     }
     if len(points):
         data |= places("binding_inputs", narrow.space, points.places, ["binding"], [len(points)])
-    data |= _margins(narrow, limits, worst, found)
+    data |= _margins(narrow, limits, worst, confirmation)
     time = axes_of(labels).time
     if time is not None and time in labels.coords:
         times = labels[time]
@@ -83,7 +83,7 @@ def result_of(
         data["slack_at"] = "limit", times.values[data["slack_at"][1]]
     graded = [
         cost.name(t)
-        for cost, t in zip(tolerances.costs.values(), tolerances.values(own.x), strict=True)
+        for cost, t in zip(tolerances.costs.values(), tolerances.values(allocation.x), strict=True)
         if isinstance(cost, Grades)
     ]
     if graded:
@@ -91,95 +91,103 @@ def result_of(
     coords: dict[str, Any] = {"name": tolerances.names, "limit": list(limits)}
     if tolerances.sizes:
         coords["sizing"] = list(tolerances.sizes)
-        data["size"] = "sizing", list(tolerances.nominal(own.x).values())
-    told = {
+        data["size"] = "sizing", list(tolerances.nominal(allocation.x).values())
+    attrs = {
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
-        "runs": found.runs,
-        "confirmed": _confirmed(found),
+        "runs": confirmation.runs,
+        "confirmed": _confirmed(confirmation),
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
-    told["verdict"] = _verdict(worst, found, told, [*map(str.__add__, names.tolist(), moments)])
-    for doubt in doubts_of(narrow, corrected=found.runs > 0 and not found.inferred):
-        told["verdict"] += f". Not reliable: {doubt}"
-    result = answer(narrow, data, coords, told, LONG_NAMES).drop_vars("bound")
+    attrs["verdict"] = _verdict(
+        worst, confirmation, attrs, [*map(str.__add__, names.tolist(), moments)]
+    )
+    for doubt in doubts_of(narrow, corrected=confirmation.runs > 0 and not confirmation.inferred):
+        attrs["verdict"] += f". Not reliable: {doubt}"
+    result = answer(narrow, data, coords, attrs, LONG_NAMES).drop_vars("bound")
     for name in WITHOUT_UNITS:
         if name in result:
             result[name].attrs.pop("units", None)
     return result
 
 
-def chance_result(chance: Chance, found: Left, told: Correction | None, runs: int) -> xr.Dataset:
+def chance_result(
+    chance: Chance, solution: Left, correction: Correction | None, runs: int
+) -> xr.Dataset:
     """Return the tolerances for a stated probability, and the one that they lead to."""
-    own, x = chance.tolerances, found.x
-    narrow = chance.surrogate.narrowed(**own.inputs(x))
-    cost, slope = own.cost(x), chance.elasticity(found)
-    stated = _stated(chance, found, by_runs=told is not None)
+    tolerances, x = chance.tolerances, solution.x
+    narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
+    cost, slope = tolerances.cost(x), chance.elasticity(solution)
+    stated = _stated(chance, solution, by_runs=correction is not None)
     data: dict[str, Any] = {
-        "tolerance": ("name", own.values(x)),
-        "largest": ("name", own.largest),
+        "tolerance": ("name", tolerances.values(x)),
+        "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
         "elasticity": ("name", slope[: len(cost)]),
-        **{str(name): one.variable for name, one in stated.items()},
+        **{str(name): array.variable for name, array in stated.items()},
     }
-    if told is not None:
-        of_runs = told.probability, *told.confidence()
+    if correction is not None:
+        of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
-    data |= places("probability_at", narrow.space, found.place[None], [], [])
-    coords: dict[str, Any] = {"name": own.names}
-    if own.sizes:
-        coords["sizing"] = list(own.sizes)
-        data["size"] = "sizing", list(own.nominal(x).values())
-    kept = told is not None and told.probability <= chance.probability
+    data |= places("probability_at", narrow.space, solution.place[None], [], [])
+    coords: dict[str, Any] = {"name": tolerances.names}
+    if tolerances.sizes:
+        coords["sizing"] = list(tolerances.sizes)
+        data["size"] = "sizing", list(tolerances.nominal(x).values())
+    kept = correction is not None and correction.probability <= chance.probability
     attrs = {
         "stated": chance.probability,
         "cost": float(cost.sum()),
         "runs": runs,
-        "confirmed": NOT_MADE if told is None else (YES if kept else NO),
+        "confirmed": NOT_MADE if correction is None else (YES if kept else NO),
     }
-    text = f"{_in_words(own, x, attrs['cost'])}. {_chance_in_words(stated, chance, told)}"
-    if told is None:
+    text = (
+        f"{_in_words(tolerances, x, attrs['cost'])}. {_chance_in_words(stated, chance, correction)}"
+    )
+    if correction is None:
         text += NO_RUNS
     else:
         text += f". {'Confirmed' if kept else 'NOT confirmed'} by {_new(runs)}, "
-        text += "which tell {:.3g} ({:.3g} to {:.3g})".format(told.probability, *told.confidence())
-    for doubt in doubts_of(narrow, corrected=told is not None):
+        text += "which tell {:.3g} ({:.3g} to {:.3g})".format(
+            correction.probability, *correction.confidence()
+        )
+    for doubt in doubts_of(narrow, corrected=correction is not None):
         text += f". Not reliable: {doubt}"
     result = answer(narrow, data, coords, attrs | {"verdict": text}, LONG_NAMES)
     result = result.drop_vars("bound")
-    for one in result.data_vars.values():
-        one.attrs.pop("units", None)
+    for array in result.data_vars.values():
+        array.attrs.pop("units", None)
     return result
 
 
-def _stated(chance: Chance, found: Left, *, by_runs: bool) -> xr.Dataset:
+def _stated(chance: Chance, solution: Left, *, by_runs: bool) -> xr.Dataset:
     """Return what is stated of the probability that the surrogate finds."""
-    labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(found.x)
+    labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(solution.x)
     narrow = chance.surrogate.narrowed(**inputs)
-    estimate = replace(found.estimate, noise=found.noise)
+    estimate = replace(solution.estimate, noise=solution.noise)
     ends = np.array(estimate.confidence())
-    if error_of_runs(narrow)[0] != INDICATOR and not found.exact:
+    if error_of_runs(narrow)[0] != INDICATOR and not solution.exact:
         ends = np.minimum(1.0, ends * allowance(estimate))
     each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
     each[chance.series] = estimate.at_each
-    if not found.exact:
+    if not solution.exact:
         each[each < RARE] = np.nan
     stated = xr.Dataset({
         **dict(zip(STATED, [estimate.probability, *ends], strict=True)),
         "surrogate_probability": estimate.probability,
         "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
     })  # fmt: skip
-    stated = bounded(stated, xr.DataArray(found.exact), STATED)
+    stated = bounded(stated, xr.DataArray(solution.exact), STATED)
     if missed_tolerance(narrow):
         names = (*STATED, "at_each_time", *["surrogate_probability"] * (not by_runs))
         stated = withheld(stated, names)
     return stated
 
 
-def _chance_in_words(stated: xr.Dataset, chance: Chance, told: Correction | None) -> str:
+def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction | None) -> str:
     """Return the probability that the surrogate finds, as a sentence."""
     value, low, high, alone = (float(stated[k]) for k in (*STATED, "surrogate_probability"))
-    by_runs = "; runs of the model (response=…) " if told is None else ""
+    by_runs = "; runs of the model (response=…) " if correction is None else ""
     if np.isnan(value):
         text = f"The probability of leaving limits is {NOT_GIVEN} by the surrogate, which missed "
         return f"{text}its tolerance{by_runs and by_runs + 'correct it'}"
@@ -193,32 +201,32 @@ def _chance_in_words(stated: xr.Dataset, chance: Chance, told: Correction | None
     return text + f"{by_runs}tell whether it is above {chance.probability:g}" * beyond
 
 
-def _in_words(own: Tolerances, x: np.ndarray, cost: float) -> str:
+def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
     """Return the cost, sizes and tolerances as a text."""
     text = f"cost {cost:.5g} with "
-    if sizes := own.nominal(x):
+    if sizes := tolerances.nominal(x):
         text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
-    pairs = zip(own.names, own.values(x), strict=True)
+    pairs = zip(tolerances.names, tolerances.values(x), strict=True)
     return text + "tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
 
 
 def _margins(
-    narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, found: Confirmed
+    narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
 ) -> dict[str, Any]:
     """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
     error = expected_error(narrow, worst.sigmas)
-    low, high, _ = worst.bars(found.allocated.x)
+    low, high, _ = worst.bars(confirmation.allocated.x)
     everywhere = np.full(labels.shape[1:], np.inf)
     each: dict[str, list[Any]] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
     errors = []
-    for one in limits.values():
-        own = everywhere.copy()
-        bounds = np.stack([one.lower.ravel(), one.upper.ravel()])[:, worst.numbers]
-        own.reshape(-1)[worst.numbers] = np.min(
-            SIGNS[:, None] * (np.stack([low, high]) - bounds) - found.shift, axis=0
+    for corridor in limits.values():
+        margins = everywhere.copy()
+        bounds = np.stack([corridor.lower.ravel(), corridor.upper.ravel()])[:, worst.numbers]
+        margins.reshape(-1)[worst.numbers] = np.min(
+            SIGNS[:, None] * (np.stack([low, high]) - bounds) - confirmation.shift, axis=0
         )
-        margin = own[one.where]
+        margin = margins[corridor.where]
         at = int(margin.argmin())
         slack = margin.ravel()[at]
         each["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
@@ -226,9 +234,9 @@ def _margins(
         each["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
         each["grid_error"].append(slack - (margin - drops(margin, steps)).min())
         if error is not None:
-            errors.append(error[one.where])
+            errors.append(error[corridor.where])
     dims = [dim for dim in labels.dims[1:] if dim != "output"]
-    data: dict[str, Any] = {name: ("limit", own) for name, own in each.items()}
+    data: dict[str, Any] = {name: ("limit", values) for name, values in each.items()}
     data["margin"] = ("limit", *dims), np.array(each["margin"])
     if errors:
         data["expected_error"] = ("limit", *dims), np.array(errors)
@@ -236,40 +244,40 @@ def _margins(
 
 
 def _verdict(
-    worst: WorstCase, found: Confirmed, told: Mapping[str, Any], binding: list[str]
+    worst: WorstCase, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
 ) -> str:
     """Return the answer in words."""
-    own = found.allocated
-    text = _in_words(worst.tolerances, own.x, told["cost"])
-    bound = bool(np.any(own.margins < BINDING * worst.scale))
+    allocation = confirmation.allocated
+    text = _in_words(worst.tolerances, allocation.x, attrs["cost"])
+    bound = bool(np.any(allocation.margins < BINDING * worst.scale))
     text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    if told["confirmed"] == NOT_MADE:
+    if attrs["confirmed"] == NOT_MADE:
         return text + NO_RUNS
-    if told["confirmed"] == NO:
-        by = -np.nanmin(found.run_margins, initial=0.0)
+    if attrs["confirmed"] == NO:
+        by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
                 f"{text}. NOT confirmed: μ ± {worst.sigmas:g}σ of the surrogate, corrected with "
-                f"{_new(found.runs)}, violates limits by up to {by:.3g}"
+                f"{_new(confirmation.runs)}, violates limits by up to {by:.3g}"
             )
-        verb = "violates" if found.runs == 1 else "violate"
-        return f"{text}. NOT confirmed: {_new(found.runs)} {verb} limits by up to {by:.3g}"
-    if told["confirmed"] == INFERRED:
+        verb = "violates" if confirmation.runs == 1 else "violate"
+        return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
+    if attrs["confirmed"] == INFERRED:
         return (
-            f"{text}. No limit is violated by {_new(found.runs)}; that μ ± {worst.sigmas:g}σ keeps "
-            f"the limits is inferred by the surrogate"
+            f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
+            f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
         )
-    shifted = ", limits shifted by what runs showed" if found.shift.any() else ""
-    return f"{text}. Confirmed by {_new(found.runs)}{shifted}"
+    shifted = ", limits shifted by what runs showed" if confirmation.shift.any() else ""
+    return f"{text}. Confirmed by {_new(confirmation.runs)}{shifted}"
 
 
-def _confirmed(found: Confirmed) -> str:
+def _confirmed(confirmation: Confirmed) -> str:
     """Return whether runs confirm tolerances."""
-    if not found.runs:
+    if not confirmation.runs:
         return NOT_MADE
-    if not found.kept:
+    if not confirmation.kept:
         return NO
-    return INFERRED if found.inferred else YES
+    return INFERRED if confirmation.inferred else YES
 
 
 def _new(runs: int) -> str:

@@ -80,9 +80,11 @@ def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = Non
     points : where margins are required from the beginning.
     x : where the search starts; if it is not given, at tolerances in the ratio of the largest.
     """
-    strict, own = worst.tightened(SLACK * worst.scale), worst.tolerances
+    strict, tolerances = worst.tightened(SLACK * worst.scale), worst.tolerances
     first, others = (x, []) if x is not None else _starts(strict)
-    watched = WATCHED * float((strict.least(own.tighter(first, np.inf))[0] / worst.scale).min())
+    watched = WATCHED * float(
+        (strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale).min()
+    )
     x, points = (first, points) if x is None else _solved(strict, points, first)
     best, least, step = x, np.inf, STEP
     for _ in range(ROUNDS):
@@ -92,26 +94,28 @@ def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = Non
         if violated or not before:
             most = watched + max(0.0, float((margins / worst.scale).min()))
             new = strict.lowest(margins, places, most)
-            if own.compensators:
+            if tolerances.compensators:
                 new = strict.at_places(x, new, most)
-            points = points.with_new(new, list(own.compensators.values()))
+            points = points.with_new(new, list(tolerances.compensators.values()))
         if len(points) > before:
-            found = _solved(strict, points, x)
-            if own.sizes and _rank(strict, *found)[0]:  # sizes at which nothing keeps the margins
-                found = _best_of(strict, points, [first, *others])
-            (x, points), step = found, STEP
+            solution = _solved(strict, points, x)
+            if (
+                tolerances.sizes and _rank(strict, *solution)[0]
+            ):  # sizes at which nothing keeps the margins
+                solution = _best_of(strict, points, [first, *others])
+            (x, points), step = solution, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
-            x, step = own.tighter(x, step), 2 * step
+            x, step = tolerances.tighter(x, step), 2 * step
             continue
-        if (cost := own.cost(x).sum()) < least:
+        if (cost := tolerances.cost(x).sum()) < least:
             best, least = x, cost
         if not len(points) or not others:
             break
-        count = len(others) if own.sizes else STARTS
+        count = len(others) if tolerances.sizes else STARTS
         tried, others = others[:count], others[count:]
         x, points = _best_of(strict, points, tried)
-        if own.cost(x).sum() > least - LEAST_SAVING * abs(least):
+        if tolerances.cost(x).sum() > least - LEAST_SAVING * abs(least):
             break
     if np.isinf(least):
         raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
@@ -123,17 +127,17 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
 
     The first are tolerances in the ratio of the largest that about keep all margins.
     """
-    own, (low, high) = worst.tolerances, worst.tolerances.bounds
-    first, *others = starts(worst) if own.sizes else [high]
+    tolerances, (low, high) = worst.tolerances, worst.tolerances.bounds
+    first, *others = starts(worst) if tolerances.sizes else [high]
     rng = np.random.default_rng(0)
-    if not own.sizes:
+    if not tolerances.sizes:
         others = list(rng.uniform(np.maximum(low, -3.0), high, (RETRIES * STARTS, len(high))))
-    loosest = own.looser(first)
-    room, margins = (worst.least(at)[0] for at in (own.tighter(first, np.inf), loosest))
+    loosest = tolerances.looser(first)
+    room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
     with np.errstate(invalid="ignore", divide="ignore"):
         part = np.where(margins < 0, room / (room - margins), 1.0).min()
-    start = own.tighter(loosest, -np.log(max(part, 1e-300)))
-    return start, [start, *others] if own.sizes else others
+    start = tolerances.tighter(loosest, -np.log(max(part, 1e-300)))
+    return start, [start, *others] if tolerances.sizes else others
 
 
 def _solved(
@@ -153,7 +157,7 @@ def _solved(
 
     start = np.concatenate([x, problem.adjusted])
     first = np.concatenate([_kept(worst, problem.split(start)[1], x), problem.adjusted])
-    found: Any = minimize(
+    solution: Any = minimize(
         lambda v: cost(v) / reference,
         start if len(still) else first,
         jac=lambda v: np.append(worst.tolerances.cost_gradient(v[:count]), still) / reference,
@@ -166,7 +170,7 @@ def _solved(
         method="SLSQP",
         options={"maxiter": 200, "ftol": 1e-12},
     )
-    last, adjusted = problem.split(np.clip(found.x, low, high))
+    last, adjusted = problem.split(np.clip(solution.x, low, high))
     last = _kept(worst, adjusted, last)
     return min((last, adjusted), problem.split(first), key=lambda pair: _rank(worst, *pair))
 
@@ -175,8 +179,8 @@ def _best_of(
     worst: WorstCase, points: WatchedPlaces, starts: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, WatchedPlaces]:
     """Return the best of what searches from several starts find."""
-    found = (_solved(worst, points, start) for start in starts)
-    return min(found, key=lambda pair: _rank(worst, *pair))
+    solutions = (_solved(worst, points, start) for start in starts)
+    return min(solutions, key=lambda pair: _rank(worst, *pair))
 
 
 def _rank(worst: WorstCase, x: np.ndarray, points: WatchedPlaces) -> tuple[bool, float]:
@@ -188,19 +192,19 @@ def _rank(worst: WorstCase, x: np.ndarray, points: WatchedPlaces) -> tuple[bool,
 
 def _kept(worst: WorstCase, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
     """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
-    own = worst.tolerances
+    tolerances = worst.tolerances
     tighter, looser = 0.0, 0.0
     for k in range(2):  # the second time between the best two of the first
-        most = (x - own.tighter(x, np.inf)).max() if k == 0 else tighter
+        most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
         shifts = np.linspace(looser, most, SHIFTS)
-        tried = own.tighter(x, shifts[:, None])
+        tried = tolerances.tighter(x, shifts[:, None])
         margins = (worst.values(tried, points) / worst.scale[points.series]).min(axis=1)
         enough = np.flatnonzero(margins > -SLACK)
         first = int(enough[0]) if len(enough) else SHIFTS - 1
         if first == 0:
             return tried[0]
         looser, tighter = shifts[first - 1], shifts[first]
-    return own.tighter(x, tighter)
+    return tolerances.tighter(x, tighter)
 
 
 def allocated(
@@ -230,5 +234,5 @@ def _multipliers(
     if not columns.size:  # which `nnls` does not survive
         return np.zeros(0)
     size = np.maximum(np.abs(columns).max(axis=0, initial=0), 1e-300)
-    found, _ = nnls(columns / size, cost)
-    return (found / size)[: len(gradients)]
+    multipliers, _ = nnls(columns / size, cost)
+    return (multipliers / size)[: len(gradients)]

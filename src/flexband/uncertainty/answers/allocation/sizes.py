@@ -35,8 +35,8 @@ LOOSEST = 10.0
 
 def starts(worst: WorstCase) -> np.ndarray:
     """Return variables of a search, the best first, (starts, variables)."""
-    own = worst.tolerances
-    count, (low, high) = len(own.sizes), own.bounds
+    tolerances = worst.tolerances
+    count, (low, high) = len(tolerances.sizes), tolerances.bounds
     reach = high[-count:]
 
     def lacking(places: np.ndarray, _: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ def starts(worst: WorstCase) -> np.ndarray:
     best, all_places, all_values = order[:IMPROVED], places[order], values[order]
     which, gains = np.zeros(len(best), int), np.full(len(best), 1e-6)
     values, places = descend(lacking, which, places[best], values[best], gains)
-    if values.min() > 0 and not own.compensators:  # no margins without any tolerance
+    if values.min() > 0 and not tolerances.compensators:  # no margins without any tolerance
         places[0] = _with_most_room(worst, places[values.argmin()], reach)
         values[0] = lacking(places[:1], which[:1])[0]
     order = np.argsort(values, kind="stable")
@@ -59,11 +59,11 @@ def starts(worst: WorstCase) -> np.ndarray:
         alone = all(np.abs(place - other).max() > distance for other, _ in chosen)
         if not chosen or (alone and value < 0 and len(chosen) < MOST):
             chosen.append((place, value))
-    found = np.tile(high, (len(chosen), 1))
+    variables = np.tile(high, (len(chosen), 1))
     part = np.clip([[-value] for _, value in chosen], 1e-300, 1.0)
-    found[:, :-count] = np.maximum(np.log(part), low[:-count])
-    found[:, -count:] = reach * np.array([place for place, _ in chosen])
-    return found
+    variables[:, :-count] = np.maximum(np.log(part), low[:-count])
+    variables[:, -count:] = reach * np.array([place for place, _ in chosen])
+    return variables
 
 
 def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> np.ndarray:
@@ -73,8 +73,8 @@ def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> n
 
     def margins(places: np.ndarray) -> np.ndarray:
         eta = worst.tolerances.center(_joined(low, reach * places))
-        found = SIGNS[:, None] * (worst.bars_at(eta, low) - worst.bounds) / worst.scale
-        return found[:, limited]
+        all_margins = SIGNS[:, None] * (worst.bars_at(eta, low) - worst.bounds) / worst.scale
+        return all_margins[:, limited]
 
     def slopes(v: np.ndarray) -> np.ndarray:
         steps = STEP * np.eye(len(place))
@@ -82,7 +82,7 @@ def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> n
         return np.column_stack([(after - before).T / (2 * STEP), -np.ones(after.shape[1])])
 
     downward = np.append(np.zeros(len(place)), -1.0)
-    found: Any = minimize(
+    solution: Any = minimize(
         lambda v: -v[-1],
         np.append(place, margins(place[None]).min()),
         jac=lambda v: downward,
@@ -94,7 +94,7 @@ def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> n
         },
         method="SLSQP",
     )
-    ends = np.stack([place, np.clip(found.x[:-1], -1.0, 1.0)])
+    ends = np.stack([place, np.clip(solution.x[:-1], -1.0, 1.0)])
     return ends[margins(ends).min(axis=1).argmax()]
 
 
@@ -114,16 +114,16 @@ def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
     ----------
     sizes : their η, (points, sizes).
     """
-    (low, high), own = worst.tolerances.bounds, worst.tolerances
-    radii = own.radius(high)
-    radii[list(own.compensators.values())] = 0.0
-    m = own.space.interval_dimension
+    (low, high), tolerances = worst.tolerances.bounds, worst.tolerances
+    radii = tolerances.radius(high)
+    radii[list(tolerances.compensators.values())] = 0.0
+    m = tolerances.space.interval_dimension
     block = max(1, AT_ONCE // (2 * len(worst.numbers) * (1 + 2 * m)))
-    found = []
+    blocks = []
     for first in range(0, len(sizes), block):
         some = sizes[first : first + block]
-        eta = own.center(_joined(high, some))
-        if own.compensators:
+        eta = tolerances.center(_joined(high, some))
+        if tolerances.compensators:
             eta = worst.adjusted(worst.expansions).best(eta)[1]
         bars = worst.bars_at(eta, low)
         margins = SIGNS[:, None] * (bars - worst.bounds)
@@ -134,5 +134,5 @@ def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
         room = (margins / worst.scale).min(axis=(1, 2))
         margins = np.where(np.isfinite(margins), margins, LOOSEST * loss + 1e-300)
         part = (margins / np.maximum(loss, margins / LOOSEST + 1e-300)).min(axis=(1, 2))
-        found.append(np.where(room > 0, part, room))
-    return np.concatenate(found)
+        blocks.append(np.where(room > 0, part, room))
+    return np.concatenate(blocks)

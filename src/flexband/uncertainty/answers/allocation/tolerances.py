@@ -73,8 +73,8 @@ class Tolerances:
                     f"std, which are {own}; got {name!r}"
                 )
         columns, k = {}, 0
-        for name, one in space.of_kind(random=False).items():
-            columns[name], k = k, k + one.dimension
+        for name, interval in space.of_kind(random=False).items():
+            columns[name], k = k, k + interval.dimension
         largest = np.array([allowed[name] for name in costs])
         least = LEAST * largest
         for k, (name, cost) in enumerate(costs.items()):
@@ -85,8 +85,10 @@ class Tolerances:
                         f"costs: grades of {name} must have tolerances up to that of the "
                         f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
                     )
-        sizes = {k: columns[k] for k, one in space.inputs.items() if isinstance(one, Sizing)}
-        chosen = [k for k, one in space.inputs.items() if isinstance(one, Chosen)]
+        sizes = {
+            k: columns[k] for k, variable in space.inputs.items() if isinstance(variable, Sizing)
+        }
+        chosen = [k for k, variable in space.inputs.items() if isinstance(variable, Chosen)]
         if chosen and any(isinstance(cost, Grades) for cost in costs.values()):
             raise InputError(
                 f"costs must not be Grades where inputs are chosen, a Sizing or a Compensator; "
@@ -122,8 +124,8 @@ class Tolerances:
         """The radius in every η with the largest tolerances, (m,)."""
         radius = np.ones(self.space.interval_dimension)
         for name, column in self.sizes.items():
-            one = self._own(name)
-            radius[column] = 2 * one.tolerance / (one.covered.upper - one.covered.lower)
+            sizing = self._own(name)
+            radius[column] = 2 * sizing.tolerance / (sizing.covered.upper - sizing.covered.lower)
         return radius
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -150,8 +152,8 @@ class Tolerances:
         """Return the radius of the box in every η, (…, m)."""
         radius = np.broadcast_to(self._all_radii, self.center(x).shape).copy()
         of_interval = self.columns >= 0
-        own = np.exp(x[..., : len(self.largest)][..., of_interval])
-        radius[..., self.columns[of_interval]] *= own
+        parts = np.exp(x[..., : len(self.largest)][..., of_interval])
+        radius[..., self.columns[of_interval]] *= parts
         return radius
 
     def nominal(self, x: np.ndarray) -> dict[str, float]:
@@ -169,37 +171,37 @@ class Tolerances:
 
     def inputs(self, x: np.ndarray, *, random_alone: bool = False) -> dict[str, Any]:
         """Return the narrower inputs, by name."""
-        found: dict[str, Any] = {}
+        inputs: dict[str, Any] = {}
         middles, radii = self.nominal(x), {k: self._own(k).tolerance for k in self.sizes}
         for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
-            one = self._own(name)
+            wide_input = self._own(name)
             if column < 0:
-                found[name] = replace(one, std=float(t))
+                inputs[name] = replace(wide_input, std=float(t))
             else:
                 radii[name] = float(t)
-                middles.setdefault(name, (one.lower + one.upper) / 2)
+                middles.setdefault(name, (wide_input.lower + wide_input.upper) / 2)
         for name, radius in radii.items() if not random_alone else ():
-            one = self._own(name)
-            most = one.covered if isinstance(one, Sizing) else one
+            wide_input = self._own(name)
+            most = wide_input.covered if isinstance(wide_input, Sizing) else wide_input
             low, high = middles[name] - radius, middles[name] + radius
-            found[name] = Interval(max(low, most.lower), min(high, most.upper))
-        return found
+            inputs[name] = Interval(max(low, most.lower), min(high, most.upper))
+        return inputs
 
 
 def with_tolerance(space: Space) -> dict[str, float]:
     """Return the tolerances of all inputs that have one, by name."""
-    groups = [one for one in space.given.values() if isinstance(one, Correlated)]
+    groups = [group for group in space.given.values() if isinstance(group, Correlated)]
     correlated = {name for group in groups for name in group.members}
-    found: dict[str, float] = {}
-    for name, one in space.inputs.items():
-        if isinstance(one, Constant) or name in correlated:
+    tolerances: dict[str, float] = {}
+    for name, variable in space.inputs.items():
+        if isinstance(variable, Constant) or name in correlated:
             continue
-        if isinstance(one, Interval) and one.lower < one.upper:
-            found[name] = (one.upper - one.lower) / 2
-        elif isinstance(one, Sizing) and one.tolerance:
-            found[name] = one.tolerance
-        elif isinstance(one, Distribution) and not one.intervals:
-            std: Any = vars(one).get("std")
+        if isinstance(variable, Interval) and variable.lower < variable.upper:
+            tolerances[name] = (variable.upper - variable.lower) / 2
+        elif isinstance(variable, Sizing) and variable.tolerance:
+            tolerances[name] = variable.tolerance
+        elif isinstance(variable, Distribution) and not variable.intervals:
+            std: Any = vars(variable).get("std")
             if is_number(std) and std > 0:
-                found[name] = float(std)
-    return found
+                tolerances[name] = float(std)
+    return tolerances

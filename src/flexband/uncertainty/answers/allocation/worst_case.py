@@ -48,8 +48,8 @@ class WatchedPlaces:
 
         Points that differ in the `adjusted` variables alone are the same.
         """
-        keys = {one.tobytes() for one in self.keys(adjusted)}
-        new = other.of(np.array([one.tobytes() not in keys for one in other.keys(adjusted)], bool))
+        keys = {key.tobytes() for key in self.keys(adjusted)}
+        new = other.of(np.array([key.tobytes() not in keys for key in other.keys(adjusted)], bool))
         pairs = zip((self.series, self.side, self.places), (new.series, new.side, new.places),
                     strict=True)  # fmt: skip
         return WatchedPlaces(*(np.concatenate(pair) for pair in pairs))
@@ -106,7 +106,7 @@ class WorstCase:
     @property
     def times(self) -> int:
         """Number of times."""
-        return len(self.numbers) // sum(len(one.outputs) for one in self.expansions)
+        return len(self.numbers) // sum(len(expansion.outputs) for expansion in self.expansions)
 
     def tightened(self, by: np.ndarray) -> WorstCase:
         """Return the margins of limits that are tighter by so much, (2, series) or a number."""
@@ -118,7 +118,10 @@ class WorstCase:
         if not inputs:
             return self.expansions
         part = part_of(self.tolerances.space, inputs)
-        return [one.substituted(part.substitutions, part.space.families) for one in self.expansions]
+        return [
+            expansion.substituted(part.substitutions, part.space.families)
+            for expansion in self.expansions
+        ]
 
     def bars(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return lower and upper end of μ ± kσ in the box, (series,), and where they are.
@@ -137,11 +140,17 @@ class WorstCase:
     def _extremes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what `bars` does without compensators."""
         multiples = [-self.sigmas, self.sigmas] if self.sigmas else [0.0]
-        found = [one.extremes(multiples) * (3 - len(multiples)) for one in self._narrowed(x)]
+        extremes = [
+            expansion.extremes(multiples) * (3 - len(multiples)) for expansion in self._narrowed(x)
+        ]
         m = self.tolerances.space.interval_dimension
-        low, high = (np.concatenate([pair[k].values[k].ravel() for pair in found]) for k in (0, 1))
+        low, high = (
+            np.concatenate([pair[k].values[k].ravel() for pair in extremes]) for k in (0, 1)
+        )
         places = [
-            np.concatenate([pair[k].places[k].reshape(pair[k].values[k].size, m) for pair in found])
+            np.concatenate(
+                [pair[k].places[k].reshape(pair[k].values[k].size, m) for pair in extremes]
+            )
             for k in (0, 1)
         ]
         return low, high, np.stack(places)
@@ -173,16 +182,20 @@ class WorstCase:
 
     def _lowest(self, margins: np.ndarray, most: float) -> np.ndarray:
         """Return which margins (rows, 2, series) are local minima over time below `most`."""
-        own = margins.reshape(-1, self.times) / np.tile(
+        scaled_margins = margins.reshape(-1, self.times) / np.tile(
             self.scale.reshape(-1, self.times), (2 * len(margins), 1)
         )
-        padded = np.pad(own, ((0, 0), (1, 1)), constant_values=np.inf)
-        lowest = (own <= padded[:, :-2]) & (own < padded[:, 2:]) & (own < most)
+        padded = np.pad(scaled_margins, ((0, 0), (1, 1)), constant_values=np.inf)
+        lowest = (
+            (scaled_margins <= padded[:, :-2])
+            & (scaled_margins < padded[:, 2:])
+            & (scaled_margins < most)
+        )
         return lowest.reshape(margins.shape)
 
     def values(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
         """Return the margins at points for several tolerances (rows, names), (rows, points)."""
-        found = np.empty((len(x), len(points)))
+        margins = np.empty((len(x), len(points)))
         if not self.sigmas:
             return self._without_scatter(x, points)
         scatters, which = np.unique(self.tolerances.scatter(x), axis=0, return_inverse=True)
@@ -190,40 +203,48 @@ class WorstCase:
         for k in range(len(scatters)):
             rows = np.flatnonzero(which.ravel() == k)
             eta = self._eta(x[rows], points)
-            for one, row in self._rows(self._narrowed(x[rows[0]], random_alone=True)):
+            for expansion, row in self._rows(self._narrowed(x[rows[0]], random_alone=True)):
                 output = points.series // self.times - row
-                own = np.flatnonzero((output >= 0) & (output < len(one.outputs)))
-                if len(own):
-                    mean, std = one.of(one.outputs, used).moments(eta)
+                columns = np.flatnonzero((output >= 0) & (output < len(expansion.outputs)))
+                if len(columns):
+                    mean, std = expansion.of(expansion.outputs, used).moments(eta)
                     bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
                     bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
-                    side, series = points.side[own], points.series[own]
-                    chosen = bar[:, own, side, output[own], index[own]]
-                    found[np.ix_(rows, own)] = SIGNS[side] * (chosen - self.bounds[side, series])
-        return found
+                    side, series = points.side[columns], points.series[columns]
+                    chosen = bar[:, columns, side, output[columns], index[columns]]
+                    margins[np.ix_(rows, columns)] = SIGNS[side] * (
+                        chosen - self.bounds[side, series]
+                    )
+        return margins
 
     def _without_scatter(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
         """Return what `values` does without random inputs: each series at its own places."""
-        found = np.empty((len(x), len(points)))
+        margins = np.empty((len(x), len(points)))
         sign = SIGNS[points.side]
-        eta = self._eta(x, points).reshape(*found.shape, points.places.shape[1])
-        for number, one in enumerate(self._sampled):
-            own = np.flatnonzero(points.series // self.times == number)
-            times = np.tile(points.series[own] % self.times, len(x))
-            flat = eta[:, own].reshape(len(times), eta.shape[-1])
-            values = one.values(one.basis(np.zeros((1, 0))), flat, times).reshape(len(x), -1)
-            found[:, own] = sign[own] * (values - self.bounds[points.side[own], points.series[own]])
-        return found
+        eta = self._eta(x, points).reshape(*margins.shape, points.places.shape[1])
+        for number, series in enumerate(self._sampled):
+            columns = np.flatnonzero(points.series // self.times == number)
+            times = np.tile(points.series[columns] % self.times, len(x))
+            flat = eta[:, columns].reshape(len(times), eta.shape[-1])
+            values = series.values(series.basis(np.zeros((1, 0))), flat, times).reshape(len(x), -1)
+            margins[:, columns] = sign[columns] * (
+                values - self.bounds[points.side[columns], points.series[columns]]
+            )
+        return margins
 
     @cached_property
     def _sampled(self) -> list[SampledSeries]:
         """Return the series of each output."""
-        return [one for own in self.expansions for one in SampledSeries.of_outputs(own)]
+        return [
+            series
+            for expansion in self.expansions
+            for series in SampledSeries.of_outputs(expansion)
+        ]
 
     def _eta(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
         """Return η of points for several tolerances, one after the other, (rows points, m)."""
-        own = self.tolerances
-        eta = own.center(x)[:, None, :] + own.radius(x)[:, None, :] * points.places
+        tolerances = self.tolerances
+        eta = tolerances.center(x)[:, None, :] + tolerances.radius(x)[:, None, :] * points.places
         return eta.reshape(len(x) * len(points), eta.shape[-1])
 
     def bars_at(self, eta: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -232,14 +253,14 @@ class WorstCase:
 
     def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
         """Return each expansion with the number of its first output."""
-        counts = [len(one.outputs) for one in expansions]
+        counts = [len(expansion.outputs) for expansion in expansions]
         return list(zip(expansions, np.cumsum([0, *counts]).tolist()[:-1], strict=True))
 
     def violation(self, names: Sequence[str], side: int, series: int) -> float:
         """Return by how much a limit is violated with some inputs at their nominal values."""
         output, at = divmod(series, self.times)
-        one, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
-        own = one.of(one.outputs[[output - row]], np.array([at]))
-        own = own.substituted(*fixed(self.tolerances.space, names))
-        found = own.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
-        return float(SIGNS[side] * (self.bounds[side, series] - found))
+        expansion, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
+        part = expansion.of(expansion.outputs[[output - row]], np.array([at]))
+        part = part.substituted(*fixed(self.tolerances.space, names))
+        value = part.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
+        return float(SIGNS[side] * (self.bounds[side, series] - value))

@@ -58,20 +58,20 @@ class _OutputMargins:
         eta, times : shape (rows, m) and (rows,).
         width : what the step at the limit is smoothed by, in units of the margins; 0 for none.
         """
-        found = np.empty((2, len(eta)))
+        sums = np.empty((2, len(eta)))
         powers = np.stack([self.weights, self.weights**2]) / len(self.weights)
         most = max(1, AT_ONCE // len(self.psi))
 
         def add_up(first: int) -> None:
-            own = slice(first, first + most)
-            at = (self.row, times[own], None)
-            values = self.series.values(self.psi, eta[own], times[own])
+            rows = slice(first, first + most)
+            at = (self.row, times[rows], None)
+            values = self.series.values(self.psi, eta[rows], times[rows])
             margins = np.minimum(values - self.part.lower[at], self.part.upper[at] - values)
             margins /= self.part.scale[at]
-            found[:, own] = powers @ (ndtr(-margins / width) if width else margins < 0).T
+            sums[:, rows] = powers @ (ndtr(-margins / width) if width else margins < 0).T
 
         in_threads(add_up, range(0, len(eta), most))
-        return found
+        return sums
 
     def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return what is minimized: the logarithm of a smoothed probability, and minus it."""
@@ -100,13 +100,13 @@ def at_each_time(
         the limits at any time, which bound those at each time. If there are no such samples, the
         probabilities are zero, and η is that of the middle of the intervals.
     """
-    most = np.array([one.confidence()[1] for one in ends])[:, None]
-    if not any(len(one.u) for one in known):
+    most = np.array([estimate.confidence()[1] for estimate in ends])[:, None]
+    if not any(len(rare_samples.u) for rare_samples in known):
         none = np.zeros((2, state.width))
         return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
-    mixture = Mixture.mean(*(Mixture.of(one.u, rng) for one in known))
+    mixture = Mixture.mean(*(Mixture.of(rare_samples.u, rng) for rare_samples in known))
     samples = [_weighted(mixture, state.families, count, rng) for count in (SEARCHED, SAMPLES)]
-    found, places = [], []
+    probabilities, places = [], []
     for part in state.parts:
         for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
             few, many = (
@@ -117,22 +117,22 @@ def at_each_time(
             flat = eta.reshape(2 * times, -1)
             first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
             error = np.sqrt(np.maximum(second - first**2, 0) / SAMPLES)
-            own = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
-            crossed = own[0][0] > own[0][1]  # which samples of the search could not tell apart
-            own = [np.where(crossed, one[::-1], one) for one in own]
-            found.append(_ordered(np.stack(clear(own[0], own[1], most, most))))
+            pair = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
+            crossed = pair[0][0] > pair[0][1]  # which samples of the search could not tell apart
+            pair = [np.where(crossed, bounds[::-1], bounds) for bounds in pair]
+            probabilities.append(_ordered(np.stack(clear(pair[0], pair[1], most, most))))
             places.append(np.where(crossed[:, None], eta[::-1], eta))
-    return np.concatenate(found, axis=2), np.concatenate(places, axis=1)
+    return np.concatenate(probabilities, axis=2), np.concatenate(places, axis=1)
 
 
-def _ordered(told: np.ndarray) -> np.ndarray:
+def _ordered(probabilities: np.ndarray) -> np.ndarray:
     """Return probabilities and the ends of their intervals, (3, bound, times), in order.
 
     The upper bound is no less than the lower one, so that each tells of the other.
     """
-    told[:2, 1] = told[:2].max(axis=1)
-    told[2, 0] = told[2].min(axis=0)
-    return told
+    probabilities[:2, 1] = probabilities[:2].max(axis=1)
+    probabilities[2, 0] = probabilities[2].min(axis=0)
+    return probabilities
 
 
 def _weighted(

@@ -93,15 +93,15 @@ def corrected(
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]
 
-    left = runs
+    remaining = runs
     for k in range(MOST_ROUNDS):
         at = near.u[rng.permutation(len(near.u))[: runs // PART]]
         if not len(at):
             break
-        found, left = model(at), left - len(at)
-        if k >= LEAST_ROUNDS and np.all(found < 0):
+        run_margins, remaining = model(at), remaining - len(at)
+        if k >= LEAST_ROUNDS and np.all(run_margins < 0):
             break
-        known = known.with_runs(at, found - least(at))
+        known = known.with_runs(at, run_margins - least(at))
         kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
         near = rare(margin, n, rng, scouts=False)
         near = replace(near, u=np.concatenate([near.u, kept[:COUNT]]))
@@ -109,7 +109,7 @@ def corrected(
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
     scatter = np.maximum(WIDENED * known.expected(u)[1], LEAST_SCATTER * np.std(least(u)))
-    which, values = _drawn(h / scatter, w, left, rng)
+    which, values = _drawn(h / scatter, w, remaining, rng)
     other = (model(u[which]) < 0).astype(float) - inside[which]
     z = (other * values[which])[other != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
@@ -131,11 +131,13 @@ def _samples(
     margin: Margins, near: Rare, accuracy: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return samples around rare ones, their weights and margins."""
-    mixture, found = mixture_around(margin, near.u, rng), []
+    mixture, batches = mixture_around(margin, near.u, rng), []
     while True:
         u = mixture.sample(BATCH, rng)
-        found.append((u, mixture.weights(u), margin(u)))
-        samples, weights, margins = (np.concatenate(own) for own in zip(*found, strict=True))
+        batches.append((u, mixture.weights(u), margin(u)))
+        samples, weights, margins = (
+            np.concatenate(column) for column in zip(*batches, strict=True)
+        )
         some = weights * (margins < 0)
         enough = np.std(some) <= accuracy * np.mean(some) * np.sqrt(len(some))
         if enough or len(some) + BATCH > MOST or not len(near.u):

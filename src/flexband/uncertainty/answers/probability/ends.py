@@ -85,29 +85,31 @@ def ends(
     points = np.concatenate([places(m, rng), erf(near[:8, n:] / np.sqrt(2))])
     scatter = state.scatter(ndtri(sobol(GROUP, n)), points)
     chances = [ndtr(-mean / std) for mean, std in scatter]
-    rough = np.sum([own.sum(axis=(1, 2)) for own in chances], axis=0)
-    own, alike = state, state.in_parts_of([std.mean(axis=0) for _, std in scatter])
+    rough = np.sum([chance.sum(axis=(1, 2)) for chance in chances], axis=0)
+    deciding_state, alike = state, state.in_parts_of([std.mean(axis=0) for _, std in scatter])
     if thin:
         u, eta = near[:SAMPLES, :n], erf(near[:SAMPLES, n:] / np.sqrt(2))
         times = state.deciding(u, eta, SLACK * _spread(state, n, eta[:GROUP], rng))
         # Rare samples hardly see times that decide at few η only.
-        likely = [np.any(one > LEFT_OUT * rough[:, None, None], axis=(0, 1)) for one in chances]
-        times = [one | other for one, other in zip(times, likely, strict=True)]
-        own, alike = own.at(times), alike.at(times)
+        likely = [
+            np.any(chance > LEFT_OUT * rough[:, None, None], axis=(0, 1)) for chance in chances
+        ]
+        times = [mask | other for mask, other in zip(times, likely, strict=True)]
+        deciding_state, alike = deciding_state.at(times), alike.at(times)
     mixture = Mixture.of(joint.u[:, :n], rng)
     size = _sizes(alike, mixture, rng)
-    sizes = np.array([size(one) for one in points])
+    sizes = np.array([size(point) for point in points])
     some = points[[sizes.argmin(), sizes.argmax(), *np.argsort(-rough)[:ROUGH]]]
-    seen = [Mixture.of(_rare_at(own, one, n, rng).u, rng) for one in some]
-    size = _sizes(alike, Mixture.mean(mixture, Mixture.mean(*seen)), rng)
-    sizes = np.array([size(one) for one in points])
+    mixtures = [Mixture.of(_rare_at(deciding_state, point, n, rng).u, rng) for point in some]
+    size = _sizes(alike, Mixture.mean(mixture, Mixture.mean(*mixtures)), rng)
+    sizes = np.array([size(point) for point in points])
     eta, noise = np.empty((2, m)), np.empty(2)
     for end, sign in enumerate((-1.0, 1.0)):
         likely = [np.argsort(-sign * heights)[:ROUGH] for heights in (sizes, rough)]
         tried = [_improved(size, points, sign * sizes, sign)[None], *(points[k] for k in likely)]
         places_tried = np.unique(np.concatenate(tried), axis=0)
-        eta[end], noise[end] = _best(own, alike, places_tried, n, sign, rng)
-    return eta, [_rare_at(own, one, n, rng) for one in eta], noise, own
+        eta[end], noise[end] = _best(deciding_state, alike, places_tried, n, sign, rng)
+    return eta, [_rare_at(deciding_state, place, n, rng) for place in eta], noise, deciding_state
 
 
 def _rare_at(
@@ -136,12 +138,13 @@ def _best(
     several : the places that are compared, shape (places, m).
     """
     known = [_rare_at(state, eta, n, rng, SAMPLES) for eta in several]
-    mixture = Mixture.mean(*(Mixture.of(one.u, rng) for one in known))
+    mixture = Mixture.mean(*(Mixture.of(rare_samples.u, rng) for rare_samples in known))
     u = mixture.sample(COMPARED, rng)
     weights = mixture.weights(u)
     out = np.array([weights * (state.least(u, eta) < 0) for eta in several])
     heights = [
-        (sign * p, sign * one.probability) for p, one in zip(out.mean(1), known, strict=True)
+        (sign * p, sign * rare_samples.probability)
+        for p, rare_samples in zip(out.mean(1), known, strict=True)
     ]
     best = heights.index(max(heights))
     at, probability = several[best], float(out[best].mean())
@@ -184,7 +187,7 @@ def _improved(
 ) -> np.ndarray:
     """Return the best η that a pattern search finds from the best points; heights = sign size."""
     starts = points[np.argsort(-heights, kind="stable")[:STARTS]]
-    return max((_climbed(size, at, sign, STEPS) for at in starts), key=lambda one: one[1])[0]
+    return max((_climbed(size, at, sign, STEPS) for at in starts), key=lambda pair: pair[1])[0]
 
 
 def _climbed(
@@ -199,6 +202,6 @@ def _climbed(
             for v, change in product(range(len(at)), (step, -step)):
                 other = at.copy()
                 other[v] = np.clip(at[v] + change, -1, 1)
-                if other[v] != at[v] and (found := sign * size(other)) > height + 1e-12:
-                    at, height, moved = other, found, True
+                if other[v] != at[v] and (other_height := sign * size(other)) > height + 1e-12:
+                    at, height, moved = other, other_height, True
     return at, height

@@ -102,22 +102,22 @@ class Estimate:
     def told_at_each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the probabilities at each time that are clear, and confidence intervals."""
         most = self.confidence()[1]
-        own = self.weights[self.margins < 0]
-        if len(own):  # none of so many that leave the limits at some time does so at this one
-            most *= min(1.0, -math.log(0.05) * float(np.sum(own**2) / np.sum(own) ** 2))
+        weights = self.weights[self.margins < 0]
+        if len(weights):  # none of so many that leave the limits at some time does so at this one
+            most *= min(1.0, -math.log(0.05) * float(np.sum(weights**2) / np.sum(weights) ** 2))
         return clear(self.at_each, self.at_each_error, self.confidence()[1], most)
 
 
-def are_uneven(own: np.ndarray, count: int) -> bool:
+def are_uneven(weights: np.ndarray, count: int) -> bool:
     """Return whether weights of samples that leave limits are very unequal, or samples too many.
 
     Parameters
     ----------
-    own : weights.
+    weights : of these samples.
     count : number of all samples.
     """
     return count + BATCH > MOST or bool(
-        len(own) and len(own) * np.sum(own**2) > UNEVEN * np.sum(own) ** 2
+        len(weights) and len(weights) * np.sum(weights**2) > UNEVEN * np.sum(weights) ** 2
     )
 
 
@@ -157,11 +157,11 @@ def clear(
     some = (probability > 0) & (error > 0)
     n = np.divide(probability, error, out=np.full(probability.shape, np.inf), where=some) ** 2
     few = some & (n < FEWEST)
-    told = np.where(few, 0.0, probability)
-    low, high = interval(told, error, none)
+    estimates = np.where(few, 0.0, probability)
+    low, high = interval(estimates, error, none)
     count = np.where(few, n, 1.0)
     bound = probability / count * chi2.ppf(UPPER, 2 * (count + 1)) / 2
-    return told, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
+    return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
 
 
 def deviations(probability: float) -> float:
@@ -200,12 +200,12 @@ def estimate(
     while True:
         u = mixture.sample(BATCH, rng)
         sums.add(u, eta, mixture.weights(u))
-        found = sums.estimate(known.probability)
-        enough = found.probability and found.error <= accuracy * found.probability
-        if enough or len(found.u) + BATCH > MOST or not len(known.u):
+        result = sums.estimate(known.probability)
+        enough = result.probability and result.error <= accuracy * result.probability
+        if enough or len(result.u) + BATCH > MOST or not len(known.u):
             break
     if state.exact:
-        return found
+        return result
     tighter = state.tighter(moved)
 
     def least(u: np.ndarray) -> np.ndarray:
@@ -216,7 +216,7 @@ def estimate(
     u = mixture.sample(BATCH, rng)
     inside = mixture.weights(u) * (least(u) < 0)
     tighter_one = min(1.0, float(inside.mean()) or first.probability)
-    return replace(found, tighter=max(found.probability, tighter_one))
+    return replace(result, tighter=max(result.probability, tighter_one))
 
 
 def mixture_around(
@@ -255,31 +255,33 @@ class _Sums:
     def add(self, u: np.ndarray, eta: np.ndarray, weights: np.ndarray) -> None:
         """Add samples."""
 
-        def reduce(own: slice, sides: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        def reduce(block: slice, sides: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
             parts = self.state.parts
-            margins = [one.min(axis=1) for one in sides]
+            margins = [part_sides.min(axis=1) for part_sides in sides]
             errors = [self.moved * part.error / part.scale for part in parts]
             pairs = list(zip(margins, errors, strict=True))
             least = least_of(margins)
-            looser = np.min([(one + e).min(axis=(1, 2)) for one, e in pairs], axis=0)
+            looser = np.min([(margin + e).min(axis=(1, 2)) for margin, e in pairs], axis=0)
             between = np.stack([least, least])
             inside = least >= 0
             if self.state.steps is not None:
-                for one, part in zip(sides, parts, strict=True):
-                    kept = one[inside].min(axis=1)
+                for part_sides, part in zip(sides, parts, strict=True):
+                    kept = part_sides[inside].min(axis=1)
                     lowered = kept - drops(kept, part.steps(self.state.steps))
-                    found = np.minimum(lowered.min(axis=(1, 2)), part.least_between(one[inside]))
-                    between[:, inside] = np.minimum(between[:, inside], found)
+                    least_between = np.minimum(
+                        lowered.min(axis=(1, 2)), part.least_between(part_sides[inside])
+                    )
+                    between[:, inside] = np.minimum(between[:, inside], least_between)
             out = np.concatenate(
-                [(one < 0).reshape(len(one), -1) for one in margins], axis=1, dtype=float
+                [(margin < 0).reshape(len(margin), -1) for margin in margins], axis=1, dtype=float
             )
-            powers = np.stack([weights[own], weights[own] ** 2])
-            return np.stack([weights[own], least, looser, *between]), powers @ out
+            powers = np.stack([weights[block], weights[block] ** 2])
+            return np.stack([weights[block], least, looser, *between]), powers @ out
 
-        found = self.state.reduced(u, eta, reduce, LimitedOutputs.sides)
+        blocks = self.state.reduced(u, eta, reduce, LimitedOutputs.sides)
         self.u.append(u)
-        self.rows += [rows for rows, _ in found]
-        for _, each in found:
+        self.rows += [rows for rows, _ in blocks]
+        for _, each in blocks:
             self.each += each
 
     def estimate(self, most: float) -> Estimate:
@@ -315,5 +317,5 @@ def probabilities(out: np.ndarray, every: np.ndarray, count: int) -> tuple[np.nd
     leave, stay = out / count, (every[:, None] - out) / count
     errors = [np.sqrt(np.maximum(b - a**2, 0.0) / count) for a, b in (leave, stay)]
     by_others = (errors[1] < errors[0]) & (stay[0] < 1)
-    found = np.where(by_others, 1 - np.maximum(stay[0], 0.0), np.minimum(leave[0], 1.0))
-    return found, np.where(by_others, errors[1], errors[0])
+    probability = np.where(by_others, 1 - np.maximum(stay[0], 0.0), np.minimum(leave[0], 1.0))
+    return probability, np.where(by_others, errors[1], errors[0])

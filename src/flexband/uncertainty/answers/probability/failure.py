@@ -149,43 +149,51 @@ def failure_probability(
     labels = labels_of(surrogate)
     for name in ("limit", "probability", "probability_at", "samples"):
         check_free(name, labels)
-    wanted = corridors(limits, labels)
-    if any(not one.space.random_dimension for one in surrogates.values()):
+    limit_corridors = corridors(limits, labels)
+    if any(not single_surrogate.space.random_dimension for single_surrogate in surrogates.values()):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
         )
-    if chosen := [k for one in surrogates.values() for k in compensators(one.space)]:
+    if chosen := [
+        k for single_surrogate in surrogates.values() for k in compensators(single_surrogate.space)
+    ]:
         raise InputError(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
             f"{chosen[0]}. check_limits and allocate adjust it"
         )
-    if len(wanted) > 1:
-        wanted[ANY] = joint(wanted)
-    found = {}
-    intervals = any(one.space.interval_dimension for one in surrogates.values())
+    if len(limit_corridors) > 1:
+        limit_corridors[ANY] = joint(limit_corridors)
+    results = {}
+    intervals = any(
+        single_surrogate.space.interval_dimension for single_surrogate in surrogates.values()
+    )
     options = {"store": store, "executor": executor}
-    probabilities = len(wanted) * (1 + intervals)
+    probabilities = len(limit_corridors) * (1 + intervals)
     with models(surrogates, response, runs, probabilities, progress, **options) as known:
-        for label, own in surrogates.items():
-            each = [_probability(own, one, known[label], accuracy, seed) for one in wanted.values()]
+        for label, sampled_surrogate in surrogates.items():
+            each = [
+                _probability(sampled_surrogate, corridor, known[label], accuracy, seed)
+                for corridor in limit_corridors.values()
+            ]
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
-            found[label] = xr.concat(each, "limit").assign_coords(limit=list(wanted))
-    known_of = {label: _known(one) for label, one in found.items()}
+            results[label] = xr.concat(each, "limit").assign_coords(limit=list(limit_corridors))
+    known_of = {label: _known(dataset) for label, dataset in results.items()}
     result = _over_choices(known_of) if several else known_of[""]
-    if any(missed_tolerance(one) for one in surrogates.values()):
+    if any(missed_tolerance(single_surrogate) for single_surrogate in surrogates.values()):
         kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
         result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     source, _ = error_of_runs(next(iter(surrogates.values())))
     doubts = [] if source else ["The surrogate's error is not estimated"]
-    for label, one in surrogates.items():
+    for label, judged_surrogate in surrogates.items():
         where, runs_correct = f" with {label}" if label else "", known[label] is not None
         doubts += [
-            f"Not reliable: {doubt}{where}" for doubt in doubts_of(one, corrected=runs_correct)
+            f"Not reliable: {doubt}{where}"
+            for doubt in doubts_of(judged_surrogate, corrected=runs_correct)
         ]
-    words = [in_words(result.isel(limit=k)) for k in range(len(wanted))]
-    told = {
+    words = [in_words(result.isel(limit=k)) for k in range(len(limit_corridors))]
+    attrs = {
         "accuracy": accuracy,
         "seed": seed,
         "confidence": 0.95,
@@ -193,7 +201,7 @@ def failure_probability(
         "verdict": ". ".join([*words, *doubts]),
     }
     space = next(iter(surrogates.values())).space
-    return described(result.assign_attrs(remark(space) | told))
+    return described(result.assign_attrs(remark(space) | attrs))
 
 
 def _probability(
@@ -211,60 +219,82 @@ def _probability(
     for thin in (True, False):
         eta, known, noise, near = ends(state, n, m, rng, thin=thin)
         pairs = list(zip(eta, known, strict=True))
-        own = [estimate(state, near, at, one, accuracy, rng) for at, one in pairs[: 1 + (m > 0)]]
-        if all(_seen(near, at, one) for at, one in zip(eta, own, strict=False)):
+        raw_estimates = [
+            estimate(state, near, at, rare_samples, accuracy, rng)
+            for at, rare_samples in pairs[: 1 + (m > 0)]
+        ]
+        if all(
+            _seen(near, at, raw_estimate)
+            for at, raw_estimate in zip(eta, raw_estimates, strict=False)
+        ):
             break
-    own = [replace(one, noise=float(e)) for one, e in zip(own, noise, strict=False)]
-    told: list[Any] = list(own)
+    raw_estimates = [
+        replace(raw_estimate, noise=float(e))
+        for raw_estimate, e in zip(raw_estimates, noise, strict=False)
+    ]
+    final_estimates: list[Any] = list(raw_estimates)
     if model is not None:
-        told = [
+        final_estimates = [
             replace(
                 corrected(
-                    partial(state.least, eta=at), partial(_least, state, model, at), one,
+                    partial(state.least, eta=at), partial(_least, state, model, at), rare_samples,
                     model.runs, accuracy, rng,
                 ),
-                noise=found.noise,
+                noise=raw_estimate.noise,
             )
-            for (at, one), found in zip(pairs, own, strict=False)
+            for (at, rare_samples), raw_estimate in zip(pairs, raw_estimates, strict=False)
         ]  # fmt: skip
     if not m:
-        own, told = own * 2, told * 2
-    elif told[0].probability > told[1].probability:  # both ends of what hardly depends on η
-        if told[0].confidence()[0] > told[1].confidence()[1]:  # else the search tells them apart
+        raw_estimates, final_estimates = raw_estimates * 2, final_estimates * 2
+    elif (
+        final_estimates[0].probability > final_estimates[1].probability
+    ):  # both ends of what hardly depends on η
+        if (
+            final_estimates[0].confidence()[0] > final_estimates[1].confidence()[1]
+        ):  # else the search tells them apart
             eta = eta[::-1]
-        own, told = own[::-1], told[::-1]
+        raw_estimates, final_estimates = raw_estimates[::-1], final_estimates[::-1]
     dims = labels.dims[1:]
     each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
     places_of = np.full((2, each.shape[2], m), np.nan)
     if m:
         each[:, :, state.series], places_of[:, state.series] = at_each_time(
-            state, m, known, own, rng
+            state, m, known, raw_estimates, rng
         )
     else:
-        each[:, :, state.series] = np.stack(own[0].told_at_each())[:, None]
+        each[:, :, state.series] = np.stack(raw_estimates[0].told_at_each())[:, None]
     each = each.reshape(3, 2, *labels.shape[1:])
-    stated = np.array([one.confidence() for one in told]).T
-    between = _between(own, told)
+    stated = np.array([final_estimate.confidence() for final_estimate in final_estimates]).T
+    between = _between(raw_estimates, final_estimates)
     if source != INDICATOR and not state.exact:
-        grown = np.transpose([allowance(one) for one in own])
+        grown = np.transpose([allowance(raw_estimate) for raw_estimate in raw_estimates])
         moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
         each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
         if model is None:
             stated = np.minimum(1.0, stated * grown)
             between[1:] = np.minimum(1.0, between[1:] * grown)
     data: dict[str, Any] = {
-        "probability": ("bound", [one.probability for one in told]),
+        "probability": (
+            "bound",
+            [final_estimate.probability for final_estimate in final_estimates],
+        ),
         "confidence_low": ("bound", stated[0]),
         "confidence_high": ("bound", stated[1]),
-        "limit_looser": ("bound", [one.looser for one in own]),
-        "limit_tighter": ("bound", [max(one.tighter, one.probability) for one in own]),
+        "limit_looser": ("bound", [raw_estimate.looser for raw_estimate in raw_estimates]),
+        "limit_tighter": (
+            "bound",
+            [max(raw_estimate.tighter, raw_estimate.probability) for raw_estimate in raw_estimates],
+        ),
         **{k: ("bound", v) for k, v in zip(BETWEEN, between, strict=True)},
-        "surrogate_probability": ("bound", [one.probability for one in own]),
-        "samples": ("bound", [len(one.u) for one in own]),
+        "surrogate_probability": (
+            "bound",
+            [raw_estimate.probability for raw_estimate in raw_estimates],
+        ),
+        "samples": ("bound", [len(raw_estimate.u) for raw_estimate in raw_estimates]),
         "exact": bool(source) and state.exact,
     }
     for name in ("runs", "disagreements") if model is not None else ():
-        data[name] = "bound", [getattr(one, name) for one in told]
+        data[name] = "bound", [getattr(final_estimate, name) for final_estimate in final_estimates]
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
     coords: dict[Any, Any] = {k: c.variable for k, c in coordinates(labels).items()}
     coords["bound"] = BOUNDS
@@ -282,36 +312,36 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
     interval inputs ever. Where sampling or the search found less, what was found of this one holds.
     """
     kinds = ("at_each_time", "between_times")
-    for one in limits:
-        more = {k: one[k] > union[k] for k in ("probability", *kinds)}
+    for limit in limits:
+        more = {k: limit[k] > union[k] for k in ("probability", *kinds)}
         for name in union:
             kind = next((k for k in kinds if str(name).startswith(k)), "probability")
-            union[name] = one[name].where(more[kind], union[name])
+            union[name] = limit[name].where(more[kind], union[name])
     return union
 
 
-def _between(own: Sequence[Estimate], told: Sequence[Any]) -> np.ndarray:
+def _between(raw_estimates: Sequence[Estimate], final_estimates: Sequence[Any]) -> np.ndarray:
     """Return the probabilities between the times too, and their confidence intervals, (3, bound).
 
     Parameters
     ----------
-    own, told : of the surrogate, and with what runs correct.
+    raw_estimates, final_estimates : of the surrogate, and with what runs correct.
     """
-    found = []
-    for one, other in zip(own, told, strict=True):
-        low, high = one.confidence_between()
-        value = one.between[0]
-        if other is not one:
+    probabilities = []
+    for raw_estimate, other in zip(raw_estimates, final_estimates, strict=True):
+        low, high = raw_estimate.confidence_between()
+        value = raw_estimate.between[0]
+        if other is not raw_estimate:
             (low_told, high_told), grown = other.confidence(), np.ones(2)
-            if one.probability:  # as many more samples leave the limits between the times
-                grown = np.array(one.between[:2]) / one.probability
+            if raw_estimate.probability:  # as many more samples leave the limits between the times
+                grown = np.array(raw_estimate.between[:2]) / raw_estimate.probability
             value, low, high = (
                 other.probability * grown[0],
                 low_told * grown[0],
                 high_told * grown[1],
             )
-        found.append(np.minimum([value, low, high], 1.0))
-    return np.sort(np.transpose(found), axis=1)
+        probabilities.append(np.minimum([value, low, high], 1.0))
+    return np.sort(np.transpose(probabilities), axis=1)
 
 
 def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -319,11 +349,11 @@ def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarr
     return state.least_of_response(model(u, eta))
 
 
-def _seen(near: LimitState, eta: np.ndarray, found: Estimate) -> bool:
+def _seen(near: LimitState, eta: np.ndarray, raw_estimate: Estimate) -> bool:
     """Return whether the times of a state are nearly all that samples leave the limits at."""
-    out = found.margins < 0
-    missed = found.weights[out] * (near.least(found.u[out], eta) >= 0)
-    return bool(missed.sum() <= UNSEEN * found.weights[out].sum())
+    out = raw_estimate.margins < 0
+    missed = raw_estimate.weights[out] * (near.least(raw_estimate.u[out], eta) >= 0)
+    return bool(missed.sum() <= UNSEEN * raw_estimate.weights[out].sum())
 
 
 def _known(result: xr.Dataset) -> xr.Dataset:
@@ -332,14 +362,14 @@ def _known(result: xr.Dataset) -> xr.Dataset:
     return bounded(result, result["exact"], *groups).drop_vars("exact")
 
 
-def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def _over_choices(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return the least and the largest probability over all combinations of options.
 
     The probability at any time, that between the times and that at each time are each of the
     combination whose interval ends the lowest or the highest. Another one may be less likely than
     the least of these: the interval begins with the lowest.
     """
-    every = xr.concat(list(found.values()), "choice", join="exact")
+    every = xr.concat(list(results.values()), "choice", join="exact")
     upper, chosen = every["bound"] == "upper", {}
     for value, low, high in (STATED, BETWEEN, AT_EACH):
         end = every[high].fillna(0.0)  # at times without a limit
@@ -348,6 +378,6 @@ def _over_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
         chosen |= {k: every[k].isel(choice=which) for k in names}
         chosen[low] = chosen[low].where(upper, every[low].min("choice"))
         if value == STATED[0]:
-            labels = xr.DataArray(list(found), dims="choice")
+            labels = xr.DataArray(list(results), dims="choice")
             chosen["probability_choice"] = labels.isel(choice=which).transpose("bound", "limit")
     return xr.Dataset(chosen)

@@ -57,11 +57,11 @@ class Mixture:
 
         means, factors = [np.zeros(n), np.zeros(n)], [unit, full(WIDE**2 * np.eye(r))]
         shares = [SHARES["inputs"], SHARES["wide"]]
-        for own in _groups(inside, rng):
-            part = len(own) / len(samples)
-            middle, several = basis @ own.mean(axis=0), len(own) >= MEMBERS * r
+        for group in _groups(inside, rng):
+            part = len(group) / len(samples)
+            middle, several = basis @ group.mean(axis=0), len(group) >= MEMBERS * r
             if several:
-                covariance = WIDENED**2 * np.cov(own.T).reshape(r, r) + 1e-4 * np.eye(r)
+                covariance = WIDENED**2 * np.cov(group.T).reshape(r, r) + 1e-4 * np.eye(r)
                 means.append(middle)
                 factors.append(full(covariance))
                 shares.append(SHARES["own"] * part)
@@ -73,8 +73,8 @@ class Mixture:
     @staticmethod
     def mean(*several: Mixture) -> Mixture:
         """Return some mixtures in equal parts."""
-        each = zip(*(vars(one).values() for one in several), strict=True)
-        means, factors, shares = (np.concatenate(own) for own in each)
+        each = zip(*(vars(mixture).values() for mixture in several), strict=True)
+        means, factors, shares = (np.concatenate(arrays) for arrays in each)
         return Mixture(means, factors, shares / len(several))
 
     def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -121,6 +121,6 @@ def _groups(samples: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
     groups: list[np.ndarray] = []
     for _ in range(ROUNDS):
         nearest = cdist(samples, centres).argmin(axis=1)
-        groups = [own for k in range(len(centres)) if len(own := samples[nearest == k])]
-        centres = np.array([own.mean(axis=0) for own in groups])
+        groups = [group for k in range(len(centres)) if len(group := samples[nearest == k])]
+        centres = np.array([group.mean(axis=0) for group in groups])
     return groups

@@ -44,7 +44,7 @@ class DiscrepancyModel:
             left_out = inverse @ self.missed / np.diag(inverse)
             scale = float(np.mean(left_out**2 * np.diag(inverse)))
             fits.append((float(np.sum(left_out**2)), inverse, noise, scale))
-        _, inverse, noise, scale = min(fits, key=lambda one: one[0])
+        _, inverse, noise, scale = min(fits, key=lambda fit: fit[0])
         return inverse, noise, scale
 
     def expected(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -70,17 +70,22 @@ def models(
     advance = counted(progress, runs * probabilities * len(surrogates))
     with evaluations(response, given, **options) as evaluate:
 
-        def model(label: str, one: Surrogate) -> ResponseModel:
-            own, finer = as_expanded(one, response)
+        def model(label: str, surrogate: Surrogate) -> ResponseModel:
+            expanded_response, finer = as_expanded(surrogate, response)
 
             def run(points: tuple[np.ndarray, np.ndarray]) -> xr.DataArray:
                 with without_warnings(ResolutionWarning, StrainWarning):
                     made = evaluate(
-                        own, one.space, setting(label, finer), points, one.labels, advance
+                        expanded_response,
+                        surrogate.space,
+                        setting(label, finer),
+                        points,
+                        surrogate.labels,
+                        advance,
                     )
                 assert made.values is not None
                 return made.values
 
-            return ResponseModel(one.space, runs, run)
+            return ResponseModel(surrogate.space, runs, run)
 
-        yield {label: model(label, one) for label, one in surrogates.items()}
+        yield {label: model(label, surrogate) for label, surrogate in surrogates.items()}

@@ -35,11 +35,14 @@ def error_of_runs(surrogate: Surrogate) -> tuple[str, np.ndarray]:
     return source, error / share(surrogate.space.interval_dimension)
 
 
-def allowance(one: Estimate) -> np.ndarray:
+def allowance(estimate: Estimate) -> np.ndarray:
     """Return by which factors what may be missed moves the ends of an interval, (2,)."""
-    if not one.probability:
+    if not estimate.probability:
         return np.ones(2)
-    return np.array([one.looser, max(one.tighter, one.probability)]) / one.probability
+    return (
+        np.array([estimate.looser, max(estimate.tighter, estimate.probability)])
+        / estimate.probability
+    )
 
 
 def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
@@ -58,7 +61,10 @@ def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> 
         new = value.where(~rare, 0.0), low.where(~rare, 0.0)
         new = *new, high.where(~rare, np.maximum(high, RARE))
         result = result.assign(
-            {name: one.transpose(*value.dims) for name, one in zip(names, new, strict=True)}
+            {
+                name: variable.transpose(*value.dims)
+                for name, variable in zip(names, new, strict=True)
+            }
         )
     return result
 

@@ -62,11 +62,11 @@ class LimitedOutputs:
         """Return the least margins of samples between the times, (2, points): see `beyond`."""
         apart = np.diff(self.series, axis=1) != 1
         ends = np.minimum(sides[..., :-1], sides[..., 1:])
-        found = []
+        least = []
         for beyond in (self.beyond / self.scale)[..., :-1]:
             within = np.where(apart, np.inf, ends - beyond)
-            found.append(within.min(axis=(1, 2, 3), initial=np.inf))
-        return np.stack(found)
+            least.append(within.min(axis=(1, 2, 3), initial=np.inf))
+        return np.stack(least)
 
     def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return margins in parts of the scale, shape (points, outputs, times)."""
@@ -86,9 +86,11 @@ class LimitedOutputs:
 
     def at(self, times: np.ndarray) -> LimitedOutputs:
         """Return the part at some of its times."""
-        own = self.expansion.of(self.expansion.outputs, times)
+        expansion = self.expansion.of(self.expansion.outputs, times)
         names = ("lower", "upper", "error", "scale", "series", "beyond")
-        return replace(self, expansion=own, **{k: getattr(self, k)[..., times] for k in names})
+        return replace(
+            self, expansion=expansion, **{k: getattr(self, k)[..., times] for k in names}
+        )
 
     def tighter(self, count: float) -> LimitedOutputs:
         """Return the part with limits that are tighter by so many of its errors."""
@@ -98,7 +100,7 @@ class LimitedOutputs:
 
 def least_of(margins: list[np.ndarray]) -> np.ndarray:
     """Return the least of some margins of each sample, (points,)."""
-    return np.min([one.min(axis=(1, 2)) for one in margins], axis=0)
+    return np.min([part_margins.min(axis=(1, 2)) for part_margins in margins], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,18 +135,18 @@ class LimitState:
         eta = rng.uniform(-1, 1, (PILOT, space.interval_dimension))
         parts = []
         for expansion in surrogate.expansions:
-            own = expansion.outputs[limited[expansion.outputs].any(axis=1)]
-            if not len(own):
+            outputs = expansion.outputs[limited[expansion.outputs].any(axis=1)]
+            if not len(outputs):
                 continue
-            at = np.flatnonzero(limited[own].any(axis=0))
+            at = np.flatnonzero(limited[outputs].any(axis=0))
             if len(at) == at[-1] + 1 - at[0]:
                 at = np.arange(at[0], at[-1] + 1)
-            part = expansion.of(own, at)
+            part = expansion.of(outputs, at)
             values = part.evaluate(of_normals(u, space.families), eta)
             spread = values.std(axis=0).max(axis=1, keepdims=True)
             size = np.abs(values).max(axis=(0, 2))[:, None]
             scale = np.maximum(spread, 1e-12 * size + 1e-300)
-            index = np.ix_(own, at)
+            index = np.ix_(outputs, at)
             own_error = error.reshape(-1, times)[index]
             scale = np.broadcast_to(scale, own_error.shape)
             bounds = lower[index], upper[index], own_error, scale, number[index]
@@ -189,20 +191,20 @@ class LimitState:
         eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
         block = max(MIN_BLOCK, AT_ONCE // self.width)
         blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
-        found: list[Any] = [None] * len(blocks)
+        results: list[Any] = [None] * len(blocks)
 
         def solve(number: int) -> None:
-            own = blocks[number]
-            xi = of_normals(u[own], self.families)
-            found[number] = reduce(own, [of(part, xi, eta[own]) for part in self.parts])
+            rows = blocks[number]
+            xi = of_normals(u[rows], self.families)
+            results[number] = reduce(rows, [of(part, xi, eta[rows]) for part in self.parts])
 
         in_threads(solve, list(range(len(blocks))))
-        return found
+        return results
 
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""
-        found = self.reduced(u, eta, lambda _, margins: least_of(margins))
-        return np.concatenate([np.zeros(0), *found])
+        blocks = self.reduced(u, eta, lambda _, margins: least_of(margins))
+        return np.concatenate([np.zeros(0), *blocks])
 
     def least_of_response(self, values: np.ndarray) -> np.ndarray:
         """Return the least margin of runs of the response, shape (points, …), in (points,)."""
@@ -217,18 +219,18 @@ class LimitState:
         u : samples at each η, shape (points, n).
         eta : shape (places, m).
         """
-        own = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
-        blocks = self.reduced(*own, lambda _, margins: margins)
-        found = []
+        samples = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
+        blocks = self.reduced(*samples, lambda _, margins: margins)
+        moments = []
         for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
-            own = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
-            found.append((own.mean(axis=1), np.maximum(own.std(axis=1), LEAST_SCATTER)))
-        return found
+            samples = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
+            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), LEAST_SCATTER)))
+        return moments
 
     def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:
         """Return the state with margins in parts of these, each (outputs, times)."""
         pairs = zip(self.parts, scatter, strict=True)
-        return replace(self, parts=tuple(replace(p, scale=p.scale * own) for p, own in pairs))
+        return replace(self, parts=tuple(replace(p, scale=p.scale * unit) for p, unit in pairs))
 
     def deciding(self, u: np.ndarray, eta: np.ndarray, slack: float) -> list[np.ndarray]:
         """Return which times of each part decide about some samples, (times,).
@@ -238,18 +240,18 @@ class LimitState:
 
         def decide(_: slice, margins: list[np.ndarray]) -> list[Any]:
             least = np.maximum(least_of(margins)[:, None, None], slack)
-            return [np.any(one <= least, axis=(0, 1)) for one in margins]
+            return [np.any(part_margins <= least, axis=(0, 1)) for part_margins in margins]
 
-        found = zip(*self.reduced(u, eta, decide), strict=True)
-        return [np.any(own, axis=0) for own in found]
+        part_masks = zip(*self.reduced(u, eta, decide), strict=True)
+        return [np.any(masks, axis=0) for masks in part_masks]
 
     def at(self, times: list[np.ndarray]) -> LimitState:
         """Return the state at some times of each part, and their neighbours."""
         parts = []
-        for part, own in zip(self.parts, times, strict=True):
-            near = own.copy()
-            near[1:] |= own[:-1]
-            near[:-1] |= own[1:]
+        for part, mask in zip(self.parts, times, strict=True):
+            near = mask.copy()
+            near[1:] |= mask[:-1]
+            near[:-1] |= mask[1:]
             if near.any():
                 parts.append(part.at(np.flatnonzero(near)))
         return replace(self, parts=tuple(parts))
@@ -257,13 +259,13 @@ class LimitState:
 
 def _beyond(surrogate: Surrogate) -> np.ndarray:
     """Return the `beyond` of all outputs, (2, 2, outputs, times): zero where it is not known."""
-    labels, told = surrogate.labels, surrogate.diagnostics
+    labels, diagnostics = surrogate.labels, surrogate.diagnostics
     times = surrogate.times
-    if "above_between" not in told:
+    if "above_between" not in diagnostics:
         return np.zeros((2, 2, int(np.prod(labels.shape[1:])) // times, times))
-    found = [
-        told[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
+    excesses = [
+        diagnostics[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
         for kind in ("_least", "")
         for side in ("below", "above")
     ]
-    return np.reshape(found, (2, 2, -1, times))
+    return np.reshape(excesses, (2, 2, -1, times))

@@ -136,9 +136,9 @@ def _chains(
     for _ in range(round(1 / SHARE)):
         z = rng.standard_normal(u.shape)
         other = math.sqrt(1 - step**2) * u + step * z
-        found = least(other)
-        better = found <= level
-        u, margin = np.where(better[:, None], other, u), np.where(better, found, margin)
+        other_margin = least(other)
+        better = other_margin <= level
+        u, margin = np.where(better[:, None], other, u), np.where(better, other_margin, margin)
         step = min(0.99, step * math.exp(float(better.mean()) - ACCEPTED))
         places.append(u)
         margins.append(margin)

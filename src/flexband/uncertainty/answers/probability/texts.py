@@ -15,28 +15,28 @@ NOT_GIVEN = "not given"
 """What stands in place of a probability of a surrogate that missed its tolerance."""
 
 
-def in_words(one: xr.Dataset) -> str:
+def in_words(result: xr.Dataset) -> str:
     """Return the probability of leaving one limit as a sentence."""
-    if np.isnan(one["between_times"]).any():
-        return f"{one['limit'].values}: the probability of leaving it is {chance(one)}"
-    tighter, alone = (float(one[k][1]) for k in ("limit_tighter", "surrogate_probability"))
-    text = f"{one['limit'].values}: left with probability {chance(one, places=True)}"
-    if "runs" in one:
-        text += f", corrected with {number_of(int(one['runs'][1]), 'run')} of the model"
-        text += " each" * _differs(one)
-    elif alone and not one["probability"][1]:
+    if np.isnan(result["between_times"]).any():
+        return f"{result['limit'].values}: the probability of leaving it is {chance(result)}"
+    tighter, alone = (float(result[k][1]) for k in ("limit_tighter", "surrogate_probability"))
+    text = f"{result['limit'].values}: left with probability {chance(result, places=True)}"
+    if "runs" in result:
+        text += f", corrected with {number_of(int(result['runs'][1]), 'run')} of the model"
+        text += " each" * _differs(result)
+    elif alone and not result["probability"][1]:
         text += (
             f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs of the "
             f"model (response=…, --runs 64)"
         )
     elif tighter > 0:
-        more = tighter > (1 + SAME) * float(one["between_times"][1])
-        told = f"up to {tighter:.2g}" if more else "hardly more"
-        text += f"; {told} with what the surrogate may miss"
+        more = tighter > (1 + SAME) * float(result["between_times"][1])
+        increase = f"up to {tighter:.2g}" if more else "hardly more"
+        text += f"; {increase} with what the surrogate may miss"
     return text
 
 
-def chance(one: xr.Dataset, *, places: bool = False) -> str:
+def chance(result: xr.Dataset, *, places: bool = False) -> str:
     """Return the bounds of the probability of leaving a limit, with their confidence, as text.
 
     Parameters
@@ -44,22 +44,24 @@ def chance(one: xr.Dataset, *, places: bool = False) -> str:
     places : whether it has the values of the interval inputs at the bounds.
     """
     names = ("between_times", "between_times_low", "between_times_high")
-    values, low, high = (one[k].values for k in names)
+    values, low, high = (result[k].values for k in names)
     if np.isnan(values).any():
         return (
             f"{NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
         )
-    where = [_place(one.isel(bound=k)) if places else "" for k in range(2)]
+    where = [_place(result.isel(bound=k)) if places else "" for k in range(2)]
     sure = [f" (95 % confidence: {a:.3g} to {b:.3g})" for a, b in zip(low, high, strict=True)]
-    text = _bounds(one, values, high, where, sure)
-    at_times = one["probability"].values
+    text = _bounds(result, values, high, where, sure)
+    at_times = result["probability"].values
     if np.any(values > (1 + SAME) * at_times):
-        own = _bounds(one, at_times, one["confidence_high"].values, ["", ""], ["", ""])
-        text += f"; at the output times alone, {own}"
+        bounds_text = _bounds(
+            result, at_times, result["confidence_high"].values, ["", ""], ["", ""]
+        )
+        text += f"; at the output times alone, {bounds_text}"
     return text
 
 
-def _bounds(one: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[str]) -> str:
+def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[str]) -> str:
     """Return both bounds as text, one of them if they are the same.
 
     Parameters
@@ -70,27 +72,27 @@ def _bounds(one: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[s
     lower, upper = (
         f"{v:.3g}{where}{sure}" if v else f"below {h:.2g}{where}" for v, h, where, sure in each
     )
-    return f"from {lower} to {upper}" if _differs(one) and lower != upper else upper
+    return f"from {lower} to {upper}" if _differs(result) and lower != upper else upper
 
 
-def _differs(one: xr.Dataset) -> bool:
+def _differs(result: xr.Dataset) -> bool:
     """Return whether both bounds are probabilities of their own."""
-    return "probability_at" in one or "probability_choice" in one
+    return "probability_at" in result or "probability_choice" in result
 
 
-def told(one: xr.Dataset) -> str:
+def told(result: xr.Dataset) -> str:
     """Return one bound of a probability with its confidence interval, or how large it may be."""
     names = ("between_times", "between_times_low", "between_times_high")
-    value, low, high = (float(one[k]) for k in names)
+    value, low, high = (float(result[k]) for k in names)
     if np.isnan(value):
         return NOT_GIVEN
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"
 
 
-def _place(one: xr.Dataset) -> str:
-    words = [str(one["probability_choice"].values)] if "probability_choice" in one else []
-    if "probability_at" in one:
-        pairs = zip(one["input"].values, one["probability_at"].values, strict=True)
+def _place(result: xr.Dataset) -> str:
+    words = [str(result["probability_choice"].values)] if "probability_choice" in result else []
+    if "probability_at" in result:
+        pairs = zip(result["input"].values, result["probability_at"].values, strict=True)
         words += [f"{name} = {value:.6g}" for name, value in pairs]
     return f" at {', '.join(words)}" if words else ""
 

@@ -95,7 +95,7 @@ def derived(
         If the surrogate is none, a number is out of its range, or the quantity does not return
         finite numbers, one for each sample.
     """
-    own = surrogates_of(surrogate)
+    surrogates = surrogates_of(surrogate)
     function("quantity", quantity, ", such as Peak(), of a response")
     sigmas, seed = checked_sigmas(sigmas), whole("seed", seed, 0)
     samples = whole("samples", samples, REPLICATES, MOST_SAMPLES)
@@ -103,10 +103,15 @@ def derived(
     if not 0 < part < 1:
         raise InputError(f"probability must be above 0 and below 1; got {part:g}")
     least = math.ceil(2 * LEAST_BEYOND / (1 - part))
-    if samples < least and any(one.space.random_dimension for one in own.values()):
+    if samples < least and any(
+        case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
+    ):
         raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
     return over_options(
-        {k: _Derivation(one, quantity, sigmas, part).bands(samples, seed) for k, one in own.items()}
+        {
+            k: _Derivation(case_surrogate, quantity, sigmas, part).bands(samples, seed)
+            for k, case_surrogate in surrogates.items()
+        }
     )
 
 
@@ -126,19 +131,24 @@ class _Derivation:
     def labelled(self, values: np.ndarray) -> xr.DataArray:
         """Return the quantity of values of the surrogate, dims ("sample", …)."""
         response = self.surrogate._labelled(values)
-        found = self.quantity(response)
-        if not isinstance(found, xr.DataArray):
-            found = xr.DataArray(np.asarray(found))
-            if found.ndim and "sample" not in found.dims:
-                found = found.rename({found.dims[0]: "sample"})
-        if found.dims[:1] != ("sample",) or len(found) != len(values):
+        quantity_values = self.quantity(response)
+        if not isinstance(quantity_values, xr.DataArray):
+            quantity_values = xr.DataArray(np.asarray(quantity_values))
+            if quantity_values.ndim and "sample" not in quantity_values.dims:
+                quantity_values = quantity_values.rename({quantity_values.dims[0]: "sample"})
+        if quantity_values.dims[:1] != ("sample",) or len(quantity_values) != len(values):
             raise InputError(
                 f"quantity must return one number or array per sample, first dim 'sample'; got "
-                f"dims {found.dims} and shape {found.shape}"
+                f"dims {quantity_values.dims} and shape {quantity_values.shape}"
             )
-        if found.dtype.kind not in "biuf" or not np.isfinite(found.values).all():
-            raise InputError(f"quantity must return finite numbers; got {shown(found.values)}")
-        return found.astype(float)
+        if (
+            quantity_values.dtype.kind not in "biuf"
+            or not np.isfinite(quantity_values.values).all()
+        ):
+            raise InputError(
+                f"quantity must return finite numbers; got {shown(quantity_values.values)}"
+            )
+        return quantity_values.astype(float)
 
     def statistics(self, values: np.ndarray) -> np.ndarray:
         """Return the statistics of the bands of samples (…, samples, size), (6, …, size)."""
@@ -169,26 +179,26 @@ class _Derivation:
         if m:
             flat, which = np.unique(eta.reshape(-1, m), axis=0, return_inverse=True)
             which = which.reshape(6, size)
-        found, error, moved = (np.empty((6, size)) for _ in range(3))
+        statistics, error, moved = (np.empty((6, size)) for _ in range(3))
         shifts = self.shifts(seed)
         for k, place in enumerate(flat):
-            own = np.nonzero(which == k)
+            entries = np.nonzero(which == k)
             values = self.at(xi, place[None])[0]
-            found[own] = self.statistics(values)[own]
-            error[own] = self.sampling_error(values)[own]
+            statistics[entries] = self.statistics(values)[entries]
+            error[entries] = self.sampling_error(values)[entries]
             if shifts:
                 few = xi[: max(1, len(xi) // REPLICATES)]
                 base = self.statistics(self.at(few, place[None])[0])
                 changes = [
-                    np.abs(self.statistics(self.at(few, place[None], one)[0]) - base)
-                    for one in shifts
+                    np.abs(self.statistics(self.at(few, place[None], shift)[0]) - base)
+                    for shift in shifts
                 ]
-                moved[own] = np.max(changes, axis=0)[own]
+                moved[entries] = np.max(changes, axis=0)[entries]
         dims, shape = ("bound", *self.frame.dims[1:]), (2, *self.frame.shape[1:])
         data: dict[str, Any] = {}
         for k, name in enumerate(BANDS):
             both = slice(2 * k, 2 * k + 2)
-            data[name] = dims, found[both].reshape(shape)
+            data[name] = dims, statistics[both].reshape(shape)
             data[f"{name}_sampling_error"] = dims, error[both].reshape(shape)
             if shifts:
                 data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
@@ -221,14 +231,16 @@ class _Derivation:
         rng = np.random.default_rng(seed)
         signs = [np.ones(error.shape), -np.ones(error.shape)]
         signs += [rng.choice([-1.0, 1.0], error.shape) for _ in range(PATTERNS - 2)]
-        return [error * one for one in signs]
+        return [error * pattern for pattern in signs]
 
     def places(self, xi: np.ndarray, seed: int) -> tuple[np.ndarray, int]:
         """Return η of the bounds, shape (6, size, m), and the number of samples of the search."""
         surrogate, space, size = self.surrogate, self.surrogate.space, self.size
         m = space.interval_dimension
-        scans = [one.scanned for e in surrogate.expansions for one in SampledSeries.of_outputs(e)]
-        points, beside = max(scans, key=lambda one: len(one[0]))
+        scans = [
+            series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
+        ]
+        points, beside = max(scans, key=lambda scan: len(scan[0]))
         if len(points) > MOST_POINTS:
             points, beside = scattered(MOST_POINTS, np.full(m, True))
         points = np.round(points * self.lattice) / self.lattice
@@ -240,22 +252,22 @@ class _Derivation:
         at_once = max(1, AT_ONCE // (len(xi) * numbers_of_one))
 
         def learn(eta: np.ndarray) -> None:
-            new = np.unique([one for one in eta if one.tobytes() not in known], axis=0)
+            new = np.unique([row for row in eta if row.tobytes() not in known], axis=0)
             for first in range(0, len(new), at_once):
                 some = new[first : first + at_once]
-                found = self.statistics(self.at(xi, some))
+                statistics = self.statistics(self.at(xi, some))
                 for k, place in enumerate(some):
-                    known[place.tobytes()] = found[:, k]
+                    known[place.tobytes()] = statistics[:, k]
 
         sign = np.array([1.0, -1.0] * len(BANDS))
 
         def lowest(eta: np.ndarray, which: np.ndarray) -> np.ndarray:
             rounded = np.round(eta * self.lattice) / self.lattice + 0.0
             learn(rounded)
-            target, own = np.divmod(which, size)
+            target, positions = np.divmod(which, size)
             values = [
                 known[place.tobytes()][k, s]
-                for place, k, s in zip(rounded, target, own, strict=True)
+                for place, k, s in zip(rounded, target, positions, strict=True)
             ]
             return sign[target] * np.array(values)
 

@@ -53,13 +53,13 @@ def descend(
 
     def tried(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Take the places that are lower; return all values, infinite where nothing changes."""
-        found = np.full(len(rows), np.inf)
+        new_values = np.full(len(rows), np.inf)
         new = np.flatnonzero(np.any(places != best[rows], axis=1))
         if len(new):
-            found[new] = function(places[new], which[rows[new]])
-            better = new[found[new] < lowest[rows[new]]]
-            best[rows[better]], lowest[rows[better]] = places[better], found[better]
-        return found
+            new_values[new] = function(places[new], which[rows[new]])
+            better = new[new_values[new] < lowest[rows[new]]]
+            best[rows[better]], lowest[rows[better]] = places[better], new_values[better]
+        return new_values
 
     for _ in range(MOST_SWEEPS):
         if not len(rows):
@@ -72,11 +72,15 @@ def descend(
                 places = middle.copy()
                 places[:, k] = np.clip(middle[:, k] + sign * step[rows], -1, 1)
                 sides.append((places[:, k] - middle[:, k], tried(rows, places)))
-            (a, left), (b, right) = sides
-            inside = np.flatnonzero(np.isfinite(left + right) & (center < np.minimum(left, right)))
+            (a, value_at_a), (b, value_at_b) = sides
+            inside = np.flatnonzero(
+                np.isfinite(value_at_a + value_at_b) & (center < np.minimum(value_at_a, value_at_b))
+            )
             if len(inside):
-                a, b, left, right, center = (v[inside] for v in (a, b, left, right, center))
-                slopes = (left - center) / a, (right - center) / b
+                a, b, value_at_a, value_at_b, center = (
+                    v[inside] for v in (a, b, value_at_a, value_at_b, center)
+                )
+                slopes = (value_at_a - center) / a, (value_at_b - center) / b
                 bend = (slopes[1] - slopes[0]) / (b - a)
                 vertex = -(slopes[0] - bend * a) / (2 * bend)
                 places = middle[inside]
@@ -101,14 +105,14 @@ def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarr
     beside : the numbers of the points next to each, shape (points, neighbours).
     """
     free = np.ones(values.shape, dtype=bool)
-    for own in beside.T:
-        free &= values <= values[own]
+    for neighbours in beside.T:
+        free &= values <= values[neighbours]
     ranked = np.where(free, values, np.inf)
     count = min(count, len(values))
-    found = np.argpartition(ranked, count - 1, axis=0)[:count]
+    points = np.argpartition(ranked, count - 1, axis=0)[:count]
     first = ranked.argmin(axis=0)
-    ranks = np.take_along_axis(ranked, found, axis=0)
-    return np.where(np.isfinite(ranks), found, first)
+    ranks = np.take_along_axis(ranked, points, axis=0)
+    return np.where(np.isfinite(ranks), points, first)
 
 
 def lowest_over_times(
@@ -136,17 +140,19 @@ def lowest_over_times(
     points, beside = scan
     m, stride = points.shape[1], max(1, len(points) * times // SCANNED)
     coarse = np.arange(0, times, stride)
-    found = scanned(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
-    kinds, found = len(found), found.reshape(len(found), len(points), -1)
+    scan_values = scanned(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
+    kinds, scan_values = len(scan_values), scan_values.reshape(len(scan_values), len(points), -1)
     nearest = np.minimum((np.arange(times) + stride // 2) // stride, len(coarse) - 1)
     if not m:
-        return np.zeros((kinds, times, 0)), found[..., nearest]
-    starts = points[local_minima(found.swapaxes(0, 1).reshape(len(points), -1), beside, STARTS)]
+        return np.zeros((kinds, times, 0)), scan_values[..., nearest]
+    starts = points[
+        local_minima(scan_values.swapaxes(0, 1).reshape(len(points), -1), beside, STARTS)
+    ]
     starts = starts.reshape(len(starts), kinds, len(coarse), m)[:, :, nearest]
     starts = starts.reshape(len(starts), kinds * times, m)
     which = np.arange(kinds * times)
     eta = lowest_of_neighbours(function, which, starts, np.full(len(which), tolerance))
-    return eta.reshape(kinds, times, m), found[..., nearest]
+    return eta.reshape(kinds, times, m), scan_values[..., nearest]
 
 
 def lowest_of_neighbours(
@@ -166,13 +172,13 @@ def lowest_of_neighbours(
     descents : number of these, the lowest ones, from which there is a descent; all by default.
     """
     count, rows, m = starts.shape
-    own = np.arange(rows)
+    row_numbers = np.arange(rows)
     repeated = np.tile(which, count)
     values = function(starts.reshape(-1, m), repeated).reshape(count, rows)
     first_step = FIRST_STEP
     if descents is not None:
         chosen = values.argsort(axis=0)[:descents]
-        starts, values = starts[chosen, own], np.take_along_axis(values, chosen, axis=0)
+        starts, values = starts[chosen, row_numbers], np.take_along_axis(values, chosen, axis=0)
         count, first_step, repeated = descents, NEAR_STEP, np.tile(which, descents)
     flat, places = descend(
         function,
@@ -183,11 +189,14 @@ def lowest_of_neighbours(
         first_step,
     )
     best = flat.reshape(count, rows).argmin(axis=0)
-    lowest, eta = flat.reshape(count, rows)[best, own], places.reshape(count, rows, m)[best, own]
+    lowest, eta = (
+        flat.reshape(count, rows)[best, row_numbers],
+        places.reshape(count, rows, m)[best, row_numbers],
+    )
     for _ in range(SHARED):
         improved = np.zeros(0, dtype=int)
         for shift in (1, -1):
-            other = np.clip(own + shift, 0, rows - 1)
+            other = np.clip(row_numbers + shift, 0, rows - 1)
             differ = np.flatnonzero(np.abs(eta[other] - eta).max(axis=1, initial=0) > NEAR_STEP)
             there = function(eta[other[differ]], which[differ]) if len(differ) else np.zeros(0)
             better = there < lowest[differ]

@@ -47,7 +47,7 @@ class Limit:
             raise InputError("Limit must have below, above or both; got none")
         for name in ("below", "above"):
             object.__setattr__(self, name, _checked(f"Limit {name}", getattr(self, name)))
-        if not any(isinstance(one, xr.DataArray) or callable(one) for one in self._ends):
+        if not any(isinstance(end, xr.DataArray) or callable(end) for end in self._ends):
             self._check_ends(*(np.asarray(np.nan if e is None else e) for e in self._ends))
         if self.during is not None:
             first, last = map(float, numbers("Limit during", self.during, 2))
@@ -66,7 +66,7 @@ class Limit:
         wrong = np.atleast_1d(low >= high)
         if wrong.any():
             place = np.unravel_index(wrong.argmax(), wrong.shape)
-            above, below = (np.broadcast_to(one, wrong.shape)[place] for one in (low, high))
+            above, below = (np.broadcast_to(end, wrong.shape)[place] for end in (low, high))
             raise InputError(
                 "Limit above, which the output must stay above, must be less than below; got "
                 f"above={above:g} and below={below:g}"
@@ -97,10 +97,10 @@ class Limit:
             `during`, or `above` is not less than `below` somewhere.
         """
         name, chosen = _chosen(self.output, labels)
-        own = labels.isel({"output": chosen} if chosen is not None else {})
-        at_times = _during(self.during, own)
-        low = _curve("Limit above", self.above, own, -np.inf)
-        high = _curve("Limit below", self.below, own, np.inf)
+        output_labels = labels.isel({"output": chosen} if chosen is not None else {})
+        at_times = _during(self.during, output_labels)
+        low = _curve("Limit above", self.above, output_labels, -np.inf)
+        high = _curve("Limit below", self.below, output_labels, np.inf)
         self._check_ends(np.where(at_times, low, -np.inf), np.where(at_times, high, np.inf))
         place = (slice(None),) * (labels.dims.index("output") - 1) if chosen is not None else ()
         lower, upper = np.full(labels.shape[1:], -np.inf), np.full(labels.shape[1:], np.inf)
@@ -135,10 +135,12 @@ class Corridor:
 
 def several(limits: Any) -> tuple[Limit, ...]:
     """Return a limit, or several, as a tuple; raise `InputError` if `limits` are none."""
-    own = [limits] if isinstance(limits, Limit) else limits
-    if not isinstance(own, Sequence) or not all(isinstance(one, Limit) for one in own):
+    sequence = [limits] if isinstance(limits, Limit) else limits
+    if not isinstance(sequence, Sequence) or not all(
+        isinstance(limit, Limit) for limit in sequence
+    ):
         raise InputError(f"limits must be a Limit or a list of them; got {shown(limits)}")
-    return tuple(own)
+    return tuple(sequence)
 
 
 def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
@@ -149,24 +151,26 @@ def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
     InputError
         If `limits` is neither a `Limit` nor several, or one does not fit the response.
     """
-    found: dict[str, Corridor] = {}
-    own = several(limits)
-    if not own:
+    named_corridors: dict[str, Corridor] = {}
+    all_limits = several(limits)
+    if not all_limits:
         raise InputError(f"limits must be a Limit or a list of them; got {shown(limits)}")
-    for one in own:
-        name, count = str(one), 2
-        while name in found:
-            name, count = f"{one} ({count})", count + 1
-        found[name] = one.corridor(labels)
-    return found
+    for limit in all_limits:
+        name, count = str(limit), 2
+        while name in named_corridors:
+            name, count = f"{limit} ({count})", count + 1
+        named_corridors[name] = limit.corridor(labels)
+    return named_corridors
 
 
-def joint(found: Mapping[str, Corridor]) -> Corridor:
+def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
     """Return the corridor in which all limits are kept."""
-    lower = np.max([one.lower for one in found.values()], axis=0)
-    upper = np.min([one.upper for one in found.values()], axis=0)
+    lower = np.max([corridor.lower for corridor in named_corridors.values()], axis=0)
+    upper = np.min([corridor.upper for corridor in named_corridors.values()], axis=0)
     if np.any(lower >= upper):
-        raise InputError(f"limits must leave something between them; got {', '.join(found)}")
+        raise InputError(
+            f"limits must leave something between them; got {', '.join(named_corridors)}"
+        )
     return Corridor("", lower, upper, (...,))
 
 
@@ -194,9 +198,10 @@ def _chosen(output: str | None, labels: xr.DataArray) -> tuple[str, int | None]:
     """Return the name of the limited output and its number along dim "output", if there is one."""
     if "output" not in labels.dims:
         if output is not None and output != labels.name:
-            own = "" if labels.name is None else f" or {labels.name!r}"
+            alternative = "" if labels.name is None else f" or {labels.name!r}"
             raise InputError(
-                f"Limit output must be None{own}, since the response has one output; got {output!r}"
+                f"Limit output must be None{alternative}, since the response has one output; "
+                f"got {output!r}"
             )
         return str(labels.name or ""), None
     count = labels.sizes["output"]
@@ -210,12 +215,12 @@ def _chosen(output: str | None, labels: xr.DataArray) -> tuple[str, int | None]:
     return output, names.index(output)
 
 
-def _during(during: tuple[float, float] | None, own: xr.DataArray) -> np.ndarray:
+def _during(during: tuple[float, float] | None, output_labels: xr.DataArray) -> np.ndarray:
     """Return which values of an output are limited, of its shape."""
-    shape = own.shape[1:]
+    shape = output_labels.shape[1:]
     if during is None:
         return np.full(shape, True)
-    dim, times = _times("Limit during", own)
+    dim, times = _times("Limit during", output_labels)
     within = (times >= during[0]) & (times <= during[1])
     if not within.any():
         raise InputError(
@@ -225,15 +230,15 @@ def _during(during: tuple[float, float] | None, own: xr.DataArray) -> np.ndarray
     return np.broadcast_to(within, shape)
 
 
-def _curve(name: str, bound: Any, own: xr.DataArray, free: float) -> np.ndarray:
+def _curve(name: str, bound: Any, output_labels: xr.DataArray, free: float) -> np.ndarray:
     """Return a bound at all values of an output, of its shape; `free` if there is none."""
-    shape = own.shape[1:]
+    shape = output_labels.shape[1:]
     if bound is None:
         return np.full(shape, free)
     if isinstance(bound, xr.DataArray):
-        return _aligned(name, bound, own)
+        return _aligned(name, bound, output_labels)
     if callable(bound):
-        _, times = _times(name, own)
+        _, times = _times(name, output_labels)
         bound = finite(name, returned(bound, times, f"the function of {name}"), rank=None)
     fits = np.shape(bound) in ((), shape[-1:], shape)
     if not fits:
@@ -244,24 +249,28 @@ def _curve(name: str, bound: Any, own: xr.DataArray, free: float) -> np.ndarray:
     return np.broadcast_to(bound, shape)
 
 
-def _times(name: str, own: xr.DataArray) -> tuple[Hashable, np.ndarray]:
+def _times(name: str, output_labels: xr.DataArray) -> tuple[Hashable, np.ndarray]:
     """Return the last dim of an output and its values."""
-    dim = own.dims[-1]
-    if own.ndim < 2 or dim not in own.coords or own[dim].dtype.kind not in "iuf":
-        where = f"its last dim {dim!r} has none" if own.ndim > 1 else "it has no dim"
+    dim = output_labels.dims[-1]
+    if (
+        output_labels.ndim < 2
+        or dim not in output_labels.coords
+        or output_labels[dim].dtype.kind not in "iuf"
+    ):
+        where = f"its last dim {dim!r} has none" if output_labels.ndim > 1 else "it has no dim"
         raise InputError(f"{name} requires times, which the response must give; {where}")
-    return dim, own[dim].values.astype(float)
+    return dim, output_labels[dim].values.astype(float)
 
 
-def _aligned(name: str, bound: xr.DataArray, own: xr.DataArray) -> np.ndarray:
+def _aligned(name: str, bound: xr.DataArray, output_labels: xr.DataArray) -> np.ndarray:
     """Return a curve with dims of an output at all its values."""
     for dim in bound.dims:
-        if dim not in own.dims[1:]:
-            allowed = ", ".join(map(str, own.dims[1:])) or "none"
+        if dim not in output_labels.dims[1:]:
+            allowed = ", ".join(map(str, output_labels.dims[1:])) or "none"
             raise InputError(f"{name} must have dims of the output ({allowed}); got {dim!r}")
-        same = bound.sizes[dim] == own.sizes[dim]
-        if same and dim in bound.coords and dim in own.coords:
-            ours, theirs = own[dim].values, bound[dim].values
+        same = bound.sizes[dim] == output_labels.sizes[dim]
+        if same and dim in bound.coords and dim in output_labels.coords:
+            ours, theirs = output_labels[dim].values, bound[dim].values
             numeric = ours.dtype.kind in "iuf" and theirs.dtype.kind in "iuf"
             size = np.abs(ours).max(initial=0) if numeric else 0.0
             same = (
@@ -271,7 +280,7 @@ def _aligned(name: str, bound: xr.DataArray, own: xr.DataArray) -> np.ndarray:
             )
         if not same:
             raise InputError(f"{name} must have the values of {dim!r} that the output has")
-    dims = [dim for dim in own.dims[1:] if dim in bound.dims]
+    dims = [dim for dim in output_labels.dims[1:] if dim in bound.dims]
     values = bound.transpose(*dims).values
-    index = tuple(slice(None) if dim in dims else None for dim in own.dims[1:])
-    return np.broadcast_to(values[index], own.shape[1:])
+    index = tuple(slice(None) if dim in dims else None for dim in output_labels.dims[1:])
+    return np.broadcast_to(values[index], output_labels.shape[1:])

@@ -28,15 +28,15 @@ def labels_of(surrogate: Surrogate | SurrogateOfChoices) -> xr.DataArray:
 
 
 def error_of(
-    told: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
+    diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
 ) -> tuple[str, np.ndarray]:
     """Return which variable tells the error of bands, and its values, (outputs …, times).
 
     Without one of these names the name is "" and the values are zero.
     """
     for name in names:
-        if name in told:
-            return name, told[name].transpose(*labels.dims[1:]).values
+        if name in diagnostics:
+            return name, diagnostics[name].transpose(*labels.dims[1:]).values
     return "", np.zeros(labels.shape[1:])
 
 
@@ -80,20 +80,20 @@ def check_limits(
     labels = labels_of(surrogate)
     for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
         check_free(name, labels)
-    found = corridors(limits, labels)
-    bands = _bands(surrogate, found, sigmas)
+    named_corridors = corridors(limits, labels)
+    bands = _bands(surrogate, named_corridors, sigmas)
     source, error = error_of(bands, labels)
-    own = [_checked(corridor, bands, labels, error) for corridor in found.values()]
-    result = xr.concat(own, "limit").assign_coords(limit=list(found))
-    words = [_in_words(result.isel(limit=k), labels) for k in range(len(found))]
-    told = {
+    results = [_checked(corridor, bands, labels, error) for corridor in named_corridors.values()]
+    result = xr.concat(results, "limit").assign_coords(limit=list(named_corridors))
+    words = [_in_words(result.isel(limit=k), labels) for k in range(len(named_corridors))]
+    attrs = {
         "sigmas": bands.attrs["sigmas"],
         "error": source or "not estimated",
         "verdict": ". ".join(words) + ("" if source else ". The error of this is not estimated"),
     }
     verdicts = result["verdict"].values.tolist()
-    joint = next((one for one in (NOT_KEPT, UNDECIDED) if one in verdicts), KEPT)
-    return _described(result.assign_attrs(told, kept=joint, inputs=bands.attrs.get("inputs", "")))
+    joint = next((verdict for verdict in (NOT_KEPT, UNDECIDED) if verdict in verdicts), KEPT)
+    return _described(result.assign_attrs(attrs, kept=joint, inputs=bands.attrs.get("inputs", "")))
 
 
 def _bands(
@@ -102,7 +102,7 @@ def _bands(
     """Return bands; with compensators, where margins are least after these are adjusted."""
     bands = surrogate.bands(sigmas)
     if isinstance(surrogate, SurrogateOfChoices):
-        if any(map(compensators, (own.space for own in surrogate.surrogates.values()))):
+        if any(map(compensators, (case.space for case in surrogate.surrogates.values()))):
             raise InputError("surrogate must have no Choice where it has a Compensator")
         return bands
     space, dims = surrogate.space, surrogate.labels.dims[1:]
@@ -119,10 +119,12 @@ def _bands(
     *ends, eta = adjusted.worst()
     bar.reshape(2, -1)[:, numbers] = ends
     at = bands["error_bar_at"].transpose("input", "bound", *dims).values.copy()
-    own = Space(space.of_kind(random=False)).numbers_at(
+    input_values = Space(space.of_kind(random=False)).numbers_at(
         np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
     )
-    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(list(own.values()), (len(at), 2, -1))
+    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(
+        list(input_values.values()), (len(at), 2, -1)
+    )
     if "pointwise_error" in surrogate.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
@@ -136,14 +138,14 @@ def _checked(
     """Return the result for one limit."""
     where = corridor.where
     bar = bands["error_bar"].transpose("bound", *labels.dims[1:]).drop_vars("bound")
-    low, high = (np.asarray(one)[where] for one in bar.values)
+    low, high = (np.asarray(end)[where] for end in bar.values)
     lower, upper = corridor.lower[where], corridor.upper[where]
     margins = np.stack([low - lower, upper - high])
     margin, error = margins.min(axis=0), np.asarray(error[where])
     limited = np.isfinite(margin)
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
-    one = bar.isel(bound=side)[where][at]
+    nearest_end = bar.isel(bound=side)[where][at]
     after, surely = _between(margins, bands, labels, where)
     drop = drops(margin, spacing(labels))
     between = np.minimum(np.where(limited, margin - drop, np.inf), after)
@@ -169,8 +171,8 @@ def _checked(
         "verdict": verdict,
     }
     last = axes_of(labels).time
-    if last in one.coords:
-        data["least_margin_at"] = one[last].values
+    if last in nearest_end.coords:
+        data["least_margin_at"] = nearest_end[last].values
         data["margin_between_after"] = bar[0][where][lowest][last].values
     at_bound = bands.get("error_bar_at")
     if at_bound is not None:
@@ -192,9 +194,9 @@ def _between(
     ----------
     margins : to the limits above and below, shape (2, …, times).
     """
-    found = np.full((2, *margins.shape[1:]), np.inf)
+    between = np.full((2, *margins.shape[1:]), np.inf)
     if "above_between" not in bands:
-        return found[0], found[1]
+        return between[0], between[1]
     ends = np.where(np.isfinite(margins), margins, np.nan)
     ends = np.minimum(ends[..., :-1], ends[..., 1:])
     for k, kind in enumerate(("", "_least")):
@@ -202,9 +204,9 @@ def _between(
             bands[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values[where][..., :-1]
             for side in ("below", "above")
         ]
-        left = ends - np.stack(beyond)
-        found[k, ..., :-1] = np.where(np.isnan(left), np.inf, left).min(axis=0)
-    return found[0], found[1]
+        remaining = ends - np.stack(beyond)
+        between[k, ..., :-1] = np.where(np.isnan(remaining), np.inf, remaining).min(axis=0)
+    return between[0], between[1]
 
 
 def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -> np.ndarray:
@@ -215,39 +217,40 @@ def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -
     return values.values
 
 
-def _in_words(one: xr.Dataset, labels: xr.DataArray) -> str:
+def _in_words(limit_result: xr.Dataset, labels: xr.DataArray) -> str:
     """Return the verdict of one limit as a sentence."""
-    unit = f" {one['unit'].values}" if "unit" in one.coords else ""
-    error = float(one["least_margin_error"])
-    text = f"{one['limit'].values}: {one['verdict'].values}, least margin "
-    text += f"{float(one['least_margin']):.4g}{f' ± {error:.2g}' if error else ''}{unit}"
-    if "least_margin_at" in one:
+    unit = f" {limit_result['unit'].values}" if "unit" in limit_result.coords else ""
+    error = float(limit_result["least_margin_error"])
+    text = f"{limit_result['limit'].values}: {limit_result['verdict'].values}, least margin "
+    text += f"{float(limit_result['least_margin']):.4g}{f' ± {error:.2g}' if error else ''}{unit}"
+    if "least_margin_at" in limit_result:
         last = axes_of(labels).time
-        text += f" at {last} {_number(one['least_margin_at'].values)}"
+        text += f" at {last} {_number(limit_result['least_margin_at'].values)}"
         unit_of_last = labels[last].attrs.get("units", "")
         text += f" {unit_of_last}".rstrip()
-        if between := told_between(one):
+        if between := told_between(limit_result):
             text += (
-                f"; {between} {_number(one['margin_between_after'].values)} {unit_of_last}".rstrip()
+                f"; {between} {_number(limit_result['margin_between_after'].values)} "
+                f"{unit_of_last}".rstrip()
             )
     inputs = []
-    if "worst_inputs" in one:
-        pairs = zip(one["input"].values, one["worst_inputs"].values, strict=True)
+    if "worst_inputs" in limit_result:
+        pairs = zip(limit_result["input"].values, limit_result["worst_inputs"].values, strict=True)
         inputs = [f"{name} = {value:.6g}" for name, value in pairs]
-    if "worst_choice" in one:
-        inputs.insert(0, str(one["worst_choice"].values))
+    if "worst_choice" in limit_result:
+        inputs.insert(0, str(limit_result["worst_choice"].values))
     return text + (f", with {', '.join(inputs)}" if inputs else "")
 
 
-def told_between(one: xr.Dataset) -> str:
+def told_between(limit_result: xr.Dataset) -> str:
     """Return in words what the least margin between the times is, if it decides, up to "after"."""
-    if "margin_between_after" not in one:
+    if "margin_between_after" not in limit_result:
         return ""
-    margin, between = float(one["least_margin"]), float(one["margin_between"])
-    if not between - float(one["least_margin_error"]) < 0 <= margin:
+    margin, between = float(limit_result["least_margin"]), float(limit_result["margin_between"])
+    if not between - float(limit_result["least_margin_error"]) < 0 <= margin:
         return ""
-    unit = f" {one['unit'].values}" if "unit" in one.coords else ""
-    last = one["margin"].dims[-1]
+    unit = f" {limit_result['unit'].values}" if "unit" in limit_result.coords else ""
+    last = limit_result["margin"].dims[-1]
     where = "output times" if last == "time" else f"values of {last}"
     return f"{between:.4g}{unit} between the {where}, after"
 

@@ -72,21 +72,24 @@ def p_box(
     InputError
         If the surrogate is none, an argument is out of its range, or not one number is left.
     """
-    own = surrogates_of(surrogate)
+    surrogates = surrogates_of(surrogate)
     samples, seed = whole("samples", samples, 128, MOST_SAMPLES), whole("seed", seed, 0)
     if at is not None and not isinstance(at, Mapping):
         raise InputError(f"at must be a mapping from dimensions to labels; got {shown(at)}")
     where = dict(at or {})
-    dim = next(iter(own.values())).time or "time"
+    dim = next(iter(surrogates.values())).time or "time"
     where |= {k: v for k, v in (("output", output), (dim, time)) if v is not None}
-    found = {label: _Envelope.of(selected(one, where), samples, seed) for label, one in own.items()}
+    envelopes = {
+        label: _Envelope.of(selected(case_surrogate, where), samples, seed)
+        for label, case_surrogate in surrogates.items()
+    }
     if values is None:
-        low = min(one.quantiles[0].min() for one in found.values())
-        high = max(one.quantiles[1].max() for one in found.values())
+        low = min(envelope.quantiles[0].min() for envelope in envelopes.values())
+        high = max(envelope.quantiles[1].max() for envelope in envelopes.values())
         grid = np.linspace(low, high, VALUES) if high > low else np.array([low])
     else:
         grid = np.unique(finite("values", values, rank=None))
-    return over_options({label: one.at(grid) for label, one in found.items()})
+    return over_options({label: envelope.at(grid) for label, envelope in envelopes.items()})
 
 
 @dataclass(frozen=True)
@@ -114,8 +117,10 @@ class _Envelope:
         space, labels = surrogate.space, surrogate.labels
         check_free("value", labels)
         if int(np.prod(labels.shape[1:])) != 1:
-            left = ", ".join(f"{dim} ({labels.sizes[dim]})" for dim in labels.dims[1:])
-            raise InputError(f"output, time and at must leave one number; dimensions left: {left}")
+            dimensions = ", ".join(f"{dim} ({labels.sizes[dim]})" for dim in labels.dims[1:])
+            raise InputError(
+                f"output, time and at must leave one number; dimensions left: {dimensions}"
+            )
         xi = samples_of(space.families, samples, seed)
         end = -ndtri(LEAST_BEYOND / samples)
         p = ndtr(np.linspace(-end, end, LEVELS)) if len(xi) > 1 else np.array([0.5])
@@ -128,9 +133,9 @@ class _Envelope:
         flat = eta[:, :, 0].reshape(2 * len(p), m)
         sampled = series.values(psi, flat, np.zeros(len(flat), dtype=int))
         levels = np.tile(np.arange(len(p)), 2)
-        found = sorted_quantiles(sampled, p)[levels, np.arange(len(flat))].reshape(2, -1)
-        found = np.maximum.accumulate(found, axis=1)
-        return _Envelope(surrogate, series, psi, eta[:, :, 0], found, seed)
+        quantiles = sorted_quantiles(sampled, p)[levels, np.arange(len(flat))].reshape(2, -1)
+        quantiles = np.maximum.accumulate(quantiles, axis=1)
+        return _Envelope(surrogate, series, psi, eta[:, :, 0], quantiles, seed)
 
     def at(self, values: np.ndarray) -> xr.Dataset:
         """Return the answer at increasing values of the output."""
@@ -138,17 +143,17 @@ class _Envelope:
         probability, error = np.empty(shape), np.empty(shape)
         eta = np.empty((*shape, self.eta.shape[-1]))
         for bound in (0, 1):  # the highest probabilities are where quantiles are lowest
-            own = 1 - bound
-            above = np.searchsorted(self.quantiles[own], values)
+            opposite = 1 - bound
+            above = np.searchsorted(self.quantiles[opposite], values)
             last = self.quantiles.shape[1] - 1
             tried = np.clip(np.stack([above - 1, above]), 0, last)
-            at = self.eta[own][tried]
-            found = [self._below(values, one) for one in at]
-            parts = np.stack([part for part, _ in found])
+            at = self.eta[opposite][tried]
+            estimates = [self._below(values, candidate) for candidate in at]
+            parts = np.stack([part for part, _ in estimates])
             best = parts.argmax(axis=0) if bound else parts.argmin(axis=0)
             rows = np.arange(len(values))
             probability[bound] = parts[best, rows]
-            error[bound] = np.stack([spread for _, spread in found])[best, rows]
+            error[bound] = np.stack([spread for _, spread in estimates])[best, rows]
             eta[bound] = at[best, rows]
         samples = len(self.psi)
         unseen = 1 - (1 - CONFIDENCE) ** (1 / samples) if samples > 1 else 0.0

@@ -70,18 +70,19 @@ def path(
         If the surrogate is none, x or y is none of its outputs, a number is out of its range, or
         more than one point is left at a time.
     """
-    for name, one in (("x", x), ("y", y)):
-        instance(name, one, str, "the name of an output")
+    for name, output in (("x", x), ("y", y)):
+        instance(name, output, str, "the name of an output")
     every, k = surrogates_of(surrogate), checked_sigmas(sigmas)
     count = whole("directions", directions, 8, MOST_DIRECTIONS)
     if count % 4:
         raise InputError(f"directions must be a multiple of 4; got {count}")
     part = None if probability is None else checked_probability(probability)
     angle = 2 * np.pi * np.arange(count) / count
-    found = {
-        label: _supports(selected(one, at), (x, y), k, part, angle) for label, one in every.items()
+    answers = {
+        label: _supports(selected(case_surrogate, at), (x, y), k, part, angle)
+        for label, case_surrogate in every.items()
     }
-    result = _over_options(found)
+    result = _over_options(answers)
     support = result["support"].values
     # a vertex is where the lines of two neighbouring directions meet
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -93,9 +94,9 @@ def path(
         result[name] = dims, values
     away = [result[name].values - result[f"{name}_nominal"].values for name in "xy"]
     result["radius"] = dims[1:], np.hypot(*away).max(axis=0)
-    own = {k: v for k, v in result["support"].attrs.items() if k == "units"}
+    unit_attrs = {k: v for k, v in result["support"].attrs.items() if k == "units"}
     for name in ("x", "y", "radius"):
-        result[name].attrs = {"long_name": LONG_NAMES[name]} | own
+        result[name].attrs = {"long_name": LONG_NAMES[name]} | unit_attrs
     result["x"].attrs["output"], result["y"].attrs["output"] = x, y
     return result
 
@@ -134,14 +135,14 @@ def _supports(
         data = places("support_at", space, eta, dims, support.shape)
         attrs: dict[str, Any] = {"sigmas": sigmas}
     else:
-        found = range_of(projected, probability)
-        deviations = found.attrs["standard_deviations"] * space.random_dimension**0.5
-        support = np.concatenate([found["range"].values[1], -found["range"].values[0]])
+        bounds = range_of(projected, probability)
+        deviations = bounds.attrs["standard_deviations"] * space.random_dimension**0.5
+        support = np.concatenate([bounds["range"].values[1], -bounds["range"].values[0]])
         data = {}
-        if "range_at" in found:
-            at = found["range_at"].transpose("input", "bound", *dims).values
+        if "range_at" in bounds:
+            at = bounds["range_at"].transpose("input", "bound", *dims).values
             both = np.concatenate([at[:, 1], at[:, 0]], axis=1)
-            data = {"support_at": (("input", *dims), both), "input": found["input"].variable}
+            data = {"support_at": (("input", *dims), both), "input": bounds["input"].variable}
         attrs = {"probability": probability}
     data["support"] = dims, support
     mean, _ = surrogate.standard_moments(np.zeros((1, space.interval_dimension)))
@@ -157,7 +158,7 @@ def _supports(
 
 def _frame(pair: list[xr.DataArray], directions: int) -> xr.DataArray:
     """Return labels of distances in some directions, with the unit of both coordinates."""
-    units = {str(one["unit"].values) for one in pair if "unit" in one.coords}
+    units = {str(coordinate["unit"].values) for coordinate in pair if "unit" in coordinate.coords}
     if len(units) > 1:
         raise InputError(f"x and y must have the same unit; got {' and '.join(sorted(units))}")
     last = pair[0].dims[-1]
@@ -167,21 +168,21 @@ def _frame(pair: list[xr.DataArray], directions: int) -> xr.DataArray:
     return frame.assign_coords(unit=units.pop()) if units else frame
 
 
-def _over_options(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def _over_options(answers_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return the largest support over all combinations of options."""
-    names, every = list(found), list(found.values())
+    names, every = list(answers_by_label), list(answers_by_label.values())
     if len(every) == 1:
         return every[0]
     result = every[0].copy()
-    best = np.argmax([one["support"].values for one in every], axis=0)
+    best = np.argmax([case_answer["support"].values for case_answer in every], axis=0)
     for name in ("support", "support_at"):
         if name in result:
-            values = np.stack([one[name].values for one in every])
+            values = np.stack([case_answer[name].values for case_answer in every])
             at = best[None] if values.ndim == best.ndim + 1 else best[None, None]
             chosen_values = np.take_along_axis(values, at, axis=0)[0]
             result[name] = result[name].copy(data=chosen_values)
     if "expected_error" in result:
-        largest = np.max([one["expected_error"].values for one in every], axis=0)
+        largest = np.max([case_answer["expected_error"].values for case_answer in every], axis=0)
         result["expected_error"] = result["expected_error"].copy(data=largest)
     result["support_choice"] = every[0]["support"].dims, np.array(names)[best]
     result["support_choice"].attrs["long_name"] = LONG_NAMES["support_choice"]

@@ -33,14 +33,14 @@ def drops(values: np.ndarray, steps: np.ndarray | None) -> np.ndarray:
     values : curves, shape (…, times); they are not continued to where they are infinite.
     steps : those between the times, (times − 1,); None if the curves are known at points only.
     """
-    found = np.zeros(values.shape)
+    depths = np.zeros(values.shape)
     if steps is None:
-        return found
+        return depths
     a, b = np.abs(steps[:-1]), np.abs(steps[1:])
     with np.errstate(invalid="ignore"):
         rise = np.diff(values, axis=-1) / np.abs(steps)
         before, after = rise[..., :-1], rise[..., 1:]
         c, d = (after - before) / (a + b), (before * b + after * a) / (a + b)
         least = (before <= 0) & (after >= 0) & np.isfinite(c) & (c > 0)
-    found[..., 1:-1] = np.divide(d**2, 4 * c, out=np.zeros(c.shape), where=least)
-    return found
+    depths[..., 1:-1] = np.divide(d**2, 4 * c, out=np.zeros(c.shape), where=least)
+    return depths

@@ -114,11 +114,14 @@ def quantiles(
         If the surrogate is none, a probability is not between 0 and 1 or has too few samples, or
         `at` does not fit the response.
     """
-    own = surrogates_of(surrogate)
+    surrogates = surrogates_of(surrogate)
     p = checked_probabilities(probabilities)
     samples, seed = whole("samples", samples, 2, MOST_SAMPLES), whole("seed", seed, 0)
-    found = {label: _quantiles(selected(one, at), p, samples, seed) for label, one in own.items()}
-    return over_options(found)
+    answers = {
+        label: _quantiles(selected(case_surrogate, at), p, samples, seed)
+        for label, case_surrogate in surrogates.items()
+    }
+    return over_options(answers)
 
 
 def checked_probabilities(probabilities: Any) -> np.ndarray:
@@ -156,8 +159,8 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
             out = (..., series.output, slice(None))
             if m:
                 eta[:, :, series.output] = searched(series, xi, space.families, p, seed)
-            found = _values(series, series.basis(xi), p, eta[:, :, series.output])
-            values[out], errors[out] = found
+            values_and_errors = _values(series, series.basis(xi), p, eta[:, :, series.output])
+            values[out], errors[out] = values_and_errors
     dims = ("bound", "probability", *labels.dims[1:])
     whole_shape = (2, len(p), *labels.shape[1:])
     data: dict[str, Any] = {
@@ -165,7 +168,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
         "sampling_error": (dims, errors.reshape(whole_shape)),
     }
     data |= places("quantiles_at", space, eta, dims, whole_shape)
-    missed = [expected_error(surrogate, abs(float(ndtri(one)))) for one in p]
+    missed = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
     if missed[0] is not None:
         data["expected_error"] = (dims[1:], np.stack(missed))  # pyright: ignore
     attrs = {
@@ -199,13 +202,13 @@ def searched(
     few = int(min(len(xi), max(least, VALUES / rows)))
     if few == len(xi):
         return _search(series, series.basis(xi), p)
-    found = _search(series, series.basis(samples_of(families, few, seed + 1)), p)
+    eta = _search(series, series.basis(samples_of(families, few, seed + 1)), p)
     more = samples_of(families, min(MORE * few, len(xi)), seed + 1)
     target = _Target(series, series.basis(more), p)
-    which, m = np.arange(2 * len(p) * series.times), found.shape[-1]
+    which, m = np.arange(2 * len(p) * series.times), eta.shape[-1]
     none = np.zeros(len(which))
-    return lowest_of_neighbours(target, which, found.reshape(1, -1, m), none, descents=1).reshape(
-        found.shape
+    return lowest_of_neighbours(target, which, eta.reshape(1, -1, m), none, descents=1).reshape(
+        eta.shape
     )
 
 
@@ -226,10 +229,10 @@ class _Target:
         return np.repeat([1.0, -1.0], len(self.p))
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
-        own, time = np.divmod(which, self.series.times)
-        found = _sampled_quantiles(self.series, self.psi, eta, time, self.p)
-        value = found[own % len(self.p), np.arange(len(eta))]
-        return self.signs[own] * value
+        target, time = np.divmod(which, self.series.times)
+        quantile_values = _sampled_quantiles(self.series, self.psi, eta, time, self.p)
+        value = quantile_values[target % len(self.p), np.arange(len(eta))]
+        return self.signs[target] * value
 
 
 def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -258,11 +261,11 @@ def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray
     tolerance = TOLERANCE * np.ptp(signed, axis=0)
     eta = lowest_of_neighbours(function, (targets + coarse).ravel(), starts, tolerance)
     if stride > 1:
-        left = np.arange(times) // stride
-        both = np.stack([left, np.minimum(left + 1, len(coarse) - 1)])
+        coarse_index = np.arange(times) // stride
+        both = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
         starts = eta.reshape(len(sign), len(coarse), m)[:, both].swapaxes(0, 1)
         starts = np.concatenate([starts, of_moments[None]]).reshape(3, -1, m)
-        tolerance = tolerance.reshape(len(sign), -1)[:, left].ravel()
+        tolerance = tolerance.reshape(len(sign), -1)[:, coarse_index].ravel()
         all_times = (targets + np.arange(times)).ravel()
         eta = lowest_of_neighbours(function, all_times, starts, tolerance, descents=1)
     return eta.reshape(2, len(p), times, m)
@@ -272,14 +275,14 @@ def _sampled_quantiles(
     series: SampledSeries, psi: np.ndarray, eta: np.ndarray, times: np.ndarray, p: np.ndarray
 ) -> np.ndarray:
     """Return quantiles of some series, each at its own η, shape (probabilities, series)."""
-    found, rows = np.empty((len(p), len(eta))), max(1, AT_ONCE // len(psi))
+    values, rows = np.empty((len(p), len(eta))), max(1, AT_ONCE // len(psi))
 
     def solve(first: int) -> None:
         part = slice(first, first + rows)
-        found[:, part] = sorted_quantiles(series.values(psi, eta[part], times[part]), p)
+        values[:, part] = sorted_quantiles(series.values(psi, eta[part], times[part]), p)
 
     in_threads(solve, range(0, len(eta), rows))
-    return found
+    return values
 
 
 def sorted_quantiles(values: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -320,11 +323,11 @@ def quantile_and_error(values: np.ndarray, p: float) -> tuple[np.ndarray, np.nda
     if count == 1:
         return values[:, 0].copy(), np.zeros(len(values))
     reach = math.sqrt(p * (1 - p) / count)
-    lower, found, upper = sorted_quantiles(
+    lower, quantile, upper = sorted_quantiles(
         values, np.clip([p - reach, p, p + reach], 0.5 / count, 1 - 0.5 / count)
     )
-    _, spread = probability_below(values, found)
-    return found, np.maximum(spread, SPACING / count) / (2 * reach) * (upper - lower)
+    _, spread = probability_below(values, quantile)
+    return quantile, np.maximum(spread, SPACING / count) / (2 * reach) * (upper - lower)
 
 
 def probability_below(values: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -42,18 +42,18 @@ class Magnitude:
     def __init__(self, *outputs: str):
         if len(set(map(str, outputs))) < max(2, len(outputs)):
             raise InputError(f"outputs must be two different names or more; got {shown(outputs)}")
-        object.__setattr__(self, "outputs", tuple(_checked(one) for one in outputs))
+        object.__setattr__(self, "outputs", tuple(_checked(output) for output in outputs))
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample."""
-        parts = [chosen(response, one) for one in self.outputs]
-        units = {str(one["unit"].values) for one in parts if "unit" in one.coords}
+        parts = [chosen(response, output) for output in self.outputs]
+        units = {str(part["unit"].values) for part in parts if "unit" in part.coords}
         if len(units) > 1:
             raise InputError(f"components of a vector must have one unit; got {', '.join(units)}")
-        squares = [(one**2).drop_vars(("output",), errors="ignore") for one in parts]
+        squares = [(part**2).drop_vars(("output",), errors="ignore") for part in parts]
         total = squares[0]
-        for one in squares[1:]:
-            total = total + one
+        for square in squares[1:]:
+            total = total + square
         return (total**0.5).transpose(*parts[0].dims)
 
 
@@ -80,16 +80,18 @@ class _OverTime:
     def series(self, response: xr.DataArray) -> tuple[xr.DataArray, np.ndarray]:
         """Return the output, its last dim being time, and the times."""
         if callable(self.of):
-            own = self.of(response)
+            output = self.of(response)
         else:
-            own = response if self.of is None else chosen(response, self.of)
-        last = axes_of(own).time
-        if last is None or own.shape[-1] < 3:
-            raise InputError(f"{type(self).__name__} requires at least three times; got {own.dims}")
-        times = own[last].values if last in own.coords else np.arange(own.shape[-1])
+            output = response if self.of is None else chosen(response, self.of)
+        last = axes_of(output).time
+        if last is None or output.shape[-1] < 3:
+            raise InputError(
+                f"{type(self).__name__} requires at least three times; got {output.dims}"
+            )
+        times = output[last].values if last in output.coords else np.arange(output.shape[-1])
         if times.dtype.kind not in "iuf" or (np.diff(times) <= 0).any():
             raise InputError(f"{last} must be increasing numbers for {type(self).__name__}")
-        return own, times.astype(float)
+        return output, times.astype(float)
 
 
 @frozen()
@@ -98,8 +100,8 @@ class Peak(_OverTime):
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample."""
-        own, times = self.series(response)
-        return _peak(own, times)[0]
+        output, times = self.series(response)
+        return _peak(output, times)[0]
 
 
 @frozen()
@@ -108,8 +110,8 @@ class Trough(_OverTime):
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample."""
-        own, times = self.series(response)
-        return -_peak(-own, times)[0]
+        output, times = self.series(response)
+        return -_peak(-output, times)[0]
 
 
 @frozen()
@@ -118,10 +120,12 @@ class PeakTime(_OverTime):
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample."""
-        own, times = self.series(response)
-        found = _peak(own, times)[1].drop_vars("unit", errors="ignore")
-        unit = own[own.dims[-1]].attrs.get("units") if own.dims[-1] in own.coords else None
-        return found if unit is None else found.assign_coords(unit=unit)
+        output, times = self.series(response)
+        peak_times = _peak(output, times)[1].drop_vars("unit", errors="ignore")
+        unit = (
+            output[output.dims[-1]].attrs.get("units") if output.dims[-1] in output.coords else None
+        )
+        return peak_times if unit is None else peak_times.assign_coords(unit=unit)
 
 
 @frozen()
@@ -130,11 +134,11 @@ class RootMeanSquare(_OverTime):
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample."""
-        own, times = self.series(response)
+        output, times = self.series(response)
         steps = np.diff(times)
         weights = np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps])
-        frame = own.isel({own.dims[-1]: 0}, drop=True)
-        return frame.copy(data=np.sqrt(own.values**2 @ (weights / weights.sum())))
+        frame = output.isel({output.dims[-1]: 0}, drop=True)
+        return frame.copy(data=np.sqrt(output.values**2 @ (weights / weights.sum())))
 
 
 @frozen()
@@ -147,22 +151,26 @@ class Spectrum(_OverTime):
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample, with a last dim "frequency"."""
-        own, times = self.series(response)
+        output, times = self.series(response)
         steps = np.diff(times)
         if np.ptp(steps) > UNEQUAL * steps.max():
             raise InputError(
                 f"a Spectrum needs equidistant times; got steps from {steps.min():g} to "
                 f"{steps.max():g}"
             )
-        count = own.shape[-1]
-        sizes = np.abs(np.fft.rfft(own.values, axis=-1)) / count
+        count = output.shape[-1]
+        sizes = np.abs(np.fft.rfft(output.values, axis=-1)) / count
         sizes[..., 1 : (count + 1) // 2] *= 2
-        coords = {k: c for k, c in own.coords.items() if own.dims[-1] not in c.dims}
-        unit = own[own.dims[-1]].attrs.get("units", "") if own.dims[-1] in own.coords else ""
+        coords = {k: c for k, c in output.coords.items() if output.dims[-1] not in c.dims}
+        unit = (
+            output[output.dims[-1]].attrs.get("units", "")
+            if output.dims[-1] in output.coords
+            else ""
+        )
         frequency = np.fft.rfftfreq(count, steps.mean())
         named = {"s": "Hz", "": "1"}.get(unit, f"1/{unit}")
         coords["frequency"] = xr.DataArray(frequency, dims="frequency", attrs={"units": named})
-        return xr.DataArray(sizes, dims=(*own.dims[:-1], "frequency"), coords=coords)
+        return xr.DataArray(sizes, dims=(*output.dims[:-1], "frequency"), coords=coords)
 
 
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
@@ -185,9 +193,9 @@ def _checked(output: Any) -> str:
     return output
 
 
-def _peak(own: xr.DataArray, times: np.ndarray) -> tuple[xr.DataArray, xr.DataArray]:
+def _peak(output: xr.DataArray, times: np.ndarray) -> tuple[xr.DataArray, xr.DataArray]:
     """Return the largest values over the last dim, and their times."""
-    values = own.values
+    values = output.values
     k = np.clip(values.argmax(axis=-1), 1, len(times) - 2)
     left, middle, right = (
         np.take_along_axis(values, (k + d)[..., None], axis=-1)[..., 0] for d in (-1, 0, 1)
@@ -200,5 +208,5 @@ def _peak(own: xr.DataArray, times: np.ndarray) -> tuple[xr.DataArray, xr.DataAr
     shift = np.divide(-slope, 2 * bend, out=np.zeros_like(middle), where=inside)
     top = np.where(inside, middle + slope * shift / 2, values.max(axis=-1))
     at = np.where(inside, times[k] + shift, times[values.argmax(axis=-1)])
-    frame = own.isel({own.dims[-1]: 0}, drop=True)
+    frame = output.isel({output.dims[-1]: 0}, drop=True)
     return frame.copy(data=top), frame.copy(data=at)

@@ -43,12 +43,12 @@ def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
     It is that at any values of the inputs, not where bounds rest. The diagnostics have that of
     μ ± σ, or an indicator of the truncation error.
     """
-    told, factor = surrogate.diagnostics, growth(sigmas)
+    diagnostics, factor = surrogate.diagnostics, growth(sigmas)
     for name in POINTWISE_ERRORS:
-        if name in told:
-            own = told[name].transpose(*surrogate.labels.dims[1:]).values
-            finer = "error_bar_discretization_error" in told  # of bands: if σ alone moves
-            return own * (max(factor, sigmas) if finer else factor)
+        if name in diagnostics:
+            error = diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
+            finer = "error_bar_discretization_error" in diagnostics  # of bands: if σ alone moves
+            return error * (max(factor, sigmas) if finer else factor)
     return None
 
 
@@ -76,9 +76,9 @@ def missed_tolerance(surrogate: Surrogate) -> bool:
 
     That of a part of its inputs is the error of the whole, which its method judged.
     """
-    told = surrogate.diagnostics.attrs
-    error = _error_of_whole(told)
-    return isinstance(error, float) and error > told.get("tolerance", np.inf)
+    attrs = surrogate.diagnostics.attrs
+    error = _error_of_whole(attrs)
+    return isinstance(error, float) and error > attrs.get("tolerance", np.inf)
 
 
 def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
@@ -86,19 +86,19 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
 
     `corrected` is whether runs of the response correct its errors.
     """
-    told = surrogate.diagnostics.attrs
-    doubts = [str(told["not_trusted"])] if "not_trusted" in told else []
+    attrs = surrogate.diagnostics.attrs
+    doubts = [str(attrs["not_trusted"])] if "not_trusted" in attrs else []
     if missed_tolerance(surrogate) and not corrected:
         doubts.append(
-            f"the error expected of the surrogate is {100 * _error_of_whole(told):.2g} % of the "
-            f"error bar's width, above the tolerance of {100 * told['tolerance']:g} %"
+            f"the error expected of the surrogate is {100 * _error_of_whole(attrs):.2g} % of the "
+            f"error bar's width, above the tolerance of {100 * attrs['tolerance']:g} %"
         )
     return doubts
 
 
-def _error_of_whole(told: Mapping[str, Any]) -> Any:
+def _error_of_whole(attrs: Mapping[str, Any]) -> Any:
     """Return the expected error of all inputs of the runs, in parts of the width of their bar."""
-    return told.get("expected_error", told.get("expected_error_of_runs"))
+    return attrs.get("expected_error", attrs.get("expected_error_of_runs"))
 
 
 def answer(
@@ -125,8 +125,8 @@ def answer(
             result[name].attrs["long_name"] = words
             if len(units) == 1 and name in result.data_vars and not name.endswith(WITHOUT_UNITS):
                 result[name].attrs["units"] = str(next(iter(units)))
-    told = surrogate.diagnostics.attrs
-    carried = {f"surrogate_{k}": told[k] for k in CARRIED if k in told}
+    diagnostic_attrs = surrogate.diagnostics.attrs
+    carried = {f"surrogate_{k}": diagnostic_attrs[k] for k in CARRIED if k in diagnostic_attrs}
     if doubts := doubts_of(surrogate):
         carried["surrogate_not_reliable"] = "; ".join(doubts)
     if not any(name in surrogate.diagnostics for name in ERRORS):

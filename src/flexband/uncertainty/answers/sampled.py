@@ -65,18 +65,23 @@ class SampledSeries:
     def of_outputs(expansion: Expansion) -> Iterator[SampledSeries]:
         """Yield the series of each output of an expansion."""
         for output in expansion.outputs:
-            one = expansion.of(np.array([output]))
-            if isinstance(one, PhaseExpansion):
-                m = one.parts.interval_dimension
-                terms = PartTerms.of(one.parts, one.columns)
+            output_expansion = expansion.of(np.array([output]))
+            if isinstance(output_expansion, PhaseExpansion):
+                m = output_expansion.parts.interval_dimension
+                terms = PartTerms.of(output_expansion.parts, output_expansion.columns)
                 reach = terms.reach()[:m] * (not terms.saturated)
                 yield SampledSeries(
-                    int(output), one, one.parts, scan_points(2 * terms.orders[:m], reach)
+                    int(output),
+                    output_expansion,
+                    output_expansion.parts,
+                    scan_points(2 * terms.orders[:m], reach),
                 )
             else:
-                assert isinstance(one, DirectExpansion)
-                orders = one.values.interval_orders
-                yield SampledSeries(int(output), one, one.values, scan(orders))
+                assert isinstance(output_expansion, DirectExpansion)
+                orders = output_expansion.values.interval_orders
+                yield SampledSeries(
+                    int(output), output_expansion, output_expansion.values, scan(orders)
+                )
 
     @property
     def times(self) -> int:

@@ -50,22 +50,22 @@ def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
     instance("at", at, Mapping, "a mapping from dimensions to labels")
     labels = surrogate.labels
     chosen: dict[str, Any] = {}
-    for dim, wanted in at.items():
+    for dim, dim_labels in at.items():
         if dim not in labels.dims[1:]:
             dims = ", ".join(map(str, labels.dims[1:])) or "none"
             raise InputError(f"at must name dimensions of the response, {dims}; got {shown(dim)}")
-        own = _positions(labels, dim, wanted)
-        chosen[dim] = int(own[0]) if np.ndim(wanted) == 0 else np.unique(own)
+        indices = _positions(labels, dim, dim_labels)
+        chosen[dim] = int(indices[0]) if np.ndim(dim_labels) == 0 else np.unique(indices)
     numbers = np.arange(int(np.prod(labels.shape[1:], dtype=int)))
     times = surrogate.times
     grid = xr.DataArray(numbers.reshape(labels.shape[1:]), dims=labels.dims[1:]).isel(chosen).values
     outputs, at_times = np.unique(grid // times), np.unique(grid % times)
     expansions = []
-    for one in surrogate.expansions:
-        own = np.intersect1d(one.outputs, outputs)
-        if len(own):
-            part: Any = one.of(own, at_times)
-            expansions.append(replace(part, outputs=np.searchsorted(outputs, own)))
+    for expansion in surrogate.expansions:
+        indices = np.intersect1d(expansion.outputs, outputs)
+        if len(indices):
+            part: Any = expansion.of(indices, at_times)
+            expansions.append(replace(part, outputs=np.searchsorted(outputs, indices)))
     diagnostics = surrogate.diagnostics
     kept = {dim: k for dim, k in chosen.items() if dim in diagnostics.dims}
     new_labels = labels.isel(chosen)
@@ -77,33 +77,33 @@ def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
     )
 
 
-def _positions(labels: xr.DataArray, dim: str, wanted: Any) -> np.ndarray:
+def _positions(labels: xr.DataArray, dim: str, dim_labels: Any) -> np.ndarray:
     """Return the positions of labels along a dimension, shape (labels,)."""
     count, several = labels.sizes[dim], f"at: {dim}"
     try:
-        asked = np.atleast_1d(np.asarray(wanted))
+        asked = np.atleast_1d(np.asarray(dim_labels))
     except ValueError:
-        raise InputError(f"{several} must be labels; got {shown(wanted)}") from None
+        raise InputError(f"{several} must be labels; got {shown(dim_labels)}") from None
     if asked.ndim > 1 or not asked.size:
-        raise InputError(f"{several} must be a label or a list of them; got {shown(wanted)}")
+        raise InputError(f"{several} must be a label or a list of them; got {shown(dim_labels)}")
     if dim not in labels.coords:
         whole = asked.dtype.kind in "iuf" and (asked == np.round(asked)).all()
         if not whole or asked.min() < 0 or asked.max() >= count:
             allowed = f"positions from 0 to {count - 1}, since {dim} has no labels"
-            raise InputError(f"{several} must be {allowed}; got {shown(wanted)}")
+            raise InputError(f"{several} must be {allowed}; got {shown(dim_labels)}")
         return asked.astype(int)
-    own = labels[dim].values
+    coordinate = labels[dim].values
     named = dim == "output" and asked.dtype.kind == "U"  # outputs may be numbered
-    if own.dtype.kind in "iuf" and not named:
+    if coordinate.dtype.kind in "iuf" and not named:
         if asked.dtype.kind not in "iuf" or not np.isfinite(asked).all():
-            raise InputError(f"{several} must be finite numbers; got {shown(wanted)}")
-        slack = SIZE_OF_ROUNDING * (np.ptp(own) or abs(own[0]))
-        if asked.min() < own.min() - slack or asked.max() > own.max() + slack:
-            ends = f"from {own.min():g} to {own.max():g}"
-            raise InputError(f"{several} must be {ends}; got {shown(wanted)}")
-        return np.abs(asked[:, None].astype(float) - own).argmin(axis=1)
-    found = {str(name): k for k, name in enumerate(own.tolist())}
+            raise InputError(f"{several} must be finite numbers; got {shown(dim_labels)}")
+        slack = SIZE_OF_ROUNDING * (np.ptp(coordinate) or abs(coordinate[0]))
+        if asked.min() < coordinate.min() - slack or asked.max() > coordinate.max() + slack:
+            ends = f"from {coordinate.min():g} to {coordinate.max():g}"
+            raise InputError(f"{several} must be {ends}; got {shown(dim_labels)}")
+        return np.abs(asked[:, None].astype(float) - coordinate).argmin(axis=1)
+    positions = {str(name): k for k, name in enumerate(coordinate.tolist())}
     for name in asked.tolist():
-        if str(name) not in found:
-            raise InputError(f"{several} must be one of {', '.join(found)}; got {shown(name)}")
-    return np.array([found[str(name)] for name in asked.tolist()])
+        if str(name) not in positions:
+            raise InputError(f"{several} must be one of {', '.join(positions)}; got {shown(name)}")
+    return np.array([positions[str(name)] for name in asked.tolist()])

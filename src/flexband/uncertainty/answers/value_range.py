@@ -50,10 +50,12 @@ def value_range(
     InputError
         If the surrogate is none, the probability is not in its range, or `at` does not fit.
     """
-    own = surrogates_of(surrogate)
+    surrogates = surrogates_of(surrogate)
     part = checked_probability(probability)
-    chosen = {label: selected(one, at) for label, one in own.items()}
-    return over_options({label: range_of(one, part) for label, one in chosen.items()})
+    chosen = {label: selected(case_surrogate, at) for label, case_surrogate in surrogates.items()}
+    return over_options(
+        {label: range_of(case_surrogate, part) for label, case_surrogate in chosen.items()}
+    )
 
 
 def checked_probability(probability: Any) -> float:
@@ -68,22 +70,22 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     """Return what `value_range` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     families, n, m = space.families, space.random_dimension, space.interval_dimension
-    if probability == 1 and not all(one.bounded for one in families):
+    if probability == 1 and not all(family.bounded for family in families):
         raise InputError("probability must be below 1: not all random inputs are bounded; got 1")
     beyond = -np.expm1(np.log(probability) / max(n, 1)) / 2
     z = float(-ndtri(max(beyond, 1e-300)))
     ends = of_normals(np.array([[-z] * n, [z] * n]), families)
     warn_of_extrapolation(space, ends, surrogate.diagnostics.attrs)
-    found = []
-    for one in surrogate.expansions:
-        if isinstance(one, PhaseExpansion):
-            boxed: Any = replace(one, parts=on_box(one.parts, *ends))
+    extremes = []
+    for expansion in surrogate.expansions:
+        if isinstance(expansion, PhaseExpansion):
+            boxed: Any = replace(expansion, parts=on_box(expansion.parts, *ends))
         else:
-            assert isinstance(one, DirectExpansion)
-            boxed = replace(one, values=on_box(one.values, *ends))
-        found += boxed.extremes([0.0])
-    values = joined(surrogate.expansions, [one.values for one in found], 1)
-    box = joined(surrogate.expansions, [one.places for one in found], 1).reshape(-1, m + n)
+            assert isinstance(expansion, DirectExpansion)
+            boxed = replace(expansion, values=on_box(expansion.values, *ends))
+        extremes += boxed.extremes([0.0])
+    values = joined(surrogate.expansions, [bounds.values for bounds in extremes], 1)
+    box = joined(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(-1, m + n)
     eta, t = box[:, :m], box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
     dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])

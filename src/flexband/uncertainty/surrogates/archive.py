@@ -51,11 +51,11 @@ def write_archive(file: Path, about: Any, arrays: Mapping[str, np.ndarray]) -> N
 
 def digest(arrays: Mapping[str, np.ndarray]) -> str:
     """Return a number, as text, that changes with any name, kind, shape and value of arrays."""
-    found = hashlib.sha256()
+    checksum = hashlib.sha256()
     for name, array in sorted(arrays.items()):
-        found.update(json.dumps([name, array.dtype.str, array.shape]).encode())
-        found.update(array.tobytes())
-    return found.hexdigest()
+        checksum.update(json.dumps([name, array.dtype.str, array.shape]).encode())
+        checksum.update(array.tobytes())
+    return checksum.hexdigest()
 
 
 def read_archive(file: Path) -> Archive:

@@ -51,8 +51,10 @@ def units_of(values: xr.DataArray, dims: Sequence[Hashable] | None = None) -> Un
 def _has_texts(values: xr.DataArray, dim: Hashable) -> bool:
     if dim not in values.coords:
         return False
-    own = values[dim].values
-    return own.dtype.kind in "US" or (own.dtype == object and isinstance(own[0], str))
+    dim_labels = values[dim].values
+    return dim_labels.dtype.kind in "US" or (
+        dim_labels.dtype == object and isinstance(dim_labels[0], str)
+    )
 
 
 def series(values: xr.DataArray) -> np.ndarray:

@@ -55,14 +55,14 @@ WITHOUT_UNITS = (
 
 
 def bands(
-    space: Space, labels: xr.DataArray, found: Sequence[Extremes], sigmas: float
+    space: Space, labels: xr.DataArray, extremes: Sequence[Extremes], sigmas: float
 ) -> xr.Dataset:
     """Return the dataset of bands, which `described` completes.
 
     Parameters
     ----------
     labels : a response of shape (runs, ...), for its dims and coordinates.
-    found : bounds of μ, μ − kσ and μ + kσ, in this order.
+    extremes : bounds of μ, μ − kσ and μ + kσ, in this order.
     sigmas : k.
 
     Returns
@@ -73,7 +73,7 @@ def bands(
     `mean_at` and `error_bar_at` give, along dim "input", the values of the interval inputs at which
     the bounds are reached.
     """
-    mean, lower, upper = found
+    mean, lower, upper = extremes
     dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
 
     def variable(values: np.ndarray):
@@ -81,12 +81,12 @@ def bands(
 
     def places(low: np.ndarray, high: np.ndarray):
         values = np.empty((len(coords["input"]), 2, low[..., 0].size))
-        for own, bound in zip(np.moveaxis(values, 1, 0), (low, high), strict=True):
+        for input_values, bound in zip(np.moveaxis(values, 1, 0), (low, high), strict=True):
             flat = bound.reshape(-1, bound.shape[-1])
             for k in range(0, len(flat), AT_ONCE):  # all together take as much as many runs
                 eta = flat[k : k + AT_ONCE]
                 numbers = intervals.numbers_at(np.zeros((len(eta), 0)), eta)
-                own[:, k : k + AT_ONCE] = list(numbers.values())
+                input_values[:, k : k + AT_ONCE] = list(numbers.values())
         return ("input", *dims), values.reshape(-1, *shape)
 
     data = {
@@ -107,7 +107,7 @@ def bands(
 
 def remark(space: Space) -> dict[str, str]:
     """Return, as an attribute of results, that they are over all values of what is chosen."""
-    names = [name for name, one in space.inputs.items() if isinstance(one, Chosen)]
+    names = [name for name, input_ in space.inputs.items() if isinstance(input_, Chosen)]
     text = f"over all values of {', '.join(names)}; surrogate.narrowed has those of one"
     return {"remark": text} if names else {}
 
@@ -123,8 +123,8 @@ def described(result: xr.Dataset) -> xr.Dataset:
     units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
     for name, words in LONG_NAMES.items():
         if name in result.variables:
-            own = {"long_name": words.format(k=k, averaged=averaged)}
+            attrs = {"long_name": words.format(k=k, averaged=averaged)}
             if len(units) == 1 and name not in WITHOUT_UNITS:
-                own["units"] = str(next(iter(units)))
-            result[name].attrs.update(own)
+                attrs["units"] = str(next(iter(units)))
+            result[name].attrs.update(attrs)
     return result

@@ -19,13 +19,13 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 
 
-def over_choices(given: Mapping[str, Any], found: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def over_choices(given: Mapping[str, Any], bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return bands over all combinations of options.
 
     Parameters
     ----------
     given : the inputs, choices included.
-    found : label of the combination -> its bands.
+    bands_by_label : label of the combination -> its bands.
 
     Returns
     -------
@@ -35,11 +35,11 @@ def over_choices(given: Mapping[str, Any], found: Mapping[str, xr.Dataset]) -> x
     the dim "choice". ``attrs["choice_runs"]`` counts the runs of each. Other attributes are those
     of the combination with the largest expected error.
     """
-    names, bands = list(found), list(found.values())
-    worst = max(bands, key=lambda one: one.attrs.get("expected_error", 0.0))
+    names, bands = list(bands_by_label), list(bands_by_label.values())
+    worst = max(bands, key=lambda case_bands: case_bands.attrs.get("expected_error", 0.0))
     result = worst.copy()
     for name in sorted(VARIABLES - set(PLACES.values())):
-        values = np.stack([one[name].values for one in bands])
+        values = np.stack([case_bands[name].values for case_bands in bands])
         best = np.stack([values[:, 0].argmin(axis=0), values[:, 1].argmax(axis=0)])
         result[name] = worst[name].dims, _chosen(values, best)
         if name in PLACES:
@@ -48,52 +48,59 @@ def over_choices(given: Mapping[str, Any], found: Mapping[str, xr.Dataset]) -> x
             result[f"{name}_by_choice"] = ("choice", *dims), values
             at = PLACES[name]
             if at in worst:
-                places = np.stack([one[at].values for one in bands], axis=1)
-                parts = np.stack([_chosen(own, best) for own in places])
+                places = np.stack([case_bands[at].values for case_bands in bands], axis=1)
+                parts = np.stack([_chosen(input_places, best) for input_places in places])
                 result[at] = worst[at].dims, parts
     for name in set(worst.data_vars) - VARIABLES:
-        if all(name in one for one in bands):
-            values = np.stack([one[name].values for one in bands])
+        if all(name in case_bands for case_bands in bands):
+            values = np.stack([case_bands[name].values for case_bands in bands])
             least = values.dtype == bool or str(name).endswith("_least")
             result[name] = worst[name].dims, values.min(0) if least else values.max(0)
-    told: dict[str, Any] = {"choice_runs": [one.attrs["runs"] for one in bands]}
-    told["inputs"] = in_words(given)
+    attrs: dict[str, Any] = {"choice_runs": [case_bands.attrs["runs"] for case_bands in bands]}
+    attrs["inputs"] = in_words(given)
     for name, value in worst.attrs.items():
-        own = [one.attrs.get(name, 0) for one in bands]
+        case_values = [case_bands.attrs.get(name, 0) for case_bands in bands]
         if name == "runs_generic":  # what one combination hides, the others do not show
-            told["runs_generic"] = min(own)
+            attrs["runs_generic"] = min(case_values)
         elif str(name).startswith("runs"):
-            told[str(name)] = sum(own)
+            attrs[str(name)] = sum(case_values)
         elif isinstance(value, float) and str(name).endswith("_error"):
-            told[str(name)] = max(one if isinstance(one, float) else 0.0 for one in own)
+            attrs[str(name)] = max(
+                error if isinstance(error, float) else 0.0 for error in case_values
+            )
     lists = ("carrier_frequencies", "steps_per_period")
-    told |= {
-        k: [v for one in bands for v in one.attrs.get(k, [])] for k in lists if k in worst.attrs
+    attrs |= {
+        k: [v for case_bands in bands for v in case_bands.attrs.get(k, [])]
+        for k in lists
+        if k in worst.attrs
     }
     doubts = {
-        label: one.attrs["not_trusted"]
-        for label, one in found.items()
-        if "not_trusted" in one.attrs
+        label: case_bands.attrs["not_trusted"]
+        for label, case_bands in bands_by_label.items()
+        if "not_trusted" in case_bands.attrs
     }
     if doubts:
-        told["not_trusted"] = "; ".join(f"{doubt} with {label}" for label, doubt in doubts.items())
-    return described(result.assign_coords(choice=names).assign_attrs(told))
+        attrs["not_trusted"] = "; ".join(f"{doubt} with {label}" for label, doubt in doubts.items())
+    return described(result.assign_coords(choice=names).assign_attrs(attrs))
 
 
-def verified_choices(found: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return the results of `verify` of every combination of options, along the dim "choice"."""
-    joint = xr.concat(list(found.values()), "choice", combine_attrs="drop", join="exact")
-    first = next(iter(found.values())).attrs
-    confirmed = [one.attrs["confirmed"] for one in found.values()]
-    told = {
-        name: sum(one.attrs.get(name, 0) for one in found.values())
+    joint = xr.concat(list(verifications.values()), "choice", combine_attrs="drop", join="exact")
+    first = next(iter(verifications.values())).attrs
+    confirmed = [verification.attrs["confirmed"] for verification in verifications.values()]
+    attrs = {
+        name: sum(verification.attrs.get(name, 0) for verification in verifications.values())
         for name in ("runs", "runs_failed")
-        if any(name in one.attrs for one in found.values())
+        if any(name in verification.attrs for verification in verifications.values())
     } | {
-        "confirmed": next((own for own in ("no", "yes") if own in confirmed), confirmed[0]),
-        "verdict": ". ".join(f"{label}: {one.attrs['verdict']}" for label, one in found.items()),
+        "confirmed": next((word for word in ("no", "yes") if word in confirmed), confirmed[0]),
+        "verdict": ". ".join(
+            f"{label}: {verification.attrs['verdict']}"
+            for label, verification in verifications.items()
+        ),
     }
-    return joint.assign_coords(choice=list(found)).assign_attrs(first | told)
+    return joint.assign_coords(choice=list(verifications)).assign_attrs(first | attrs)
 
 
 def _chosen(values: np.ndarray, best: np.ndarray) -> np.ndarray:
@@ -122,7 +129,7 @@ class SurrogateOfChoices:
     def choices(self) -> dict[str, Choice]:
         """The discrete inputs, in the order of their names."""
         named = sorted(self.given.items())
-        return {name: one for name, one in named if isinstance(one, Choice)}
+        return {name: choice for name, choice in named if isinstance(choice, Choice)}
 
     def evaluate(self, **values: Any) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
@@ -139,14 +146,14 @@ class SurrogateOfChoices:
         labels = np.broadcast_to(labels, count)
         parts, order = [], []
         for label in dict.fromkeys(labels.tolist()):
-            own = np.flatnonzero(labels == label)
+            rows = np.flatnonzero(labels == label)
             some = {
-                k: np.asarray(v)[own] if np.shape(v)[:1] == (count,) else v
+                k: np.asarray(v)[rows] if np.shape(v)[:1] == (count,) else v
                 for k, v in others.items()
             }
             part = self.surrogates[label].evaluate(**some)
-            parts.append(part.isel(sample=np.zeros(len(own), int)) if len(part) == 1 else part)
-            order.append(own)
+            parts.append(part.isel(sample=np.zeros(len(rows), int)) if len(part) == 1 else part)
+            order.append(rows)
         joint: xr.DataArray = xr.concat(parts, "sample")  # pyright: ignore
         return joint.isel(sample=np.argsort(np.concatenate(order), kind="stable"))
 
@@ -169,14 +176,18 @@ class SurrogateOfChoices:
         for name in inputs:
             if name in self.choices:
                 raise InputError(f"{name} is a Choice: take one of `surrogates`, by its label")
-        found = {label: one.narrowed(**inputs) for label, one in self.surrogates.items()}
-        given = next(iter(found.values())).space.given
-        return SurrogateOfChoices({**given, **self.choices}, found)
+        surrogates = {
+            label: surrogate.narrowed(**inputs) for label, surrogate in self.surrogates.items()
+        }
+        given = next(iter(surrogates.values())).space.given
+        return SurrogateOfChoices({**given, **self.choices}, surrogates)
 
     def bands(self, sigmas: float = 1.0) -> xr.Dataset:
         """Return interval mean and interval error bar over all options; see `over_choices`."""
-        found = {label: one.bands(sigmas) for label, one in self.surrogates.items()}
-        return over_choices(self.given, found)
+        bands_by_label = {
+            label: surrogate.bands(sigmas) for label, surrogate in self.surrogates.items()
+        }
+        return over_choices(self.given, bands_by_label)
 
     def _labels(self, values: Mapping[str, Any]) -> np.ndarray:
         """Return the label of the combination of each sample, shape (samples,) or (1,)."""
@@ -184,14 +195,14 @@ class SurrogateOfChoices:
         for name, choice in self.choices.items():
             if name not in values:
                 raise InputError(f"values must be given for {name}; got {', '.join(values)}")
-            own = np.atleast_1d(values[name])
-            for one in np.unique(own):
-                if one not in choice.options:
-                    raise InputError(f"{name} must be one of {choice!r}; got {shown(one)}")
-            positions = [choice.options.index(one) for one in own.tolist()]
+            options = np.atleast_1d(values[name])
+            for option in np.unique(options):
+                if option not in choice.options:
+                    raise InputError(f"{name} must be one of {choice!r}; got {shown(option)}")
+            positions = [choice.options.index(option) for option in options.tolist()]
             texts.append([str(choice.options[k]) for k in positions])
         count = max(map(len, texts))
-        columns = [own * count if len(own) == 1 else own for own in texts]
-        if {len(own) for own in columns} != {count}:
+        columns = [column * count if len(column) == 1 else column for column in texts]
+        if {len(column) for column in columns} != {count}:
             raise InputError(f"values must be equally many; got {sorted(map(len, texts))}")
         return np.array([", ".join(row) for row in zip(*columns, strict=True)])

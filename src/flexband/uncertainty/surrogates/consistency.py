@@ -78,8 +78,8 @@ def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> 
     runs = len(held.missed)
     shapes = {"xi": (runs, n), "eta": (runs, m), "missed": (runs, outputs, times)}
     for name, shape in (shapes | {"overshoot": (outputs, times)}).items():
-        own = getattr(held, name)
-        if own.dtype.kind != "f" or own.shape != shape or not np.all(np.abs(own) <= LARGEST):
+        array = getattr(held, name)
+        if array.dtype.kind != "f" or array.shape != shape or not np.all(np.abs(array) <= LARGEST):
             raise InputError(f"{name} of held-out runs must be finite, of shape {shape}")
     window = np.asarray(held.window)
     if not runs or window.shape or window.dtype.kind not in "iu" or not 0 <= window <= times:

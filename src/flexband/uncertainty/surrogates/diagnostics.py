@@ -95,7 +95,7 @@ def rms(v: np.ndarray) -> np.ndarray:
 
 def variation(F: np.ndarray) -> np.ndarray:
     """Return the root mean square of the deviations of runs from their mean, (outputs,)."""
-    return np.array([rms((own - own.mean(axis=0))[:, None])[0] for own in np.moveaxis(F, 1, 0)])
+    return np.array([rms((runs - runs.mean(axis=0))[:, None])[0] for runs in np.moveaxis(F, 1, 0)])
 
 
 def share(m: int) -> float:
@@ -163,9 +163,9 @@ def running(v: np.ndarray, half: int) -> np.ndarray:
     return np.sqrt(np.maximum(top, 0.0) / count)
 
 
-def stacked(found: list[Extremes]) -> np.ndarray:
+def stacked(extremes: list[Extremes]) -> np.ndarray:
     """Return the values of bounds, shape (sigmas, 2, outputs, times)."""
-    return np.stack([e.values for e in found])
+    return np.stack([e.values for e in extremes])
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:

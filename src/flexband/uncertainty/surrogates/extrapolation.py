@@ -43,16 +43,16 @@ def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]
         return
     point, variable = (int(k) for k in np.unravel_index(beyond.argmax(), beyond.shape))
     random = space.of_kind(random=True).items()
-    owners = [(name, k) for name, one in random for k in range(one.dimension)]
+    owners = [(name, k) for name, input_ in random for k in range(input_.dimension)]
     name, term = owners[variable]
-    one, at = space.inputs[name], xi[point, variable]
+    input_, at = space.inputs[name], xi[point, variable]
     standard, values = [at, *(end[variable] for end in (low, high))], [""] * 3
-    alone = one.dimension == 1 and not one.intervals and space.factor is None
-    numbers = one.as_numbers(name, np.reshape(standard, (-1, 1))) if alone else {}
+    alone = input_.dimension == 1 and not input_.intervals and space.factor is None
+    numbers = input_.as_numbers(name, np.reshape(standard, (-1, 1))) if alone else {}
     if name in numbers:
         values = [f"{value:.6g}, " for value in numbers[name]]
     shown = [f"{v}ξ = {x:.3g}" for v, x in zip(values, standard, strict=True)]
-    label = name if one.dimension == 1 else f"{name}[{term}]"
+    label = name if input_.dimension == 1 else f"{name}[{term}]"
     warn(
         f"the surrogate extrapolates: {label} ({shown[0]}) is beyond its runs, which are "
         f"between ({shown[1]}) and ({shown[2]})"

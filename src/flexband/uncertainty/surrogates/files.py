@@ -68,10 +68,15 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
     if isinstance(surrogate, Surrogate):
         about, arrays = _record(surrogate)
     else:
-        parts = [_record(one) for one in surrogate.surrogates.values()]
-        named = enumerate(own for _, own in parts)
-        arrays = {f"{k}/{name}": array for k, own in named for name, array in own.items()}
-        about = {"given": _recorded_inputs(surrogate.given), "parts": [own for own, _ in parts]}
+        parts = [_record(case_surrogate) for case_surrogate in surrogate.surrogates.values()]
+        named = enumerate(case_arrays for _, case_arrays in parts)
+        arrays = {
+            f"{k}/{name}": array for k, case_arrays in named for name, array in case_arrays.items()
+        }
+        about = {
+            "given": _recorded_inputs(surrogate.given),
+            "parts": [record for record, _ in parts],
+        }
     write_archive(_path(file), about | {"format": FORMAT}, arrays)
 
 
@@ -79,8 +84,8 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
     """Return the record of a surrogate, and its arrays."""
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
-    own = diagnostics.drop_vars(labels.coords, errors="ignore").variables
-    named |= {f"diagnostics/{k}": v for k, v in own.items()}
+    variables = diagnostics.drop_vars(labels.coords, errors="ignore").variables
+    named |= {f"diagnostics/{k}": v for k, v in variables.items()}
     arrays: dict[str, np.ndarray] = {
         name: values.values.astype(str) if values.dtype == object else values.values
         for name, values in named.items()
@@ -103,13 +108,13 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
 
 def _recorded_inputs(inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return the records of inputs by name."""
-    found = {}
-    for name, one in inputs.items():
+    records = {}
+    for name, input_ in inputs.items():
         try:
-            found[name] = _recorded(as_input(one))
+            records[name] = _recorded(as_input(input_))
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
-    return found
+    return records
 
 
 def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
@@ -157,19 +162,19 @@ def _path(file: Any) -> Path:
 
 def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
     """Return the surrogates of all combinations of options."""
-    given = {name: _restored(one) for name, one in about["given"].items()}
-    labels, found = cases(given), {}
+    given = {name: _restored(input_record) for name, input_record in about["given"].items()}
+    labels, surrogates = cases(given), {}
     for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
-        found[label] = one = _surrogate(record, _under(f"{k}/", arrays))
+        surrogates[label] = surrogate = _surrogate(record, _under(f"{k}/", arrays))
         if any(
-            one.space.given.get(name) != labels[label][name]
-            for name, own in given.items()
-            if isinstance(own, Choice)
+            surrogate.space.given.get(name) != labels[label][name]
+            for name, choice in given.items()
+            if isinstance(choice, Choice)
         ):
             raise InputError(f"the choices of {label} must be those of its surrogate")
-    if len(arrays) != sum(len(_under(f"{k}/", arrays)) for k in range(len(found))):
+    if len(arrays) != sum(len(_under(f"{k}/", arrays)) for k in range(len(surrogates))):
         raise ValueError("arrays without a use")
-    return SurrogateOfChoices(given, found)
+    return SurrogateOfChoices(given, surrogates)
 
 
 def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surrogate:
@@ -177,13 +182,14 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
     coords, variables = _under("coords/", named), _under("diagnostics/", named)
     labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
-    found = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
+    expansion_arrays = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
     held = _under("held_out/", arrays)
-    if len(arrays) != len(named) + len(held) + sum(map(len, found)):
+    if len(arrays) != len(named) + len(held) + sum(map(len, expansion_arrays)):
         raise ValueError("arrays without a use")
-    space = Space({name: _restored(one) for name, one in about["inputs"].items()})
+    space = Space({name: _restored(record) for name, record in about["inputs"].items()})
     expansions = tuple(
-        _expansion(kind, own, space) for kind, own in zip(about["expansions"], found, strict=True)
+        _expansion(kind, part_arrays, space)
+        for kind, part_arrays in zip(about["expansions"], expansion_arrays, strict=True)
     )
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
     held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
@@ -209,7 +215,7 @@ def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
         if isinstance(value, np.ndarray | np.generic):
             value = value.tolist()
         if isinstance(value, list | tuple):
-            return [plain(one) for one in value]
+            return [plain(entry) for entry in value]
         if isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value)):
             return value
         return str(value)
@@ -228,7 +234,7 @@ def _recorded(value: Any) -> Any:
     if isinstance(value, Mapping):
         value = tuple(value.items())
     if isinstance(value, tuple | list):
-        return [_recorded(one) for one in value]
+        return [_recorded(entry) for entry in value]
     if value is None or isinstance(value, str | int | float):
         return value
     for key, registered in _FUNCTIONS.items():
@@ -247,7 +253,7 @@ def _recorded(value: Any) -> Any:
 def _restored(record: Any) -> Any:
     """Return the value of a record; lists become tuples."""
     if isinstance(record, list):
-        return tuple(_restored(one) for one in record)
+        return tuple(_restored(entry) for entry in record)
     if not isinstance(record, Mapping):
         return record
     for key, registered in _FUNCTIONS.items():

@@ -28,7 +28,7 @@ def runs_in(part: NarrowedInputs, held: HeldOut) -> HeldOut:
 
 
 def narrowed_diagnostics(
-    told: xr.Dataset,
+    diagnostics: xr.Dataset,
     labels: xr.DataArray,
     part: NarrowedInputs,
     held: HeldOut | None,
@@ -41,27 +41,28 @@ def narrowed_diagnostics(
 
     Parameters
     ----------
-    told, labels : of the whole.
+    diagnostics, labels : of the whole.
     held : the held-out runs that judge the part; None if the method has none.
     values : of the surrogate at these, shape (runs, outputs, times).
     """
-    told = told.drop_vars(["orders", "relative_expected_error"], errors="ignore").drop_dims(
-        "variable", errors="ignore"
-    )
-    told.attrs.pop("largest_miss", None)
-    told.attrs.setdefault("inputs_of_runs", told.attrs.get("inputs", ""))
-    if "expected_error" in told.attrs:
-        told.attrs["expected_error_of_runs"] = told.attrs["expected_error"]
-    told.attrs["inputs"] = in_words(part.space.given)
+    diagnostics = diagnostics.drop_vars(
+        ["orders", "relative_expected_error"], errors="ignore"
+    ).drop_dims("variable", errors="ignore")
+    diagnostics.attrs.pop("largest_miss", None)
+    diagnostics.attrs.setdefault("inputs_of_runs", diagnostics.attrs.get("inputs", ""))
+    if "expected_error" in diagnostics.attrs:
+        diagnostics.attrs["expected_error_of_runs"] = diagnostics.attrs["expected_error"]
+    diagnostics.attrs["inputs"] = in_words(part.space.given)
     for name in RELATIVE:
-        if isinstance(told.attrs.get(name), float):
-            del told.attrs[name]
-    for name in told.attrs.get("refined", []):
-        told.attrs.pop(f"{name}_error", None)
-    told = told.assign_attrs(_reached(told, part))
+        if isinstance(diagnostics.attrs.get(name), float):
+            del diagnostics.attrs[name]
+    for name in diagnostics.attrs.get("refined", []):
+        diagnostics.attrs.pop(f"{name}_error", None)
+    diagnostics = diagnostics.assign_attrs(_reached(diagnostics, part))
     if held is None:
-        return told
-    told = told.drop_vars("pointwise_error", errors="ignore")  # now that of the bands as well
+        return diagnostics
+    # now that of the bands as well
+    diagnostics = diagnostics.drop_vars("pointwise_error", errors="ignore")
     intervals = int(np.count_nonzero(part.radius[: held.eta.shape[1]] > 0))
     error = held.expected_error(intervals)
     rounding = np.finfo(float).eps * np.sqrt(np.mean(values**2, axis=(0, 2)))
@@ -69,26 +70,29 @@ def narrowed_diagnostics(
     of_mean = growth(0) if part.space.random_dimension else 1.0
     new: dict[str, xr.Variable] = {}
     for band, factor in (("mean", of_mean), ("error_bar", 1.0)):
-        own = xr.Variable(labels.dims[1:], factor * error)
-        finer = told.variables.get(f"{band}_discretization_error", 0.0)
-        new |= {f"{band}_expansion_error": own, f"{band}_expected_error": own + finer}
-    told = told.assign(new)
-    told.attrs["runs_inside"] = len(held.missed)
+        expansion_error = xr.Variable(labels.dims[1:], factor * error)
+        finer = diagnostics.variables.get(f"{band}_discretization_error", 0.0)
+        new |= {
+            f"{band}_expansion_error": expansion_error,
+            f"{band}_expected_error": expansion_error + finer,
+        }
+    diagnostics = diagnostics.assign(new)
+    diagnostics.attrs["runs_inside"] = len(held.missed)
     missed = np.sqrt(np.mean(held.missed**2, axis=(0, 2)))
     varied = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
     vary = units_of(labels).varies(varied, np.sqrt(np.mean(values**2, axis=(0, 2))))
-    told.attrs.pop("not_trusted", None)
-    found = trust(labels, np.divide(missed, varied, out=np.zeros_like(missed), where=vary))
-    told["trusted"] = found["trusted"]
-    return told.assign_attrs(found.attrs)
+    diagnostics.attrs.pop("not_trusted", None)
+    judgement = trust(labels, np.divide(missed, varied, out=np.zeros_like(missed), where=vary))
+    diagnostics["trusted"] = judgement["trusted"]
+    return diagnostics.assign_attrs(judgement.attrs)
 
 
-def _reached(told: xr.Dataset, part: NarrowedInputs) -> dict[str, list[float]]:
+def _reached(dataset: xr.Dataset, part: NarrowedInputs) -> dict[str, list[float]]:
     """Return the range of ξ in runs, in the variables of a part."""
-    n = len(told.attrs.get(NAMES[0], []))
+    n = len(dataset.attrs.get(NAMES[0], []))
     m = len(part.radius) - n
     return {
-        name: part.points(np.concatenate([np.zeros(m), told.attrs[name]])[None])[0][0].tolist()
+        name: part.points(np.concatenate([np.zeros(m), dataset.attrs[name]])[None])[0][0].tolist()
         for name in NAMES
         if n
     }

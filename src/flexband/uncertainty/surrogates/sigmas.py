@@ -48,10 +48,12 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
     diagnostics : those of μ ± σ.
     bar : the error bar of μ ± kσ, dims (bound, …).
     """
-    told = _of_sigmas(sigmas, diagnostics, bar)
-    if "error_bar_expected_error" not in told or "pointwise_error" in told:
-        return told
-    return told.assign(pointwise_error=AT_ONE_TIME * told["error_bar_expected_error"])
+    bar_diagnostics = _of_sigmas(sigmas, diagnostics, bar)
+    if "error_bar_expected_error" not in bar_diagnostics or "pointwise_error" in bar_diagnostics:
+        return bar_diagnostics
+    return bar_diagnostics.assign(
+        pointwise_error=AT_ONE_TIME * bar_diagnostics["error_bar_expected_error"]
+    )
 
 
 def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
@@ -60,24 +62,29 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
     if sigmas == 1 and not narrowed:
         return with_relative_errors(diagnostics, bar)
     before = {str(k): diagnostics.variables[k] for k in diagnostics}
-    own = {k: v * growth(sigmas) for k, v in before.items() if k.startswith(OF_SIGMAS)}
+    errors = {k: v * growth(sigmas) for k, v in before.items() if k.startswith(OF_SIGMAS)}
     finer = "error_bar_discretization_error"
-    if finer in own:  # of bands: if σ alone moves, it is k times as large
-        own[finer] = before[finer] * max(sigmas, growth(sigmas))
-        own["error_bar_expected_error"] = own[finer] + own["error_bar_expansion_error"]
-    told = diagnostics.drop_vars("relative_expected_error", errors="ignore").assign(own)
-    told = with_relative_errors(told, bar)
+    if finer in errors:  # of bands: if σ alone moves, it is k times as large
+        errors[finer] = before[finer] * max(sigmas, growth(sigmas))
+        errors["error_bar_expected_error"] = errors[finer] + errors["error_bar_expansion_error"]
+    bar_diagnostics = diagnostics.drop_vars("relative_expected_error", errors="ignore").assign(
+        errors
+    )
+    bar_diagnostics = with_relative_errors(bar_diagnostics, bar)
     relative = {
-        name: float(np.max(relative_errors(told, name, bar)))
+        name: float(np.max(relative_errors(bar_diagnostics, name, bar)))
         for name in ("expected_error", "expansion_error", "discretization_error")
-        if f"error_bar_{name}" in own and (narrowed or isinstance(told.attrs.get(name), float))
+        if f"error_bar_{name}" in errors
+        and (narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
     }
     if "discretization_error" in relative and not narrowed:
-        ratio = relative["discretization_error"] / (told.attrs["discretization_error"] or 1.0)
-        for name in (f"{part}_error" for part in told.attrs["refined"]):
+        ratio = relative["discretization_error"] / (
+            bar_diagnostics.attrs["discretization_error"] or 1.0
+        )
+        for name in (f"{part}_error" for part in bar_diagnostics.attrs["refined"]):
             if name not in relative:
-                relative[name] = told.attrs[name] * ratio
-    return told.assign_attrs(relative)
+                relative[name] = bar_diagnostics.attrs[name] * ratio
+    return bar_diagnostics.assign_attrs(relative)
 
 
 def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarray:
@@ -99,30 +106,30 @@ def bars_vary(bar: xr.DataArray) -> np.ndarray:
     return not_constant(lower, upper, units_of(bar)).reshape(axes.shape)
 
 
-def with_relative_errors(told: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
+def with_relative_errors(diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
     if (
-        not {"mean_expected_error", "error_bar_expected_error"} <= set(told)
-        or "relative_expected_error" in told
+        not {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
+        or "relative_expected_error" in diagnostics
     ):
-        return told
-    found = relative_errors(told, "expected_error", bar)
-    return told.assign(relative_expected_error=(axes_of(bar).dims, found))
+        return diagnostics
+    relative = relative_errors(diagnostics, "expected_error", bar)
+    return diagnostics.assign(relative_expected_error=(axes_of(bar).dims, relative))
 
 
-def relative_errors(told: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
+def relative_errors(diagnostics: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
     """Return the error of mean or error bar, mean over time, in parts of the bar's mean width.
 
     It is the larger one of both, of each output; 0 of those that are constant.
 
     Parameters
     ----------
-    told : the errors ``mean_<name>`` and ``error_bar_<name>`` of a response.
+    diagnostics : the errors ``mean_<name>`` and ``error_bar_<name>`` of a response.
     bar : its error bar, dims (bound, …), which contain those of the errors.
     """
     axes = axes_of(bar)
-    lower, upper = (own.reshape(*axes.shape, axes.times) for own in bar.values)
+    lower, upper = (end.reshape(*axes.shape, axes.times) for end in bar.values)
     width = np.where(bars_vary(bar), (upper - lower).mean(axis=-1), np.inf)
-    errors = [told.variables[f"{band}_{name}"] for band in ("mean", "error_bar")]
-    errors = [own.transpose(*bar.dims[1:]).values.reshape(lower.shape) for own in errors]
-    return np.max([own.mean(axis=-1) / width for own in errors], axis=0)
+    errors = [diagnostics.variables[f"{band}_{name}"] for band in ("mean", "error_bar")]
+    errors = [error.transpose(*bar.dims[1:]).values.reshape(lower.shape) for error in errors]
+    return np.max([error.mean(axis=-1) / width for error in errors], axis=0)

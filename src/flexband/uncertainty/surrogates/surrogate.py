@@ -58,7 +58,7 @@ class Surrogate:
     @property
     def times(self) -> int:
         """Number of times of each output."""
-        outputs = sum(len(one.outputs) for one in self.expansions)
+        outputs = sum(len(expansion.outputs) for expansion in self.expansions)
         return math.prod(self.labels.shape[1:]) // outputs
 
     @property
@@ -73,7 +73,7 @@ class Surrogate:
 
     def standard(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response at ξ (points, n) and η (points, m), shape (points, …)."""
-        return self._joined([one.evaluate(xi, eta) for one in self.expansions])
+        return self._joined([expansion.evaluate(xi, eta) for expansion in self.expansions])
 
     def evaluate(self, **values: np.ndarray) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
@@ -96,8 +96,8 @@ class Surrogate:
 
     def standard_moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ and σ at η of shape (points, m), each of shape (points, …)."""
-        found = [one.moments(eta) for one in self.expansions]
-        mean, std = (self._joined(own) for own in zip(*found, strict=True))
+        moments = [expansion.moments(eta) for expansion in self.expansions]
+        mean, std = (self._joined(values) for values in zip(*moments, strict=True))
         return mean, std
 
     def moments(self, **intervals: np.ndarray) -> xr.Dataset:
@@ -132,15 +132,17 @@ class Surrogate:
         """
         part = part_of(self.space, inputs)
         families = part.space.families
-        expansions = [one.substituted(part.substitutions, families) for one in self.expansions]
-        found = replace(self, space=part.space, expansions=tuple(expansions), held_out=None)
+        expansions = [
+            expansion.substituted(part.substitutions, families) for expansion in self.expansions
+        ]
+        surrogate = replace(self, space=part.space, expansions=tuple(expansions), held_out=None)
         held, values = None, np.zeros((0, 1, 1))
         if self.held_out is not None:
             held = runs_in(part, self.held_out)
-            joint = found.standard(held.xi, held.eta)
+            joint = surrogate.standard(held.xi, held.eta)
             values = joint.reshape(len(joint), *self.held_out.missed.shape[1:])
-        told = narrowed_diagnostics(self.diagnostics, self.labels, part, held, values)
-        return replace(found, diagnostics=told, held_out=held)
+        diagnostics = narrowed_diagnostics(self.diagnostics, self.labels, part, held, values)
+        return replace(surrogate, diagnostics=diagnostics, held_out=held)
 
     def bands(self, sigmas: float = 1.0) -> xr.Dataset:
         """Return interval mean and interval error bar, with the diagnostics.
@@ -156,8 +158,8 @@ class Surrogate:
         """
         sigmas = checked_sigmas(sigmas)
         result = bands(self.space, self.labels, self.extremes(sigmas), sigmas)
-        told = diagnostics_of(sigmas, self.diagnostics, result["error_bar"])
-        return described(result.merge(told).assign_attrs(told.attrs | result.attrs))
+        diagnostics = diagnostics_of(sigmas, self.diagnostics, result["error_bar"])
+        return described(result.merge(diagnostics).assign_attrs(diagnostics.attrs | result.attrs))
 
     def _joined(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """Return values (points, outputs, times) of all expansions, shape (points, …)."""

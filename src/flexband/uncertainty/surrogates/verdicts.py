@@ -46,7 +46,7 @@ def _can_miss(sampled: int, held_out: int) -> str:
 
 def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
     failed = checked.sizes["sample"] - len(good)
-    bounds = sum(own != "anywhere" for own in checked["run_place"].values[good].tolist())
+    bounds = sum(place != "anywhere" for place in checked["run_place"].values[good].tolist())
     left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
     new = f"{number_of(len(good), 'new run')}{left_out}, {bounds} of them at the ends of the bands,"
     are, imply = ("is", "implies") if len(good) == 1 else ("are", "imply")
@@ -68,10 +68,10 @@ def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dic
     if not wrong.size:
         doubtful = bool(ratio.max() > 1)
         k = int(ratio.argmax()) if doubtful else most
-        told = f"{in_percent(share[k])} of the error bar's width{_named(labels, k)}"
+        size = f"{in_percent(share[k])} of the error bar's width{_named(labels, k)}"
         text = (
             f"{CONFIRMED}: {new} {are} missed by no more than expected; the largest error that "
-            f"follows is {told}"
+            f"follows is {size}"
         )
         if (claim := float((expected / width).max())) > share[k]:
             text += f"; the runs of the method imply {in_percent(claim)}"
@@ -79,7 +79,7 @@ def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dic
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
             text = (
-                f"{CONFIRMED} as far as so few runs can tell: {new} {imply} an error of {told} "
+                f"{CONFIRMED} as far as so few runs can tell: {new} {imply} an error of {size} "
                 f"({in_percent(least[k] / width[k])} or more with {sure}), where "
                 f"{in_percent(expected[k] / width[k])} is expected{over}"
             )
@@ -116,17 +116,19 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
     """Return in words where an output is missed most: output, time and inputs."""
     dims, sizes, last, _ = axes_of(labels)
     index = dict(zip(dims, np.unravel_index(output, sizes) if dims else (), strict=True))
-    names, one = _names(labels, output), checked.isel(index)
+    names, output_results = _names(labels, output), checked.isel(index)
     words = [f"most in {', '.join(names)}"] if names else ["most"]
     if last is not None:
-        at = int(one["missed_most_at"])
+        at = int(output_results["missed_most_at"])
         stamp = labels[last].values[at] if last in labels.coords else at
         number = f"{stamp:.4g}" if isinstance(stamp, int | float | np.number) else str(stamp)
         unit = labels[last].attrs.get("units", "") if last in labels.coords else ""
         words.append(f"at {last} {number} {unit}".rstrip())
     if "run_values" in checked:
         values = zip(checked["input"].values, checked["run_values"].values, strict=True)
-        words.append("with " + extremes_in_words(dict(values), int(one["missed_most_in"]), 6))
+        words.append(
+            "with " + extremes_in_words(dict(values), int(output_results["missed_most_in"]), 6)
+        )
     return " ".join(words)
 
 

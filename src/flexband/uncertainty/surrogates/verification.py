@@ -161,16 +161,18 @@ def verify(
     runs, seed = whole("runs", runs, 2, MOST_RUNS), whole("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
     several = isinstance(surrogate, SurrogateOfChoices)
-    own = surrogate.surrogates if several else {"": surrogate}
-    given = next(iter(own.values())).space.given
+    surrogates = surrogate.surrogates if several else {"": surrogate}
+    given = next(iter(surrogates.values())).space.given
     check_names(response, given)
-    advance, found = counted(progress, runs * len(own)), {}
+    advance, results = counted(progress, runs * len(surrogates)), {}
     options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
     with evaluations(response, given, **options) as evaluate:
         advance(0)
-        for label, one in own.items():
-            found[label] = _verified(one, response, label, evaluate, advance, runs, sigmas, seed)
-    return verified_choices(found) if several else found[""]
+        for label, case_surrogate in surrogates.items():
+            results[label] = _verified(
+                case_surrogate, response, label, evaluate, advance, runs, sigmas, seed
+            )
+    return verified_choices(results) if several else results[""]
 
 
 def _verified(
@@ -212,7 +214,7 @@ def _verified(
     part = share(int(left_out.sum())) * growth(sigmas)
     least = np.maximum(SMALLEST * width, round_off)
     implied = np.maximum(part * missed_by, _at_corner(F, eta[good][:, left_out], pairs))
-    found = {
+    results = {
         "missed": missed_by,
         "implied_error": np.maximum(implied, SMALLEST * width),
         "least_error": part * least_missed,
@@ -223,11 +225,11 @@ def _verified(
     claim = _expected(surrogate)
     if claim is not None:
         allowed = np.maximum(np.sqrt(np.mean(claim**2, axis=1)), least) * growth(sigmas) / part
-        found["allowed"] = allowed
-        found["expected_error"] = part * allowed
-        found["confirmed"] = allowed > least_missed
+        results["allowed"] = allowed
+        results["expected_error"] = part * allowed
+        results["confirmed"] = allowed > least_missed
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
-    checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in found.items()}, coords)
+    checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in results.items()}, coords)
     in_run = np.full((runs, *shape), np.nan)
     in_run[good] = np.sqrt(square).reshape(-1, *shape)
     checked["missed_in_run"] = ("sample", *dims), in_run
@@ -236,10 +238,10 @@ def _verified(
     if values := space.numbers_at(xi, eta):
         checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
         checked = checked.assign_coords(input=list(values))
-    told: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
+    attrs: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
     if made.failed:
-        told["runs_failed"] = len(made.failed)
-    checked, sampled = checked.assign_attrs(told), int(points.sampled[good].sum())
+        attrs["runs_failed"] = len(made.failed)
+    checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
     return checked.assign_attrs(verdict(checked, labels, good, sampled, _held_out(surrogate)))
 
 
@@ -257,20 +259,23 @@ def _at_least(square: np.ndarray) -> np.ndarray:
     square : mean square of what is missed in each run, (runs, outputs).
     """
     scale = np.sqrt(square.mean(axis=0)) + TINY
-    wanted, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), LEAST_PART, 1.0
-    low, high = (np.full(len(scale), own) for own in (low, high))
+    threshold, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), LEAST_PART, 1.0
+    low, high = (np.full(len(scale), end) for end in (low, high))
     for _ in range(HALVINGS):  # what is claimed to be missed, in parts of what is
         middle = np.sqrt(low * high)
         q = square / (middle * scale) ** 2
         products = np.log1p(BETS[:, None, None] * (q - 1)).sum(axis=1)
         evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(BETS))
-        low, high = np.where(evidence < wanted, [low, middle], [middle, high])
+        low, high = np.where(evidence < threshold, [low, middle], [middle, high])
     return low * scale
 
 
 def _left_out(surrogate: Surrogate) -> np.ndarray:
     """Return which interval variables are in no term of the expansions, (m,)."""
-    return np.max([one.hybrid.interval_orders for one in surrogate.expansions], axis=0) == 0
+    return (
+        np.max([expansion.hybrid.interval_orders for expansion in surrogate.expansions], axis=0)
+        == 0
+    )
 
 
 def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:
@@ -335,8 +340,8 @@ def _points(
     first, second = pairs.T
     bound[second], eta[second] = bound[first], eta[first]
     sides = ASIDE * rng.choice([-1.0, 1.0], (len(pairs), left_out.sum()))
-    for one, side in ((first, 1), (second, -1)):
-        eta[np.ix_(one, left_out)] = side * sides
+    for run_numbers, side in ((first, 1), (second, -1)):
+        eta[np.ix_(run_numbers, left_out)] = side * sides
     if not space.random_dimension:  # a place is run once
         once = np.unique(eta[at_bounds].round(6), axis=0, return_index=True)[1]
         anywhere |= ~np.isin(k, at_bounds[once])
@@ -345,8 +350,10 @@ def _points(
     normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
     sample = (k % ANYWHERE == ANYWHERE - 1) | (space.random_dimension == 0)
     for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):
-        own = np.setdiff1d(np.flatnonzero(kind), second)
-        normals[own] = latin_hypercube_normals(len(own), normals.shape[1], int(rng.integers(SEEDS)))
+        rows = np.setdiff1d(np.flatnonzero(kind), second)
+        normals[rows] = latin_hypercube_normals(
+            len(rows), normals.shape[1], int(rng.integers(SEEDS))
+        )
     normals[~sample], weight[~sample] = stretched(normals[~sample], FARTHEST, rng)
     normals[second], weight[second] = normals[first], weight[first]
     xi = of_normals(normals, space.families)

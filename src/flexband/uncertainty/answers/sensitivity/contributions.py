@@ -85,12 +85,13 @@ def contributions(
         If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
         there are more than eight inputs to share the width among.
     """
-    own, k = surrogates_of(surrogate), checked_sigmas(sigmas)
+    surrogates, k = surrogates_of(surrogate), checked_sigmas(sigmas)
     shapley = flag("shapley", shapley)
-    found = {
-        label: _contributions(selected(one, at), k, shapley=shapley) for label, one in own.items()
+    answers = {
+        label: _contributions(selected(case_surrogate, at), k, shapley=shapley)
+        for label, case_surrogate in surrogates.items()
     }
-    joint = over_options(found)
+    joint = over_options(answers)
     share = joint["mean_share"]
     largest = share.max([dim for dim in share.dims if dim != "name"])
     return joint.isel(name=np.argsort(-largest.values, kind="stable"))
@@ -98,22 +99,24 @@ def contributions(
 
 def groups(surrogate: Surrogate) -> dict[str, list[str]]:
     """Return the inputs that are fixed together, by name: correlated ones, and each other alone."""
-    found: dict[str, list[str]] = {}
+    singles: dict[str, list[str]] = {}
     given = surrogate.space.given
-    members = {k: list(one.members) for k, one in given.items() if isinstance(one, Correlated)}
-    grouped = {name for own in members.values() for name in own}
-    for name, one in surrogate.space.inputs.items():
-        if not isinstance(one, Constant) and name not in grouped:
-            found[name] = [name]
-    return found | members
+    members = {
+        k: list(input_.members) for k, input_ in given.items() if isinstance(input_, Correlated)
+    }
+    grouped = {name for names in members.values() for name in names}
+    for name, input_ in surrogate.space.inputs.items():
+        if not isinstance(input_, Constant) and name not in grouped:
+            singles[name] = [name]
+    return singles | members
 
 
 def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:
     """Return what `contributions` does, for one combination of options."""
-    labels, own = surrogate.labels, groups(surrogate)
+    labels, members = surrogate.labels, groups(surrogate)
     for name in ("name", "bound", "input"):
         check_free(name, labels)
-    names, dims, shape = list(own), labels.dims[1:], labels.shape[1:]
+    names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
     if shapley and len(names) > MOST_SHARED:
         raise InputError(
             f"shapley takes at most {MOST_SHARED} inputs; got {len(names)}: {', '.join(names)}"
@@ -128,7 +131,9 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         """Return the width with some inputs fixed."""
         if len(some) == len(names):
             return np.zeros(shape)
-        return _width(surrogate, [one for k in some for one in own[k]], sigmas).reshape(shape)
+        return _width(surrogate, [member for k in some for member in members[k]], sigmas).reshape(
+            shape
+        )
 
     contribution = np.stack([width - narrower([name]) for name in names])
     data: dict[str, Any] = {
@@ -141,18 +146,21 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     if shapley:
         values = _shapley(names, width, narrower, contribution)
         data["shapley"] = ("name", *dims), values
-        data |= {f"shapley_{k}": own for k, own in _shares(values, width, vary, surrogate).items()}
+        data |= {
+            f"shapley_{k}": variable
+            for k, variable in _shares(values, width, vary, surrogate).items()
+        }
     eta = np.stack([lower.places[0], upper.places[1]])
     data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
     error = expected_error(surrogate, sigmas)
     if error is not None:
         data["expected_error"] = dims, 2 * error
-    found = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
-    for name in (own for own in found if "share" in str(own) or own == "varies"):
-        found[name].attrs.pop("units", None)
+    result = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
+    for name in (key for key in result if "share" in str(key) or key == "varies"):
+        result[name].attrs.pop("units", None)
         if surrogate.time is None and name != "varies":
-            found[name].attrs["long_name"] = "part of the width"
-    return found
+            result[name].attrs["long_name"] = "part of the width"
+    return result
 
 
 def _shares(
@@ -170,17 +178,19 @@ def _shares(
     width, each = width.reshape(*outer, times), each.reshape(-1, *outer, times)
     widest = np.argmax(width, axis=-1, keepdims=True)
     at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
-    own = ("name", *(dim for dim in dims if dim != surrogate.time))
+    share_dims = ("name", *(dim for dim in dims if dim != surrogate.time))
     return {
-        "mean_share": (own, each.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
-        "share_at_widest": (own, at_widest / np.where(vary, width.max(-1), np.inf)),
+        "mean_share": (share_dims, each.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
+        "share_at_widest": (share_dims, at_widest / np.where(vary, width.max(-1), np.inf)),
     }
 
 
 def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
     """Return the width of the error bar with some inputs fixed, shape (outputs, times)."""
     substitutions, families = fixed(surrogate.space, names)
-    expansions = [one.substituted(substitutions, families) for one in surrogate.expansions]
+    expansions = [
+        expansion.substituted(substitutions, families) for expansion in surrogate.expansions
+    ]
     lower, upper = extremes_of(expansions, sigmas=sigmas, of=(-1.0, 1.0))
     return upper.values[1] - lower.values[0]
 
@@ -201,7 +211,7 @@ def _shapley(names: list[str], width: np.ndarray, narrower: Any, alone: np.ndarr
         known |= {frozenset(some): narrower(some) for some in combinations(names, size)}
     values = np.zeros((n, *width.shape))
     for k, name in enumerate(names):
-        for some, own in known.items():
+        for some, width_of_some in known.items():
             if name not in some:
-                values[k] += (own - known[some | {name}]) / (n * comb(n - 1, len(some)))
+                values[k] += (width_of_some - known[some | {name}]) / (n * comb(n - 1, len(some)))
     return values

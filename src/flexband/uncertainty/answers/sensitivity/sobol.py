@@ -76,17 +76,17 @@ def sobol_indices(
     InputError
         If the surrogate is none or has no random input, or `at` does not fit the response.
     """
-    own, seed = surrogates_of(surrogate), whole("seed", seed, 0)
-    if any(not one.space.random_dimension for one in own.values()):
+    surrogates, seed = surrogates_of(surrogate), whole("seed", seed, 0)
+    if any(not case_surrogate.space.random_dimension for case_surrogate in surrogates.values()):
         raise InputError("surrogate must have random inputs; Sobol' indices are parts of variance")
-    parts = {label: selected(one, at) for label, one in own.items()}
-    found = {label: _indices(one, seed) for label, one in parts.items()}
-    joint = over_options(found)
-    for one in found.values():
-        joint["defined"] = joint["defined"] & one["defined"]
+    parts = {label: selected(case_surrogate, at) for label, case_surrogate in surrogates.items()}
+    answers = {label: _indices(case_surrogate, seed) for label, case_surrogate in parts.items()}
+    joint = over_options(answers)
+    for case_answer in answers.values():
+        joint["defined"] = joint["defined"] & case_answer["defined"]
     weight = joint["std"] ** 2
     time = next(iter(parts.values())).time
-    weight = weight / weight.sum(() if time is None else time).where(lambda own: own > 0)
+    weight = weight / weight.sum(() if time is None else time).where(lambda sums: sums > 0)
     total = (joint["total"].sel(bound="upper") * weight).fillna(0.0)
     total = total.sum([dim for dim in total.dims if dim != "name"])
     return joint.isel(name=np.argsort(-total.values, kind="stable"))
@@ -98,41 +98,45 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     for name in ("name", "bound", "input", "total", "first_order", "defined"):
         check_free(name, labels)
     random = space.of_kind(random=True)
-    ends = np.cumsum([0, *(one.dimension for one in random.values())])
+    ends = np.cumsum([0, *(input_.dimension for input_ in random.values())])
     variables = dict(zip(random, (range(*pair) for pair in pairwise(ends)), strict=True))
-    own = {k: members for k, members in groups(surrogate).items() if members[0] in random}
-    numbers = [[k for name in members for k in variables[name]] for members in own.values()]
+    random_groups = {k: members for k, members in groups(surrogate).items() if members[0] in random}
+    numbers = [
+        [k for name in members for k in variables[name]] for members in random_groups.values()
+    ]
     m, times = space.interval_dimension, surrogate.times
     count = math.prod(labels.shape[1:]) // times
-    mean, std = (one.reshape(count, times) for one in surrogate.standard_moments(np.zeros((1, m))))
+    mean, std = (
+        moment.reshape(count, times) for moment in surrogate.standard_moments(np.zeros((1, m)))
+    )
     size = np.max(np.abs(mean) + std, axis=1)
     least = units_of(labels).least_variation(size, VANISHING) ** 2
-    shape = 2, 2 * len(own), count, times
+    shape = 2, 2 * len(random_groups), count, times
     values, errors, eta = np.empty(shape), np.zeros(shape), np.zeros((*shape, m))
     variance, defined = np.empty(shape), np.empty((count, times), dtype=bool)
     for expansion in surrogate.expansions:
         for series in SampledSeries.of_outputs(expansion):
             k = series.output
             both = variances_of(series, space.families, numbers, seed)
-            few, one = (_Indices(part, times, least[k]) for part in both)
+            few, result_indices = (_Indices(part, times, least[k]) for part in both)
             eta[:, :, k], defined[k] = few.search(series.scanned)
-            values[:, :, k], errors[:, :, k], variance[:, :, k] = one.at(eta[:, :, k])
+            values[:, :, k], errors[:, :, k], variance[:, :, k] = result_indices.at(eta[:, :, k])
     defined &= np.all(np.isfinite(values), axis=(0, 1))
     values = np.clip(values, 0.0, 1.0)  # those from samples may be beyond, or in the wrong order
     order = np.argsort(values, axis=0)
-    values, errors = (np.take_along_axis(own, order, axis=0) for own in (values, errors))
+    values, errors = (np.take_along_axis(array, order, axis=0) for array in (values, errors))
     eta = np.take_along_axis(eta, order[..., None], axis=0)
     first, total = np.split(values, 2, axis=1)
     np.minimum(first, total, out=first)  # as at every η; the first has the larger sampling error
     dims, inner = labels.dims[1:], labels.shape[1:]
     data: dict[str, Any] = {"defined": (dims, defined.reshape(inner))}
     data["std"] = dims, std.reshape(inner)
-    named, whole_shape = ("bound", "name", *dims), (2, len(own), *inner)
+    named, whole_shape = ("bound", "name", *dims), (2, len(random_groups), *inner)
     for k, name in enumerate(("first_order", "total")):
-        part = slice(k * len(own), (k + 1) * len(own))
+        part = slice(k * len(random_groups), (k + 1) * len(random_groups))
         data[name] = named, values[:, part].reshape(whole_shape)
         data |= places(f"{name}_at", space, eta[:, part], named, whole_shape)
-    each = errors.reshape(2, 2, len(own), count, times).max(axis=1)
+    each = errors.reshape(2, 2, len(random_groups), count, times).max(axis=1)
     if errors.any():
         data["sampling_error"] = named, each.reshape(whole_shape)
     if (error := expected_error(surrogate, 1.0)) is not None:
@@ -141,10 +145,10 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
         data["expected_error"] = dims, share
     lost = int(np.sum(~defined))
     values = number_of(defined.size, "value")
-    told = {"undefined": f"the variance vanishes at {lost} of {values} of the outputs"}
+    attrs = {"undefined": f"the variance vanishes at {lost} of {values} of the outputs"}
     if errors.any():
-        told["sampling"] = _sampling(each, std)
-    result = answer(surrogate, data, {"name": list(own)}, told, LONG_NAMES)
+        attrs["sampling"] = _sampling(each, std)
+    result = answer(surrogate, data, {"name": list(random_groups)}, attrs, LONG_NAMES)
     for name in ("first_order", "total", "defined", "sampling_error", "expected_error"):
         if name in result:
             result[name].attrs["units"] = "1"
@@ -160,8 +164,8 @@ def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
     std : shape (outputs, times).
     """
     widest = std.argmax(axis=1)
-    found = 100 * errors[:, :, np.arange(len(widest)), widest].max()
-    size = f"± {found:.1f} % of the variance at most" if found >= 0.1 else "below 0.1 %"
+    percent = 100 * errors[:, :, np.arange(len(widest)), widest].max()
+    size = f"± {percent:.1f} % of the variance at most" if percent >= 0.1 else "below 0.1 %"
     return f"sampling error where σ is largest: {size}"
 
 
@@ -195,11 +199,11 @@ class _Indices:
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
         """Return what is minimized: indices for lower bounds, and the others with minus sign."""
-        own, time = np.divmod(which, self.times)
+        target, time = np.divmod(which, self.times)
         shares = self.shares(eta, time)[0].mean(axis=2)
-        upper, index = np.divmod(own, len(shares))
-        found = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
-        return np.where(np.isnan(found), WORSE, found)
+        upper, index = np.divmod(target, len(shares))
+        values = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
+        return np.where(np.isnan(values), WORSE, values)
 
     def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return what is minimized of all bounds and indices, (2 indices, rows)."""
@@ -209,13 +213,13 @@ class _Indices:
 
     def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
-        eta, found = lowest_over_times(self.scanned, self, scan, self.times, TOLERANCE)
-        return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(found < WORSE, axis=(0, 1))
+        eta, values = lowest_over_times(self.scanned, self, scan, self.times, TOLERANCE)
+        return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(values < WORSE, axis=(0, 1))
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return indices, their sampling errors and variances at η, each (2, indices, times)."""
         shape = eta.shape[:-1]
-        index, time = (own.ravel() for own in np.indices(shape)[1:])
+        index, time = (grid.ravel() for grid in np.indices(shape)[1:])
         flat = eta.reshape(math.prod(shape), eta.shape[-1])
         shares, variance = self.shares(flat, time)
         shares = shares[index, np.arange(len(flat))]

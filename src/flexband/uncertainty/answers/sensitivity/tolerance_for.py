@@ -66,12 +66,12 @@ def tolerance_for(
     several, k = surrogates_of(surrogate), checked_sigmas(sigmas)
     if len(several) > 1:
         raise InputError("tolerance_for takes a surrogate without choices, that of one option")
-    (own,) = several.values()
+    (plain_surrogate,) = several.values()
     share = float(numbers("share", share))
     if not 0 < share < 1:
         raise InputError(f"share must be above 0 and below 1; got {share:g}")
-    tolerance, one = _tolerance(own, name)
-    labels = own.labels
+    tolerance, input_ = _tolerance(plain_surrogate, name)
+    labels = plain_surrogate.labels
     check_free("bound", labels)
     dims, shape, time, _ = axes_of(labels)
 
@@ -82,39 +82,39 @@ def tolerance_for(
     @cache
     def width(factor: float) -> np.ndarray:
         with without_warnings():  # of inputs that are only tried
-            part = own.narrowed(**{name: _scaled(one, factor)})
+            part = plain_surrogate.narrowed(**{name: _scaled(input_, factor)})
         lower, upper = ends(part)
         return (upper - lower).reshape(*shape, -1).max(axis=-1)
 
-    lower, upper = ends(own)
+    lower, upper = ends(plain_surrogate)
     before, vary = (
         (upper - lower).reshape(*shape, -1).max(axis=-1),
         not_constant(lower, upper, units_of(labels)).reshape(shape),
     )
     factors = np.linspace(0.0, 1.0, SCANNED + 1)
     widths = np.stack([width(max(f, LEAST)) for f in factors[:-1]])
-    wanted = share * before
-    narrow = np.logical_and.accumulate(widths <= wanted, axis=0).sum(axis=0)
-    found = np.full(shape, np.nan)
+    target_width = share * before
+    narrow = np.logical_and.accumulate(widths <= target_width, axis=0).sum(axis=0)
+    largest_factor = np.full(shape, np.nan)
     for at in np.argwhere(narrow > 0):
         place = tuple(at)
         low, high = factors[narrow[place] - 1], factors[narrow[place]]
         for _ in range(HALVINGS):
             middle = (low + high) / 2
-            inside = width(max(middle, LEAST))[place] <= wanted[place]
+            inside = width(max(middle, LEAST))[place] <= target_width[place]
             low, high = (middle, high) if inside else (low, middle)
-        found[place] = low
-    found[~vary] = np.nan
+        largest_factor[place] = low
+    largest_factor[~vary] = np.nan
     data = {
         "varies": (dims, vary),
         "width": (dims, before),
         "least_width": (dims, widths[0]),
-        "factor": (dims, found),
-        "tolerance": (dims, found * tolerance),
+        "factor": (dims, largest_factor),
+        "tolerance": (dims, largest_factor * tolerance),
     }
-    told = {"sigmas": k, "share": share, "input": name}
+    attrs = {"sigmas": k, "share": share, "input": name}
     frame = labels if time is None else labels.isel({time: 0}, drop=True)
-    result = answer(own, data, {}, told, LONG_NAMES, frame).drop_vars("bound")
+    result = answer(plain_surrogate, data, {}, attrs, LONG_NAMES, frame).drop_vars("bound")
     for kind in ("varies", "factor", "tolerance"):
         result[kind].attrs.pop("units", None)
     return result
@@ -125,9 +125,13 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
     inputs = surrogate.space.inputs
     allowed = with_tolerance(surrogate.space)
     allowed = {k: v for k, v in allowed.items() if not isinstance(inputs[k], Sizing)}
-    for own, one in surrogate.space.inputs.items():
-        if isinstance(one, RandomField) and one.distribution == "normal" and is_number(one.std):
-            allowed[own] = float(one.std)  # pyright: ignore[reportArgumentType]
+    for input_name, input_ in surrogate.space.inputs.items():
+        if (
+            isinstance(input_, RandomField)
+            and input_.distribution == "normal"
+            and is_number(input_.std)
+        ):
+            allowed[input_name] = float(input_.std)  # pyright: ignore[reportArgumentType]
     if not isinstance(name, str) or name not in allowed:
         raise InputError(
             "name must be an input with a tolerance, an interval, a distribution with a std or a "
@@ -136,9 +140,9 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
     return allowed[name], surrogate.space.inputs[name]
 
 
-def _scaled(one: Any, factor: float) -> Any:
+def _scaled(input_: Any, factor: float) -> Any:
     """Return an input with a part of its tolerance."""
-    if not isinstance(one, Interval):
-        return replace(one, std=factor * one.std)
-    middle, radius = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
+    if not isinstance(input_, Interval):
+        return replace(input_, std=factor * input_.std)
+    middle, radius = (input_.lower + input_.upper) / 2, (input_.upper - input_.lower) / 2
     return Interval(middle - factor * radius, middle + factor * radius)

@@ -83,12 +83,12 @@ class Exact:
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         hybrid = self.series.hybrid
         parts, order, starts = self._parts
-        found, most = [], max(1, AT_ONCE // len(order))
+        blocks, most = [], max(1, AT_ONCE // len(order))
         for first in range(0, len(eta), most):
-            own = slice(first, first + most)
-            terms = hybrid.coefficients[:, times[own]] * hybrid.chebyshev(eta[own])[:, hybrid.i].T
-            found.append(parts @ np.add.reduceat(terms[order], starts, axis=0) ** 2)
-        return np.concatenate(found, axis=1)[..., None]
+            rows = slice(first, first + most)
+            terms = hybrid.coefficients[:, times[rows]] * hybrid.chebyshev(eta[rows])[:, hybrid.i].T
+            blocks.append(parts @ np.add.reduceat(terms[order], starts, axis=0) ** 2)
+        return np.concatenate(blocks, axis=1)[..., None]
 
 
 @dataclass(frozen=True)
@@ -118,11 +118,11 @@ class Sampled:
         n, count = len(families), samples // REPLICATES
         u = [sobol(count, 2 * n, seed * REPLICATES + k) for k in range(REPLICATES)]
         both = ndtri(np.concatenate(u))
-        one, other = (of_normals(v, families) for v in (both[:, :n], both[:, n:]))
-        sets = [one, other]
-        for own in groups:
-            mixed = one.copy()
-            mixed[:, own] = other[:, own]
+        first_set, second_set = (of_normals(v, families) for v in (both[:, :n], both[:, n:]))
+        sets = [first_set, second_set]
+        for group in groups:
+            mixed = first_set.copy()
+            mixed[:, group] = second_set[:, group]
             sets.append(mixed)
         return Sampled(series, series.basis(np.concatenate(sets)), len(sets))
 
@@ -132,14 +132,18 @@ class Sampled:
             rows = slice(first, first + most)
             values = self.series.values(self.psi, eta[rows], times[rows])
             values = np.moveaxis(values.reshape(len(values), self.sets, REPLICATES, -1), 1, 0)
-            one, other, mixed = values[0], values[1], values[2:]
-            variance = _half_square(one, other)  # of the same pairs: their errors cancel in indices
-            alone, total = variance - _half_square(other, mixed), _half_square(one, mixed)
+            first_set, second_set, mixed = values[0], values[1], values[2:]
+            # of the same pairs: their errors cancel in indices
+            variance = _half_square(first_set, second_set)
+            alone, total = (
+                variance - _half_square(second_set, mixed),
+                _half_square(first_set, mixed),
+            )
             variances.append(np.concatenate([variance[None], alone, total]))
         return np.concatenate(variances, axis=1)
 
 
-def _half_square(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _half_square(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return half the mean square of differences, over the last axis."""
-    difference = one - other
+    difference = a - b
     return np.einsum("...q,...q->...", difference, difference) / (2 * difference.shape[-1])

@@ -138,7 +138,7 @@ class RegressionPCCI:
             values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"
         )
         dims = values.dims[1:]
-        told = xr.Dataset(
+        diagnostics = xr.Dataset(
             {
                 "mean_expected_error": (dims, error),
                 "error_bar_expected_error": (dims, error),
@@ -146,7 +146,7 @@ class RegressionPCCI:
             },
             attrs={"terms": len(index), **trusted.attrs},
         )
-        return Surrogate(space, values[:0], (expansion,), told)
+        return Surrogate(space, values[:0], (expansion,), diagnostics)
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""

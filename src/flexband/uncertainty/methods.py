@@ -53,8 +53,11 @@ def checked_order(name: str, order: Order) -> Order:
     """Return an order, or the orders by name; raise `InputError` unless all are from 0 to 100."""
     if not isinstance(order, Mapping):
         return whole(name, order, 0, MAX_ORDER)
-    own = {key: whole(f"{name} of {key!r}", one, 0, MAX_ORDER) for key, one in order.items()}
-    return OrdersByName(sorted(own.items()))
+    orders = {
+        key: whole(f"{name} of {key!r}", input_order, 0, MAX_ORDER)
+        for key, input_order in order.items()
+    }
+    return OrdersByName(sorted(orders.items()))
 
 
 def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list[int]:
@@ -67,7 +70,7 @@ def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list
             f"{name} must name all {kind} inputs, {', '.join(inputs) or 'none'}; "
             f"got {', '.join(orders) or 'none'}"
         )
-    return [orders[k] for k, one in inputs.items() for _ in range(one.dimension)]
+    return [orders[k] for k, input_ in inputs.items() for _ in range(input_.dimension)]
 
 
 def quantities(evaluate: Evaluate, outputs: int) -> Quantities:

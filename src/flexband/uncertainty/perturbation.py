@@ -105,8 +105,10 @@ class PerturbationChebyshev:
         highest = np.asarray(expansion.highest()[: len(orders)].any(axis=0))
         indicator = curved + expansion.size_of(highest)
         direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
-        told = xr.Dataset({"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))})
-        return Surrogate(space, values[:0], (direct,), told)
+        diagnostics = xr.Dataset(
+            {"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))}
+        )
+        return Surrogate(space, values[:0], (direct,), diagnostics)
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""
@@ -125,8 +127,8 @@ class PerturbationChebyshev:
         )
         h = self.step * np.sqrt([family.norms(1)[1] for family in families]) / np.abs(a)
         ahead, behind = mean + np.diag(h), mean - np.diag(h)
-        center, zero, one = mean.reshape(1, n), np.zeros((n, 1)), np.eye(n)
-        slope = one / (2 * h * a)
+        center, zero, identity = mean.reshape(1, n), np.zeros((n, 1)), np.eye(n)
+        slope = identity / (2 * h * a)
         linear = np.block([[np.eye(1), zero.T, zero.T], [zero, slope, -slope]])
-        bend = np.hstack([zero - 1, one / 2, one / 2]) / self.step**2
+        bend = np.hstack([zero - 1, identity / 2, identity / 2]) / self.step**2
         return np.concatenate([center, ahead, behind]), linear, bend

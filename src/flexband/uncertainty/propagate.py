@@ -105,8 +105,8 @@ def propagate(
         return described(bands.assign(between.variables).assign_attrs(counted | between.attrs))
 
     check_method(method)
-    found = in_cases(solved, response, inputs, method, most_runs, progress, check, options)
-    return found[""] if len(found) == 1 else over_choices(inputs, found)
+    results = in_cases(solved, response, inputs, method, most_runs, progress, check, options)
+    return results[""] if len(results) == 1 else over_choices(inputs, results)
 
 
 def expand(
@@ -139,8 +139,8 @@ def expand(
         doubts = surrogate.diagnostics.attrs.get("not_trusted", "")
         counted = runs.attributes(doubts)
         between = between_times(runs, surrogate.diagnostics)
-        told = surrogate.diagnostics.assign(between.variables)
-        return replace(surrogate, diagnostics=told.assign_attrs(counted | between.attrs))
+        diagnostics = surrogate.diagnostics.assign(between.variables)
+        return replace(surrogate, diagnostics=diagnostics.assign_attrs(counted | between.attrs))
 
-    found = in_cases(expanded, response, inputs, method, most_runs, progress, check, options)
-    return found[""] if len(found) == 1 else SurrogateOfChoices(inputs, found)
+    surrogates = in_cases(expanded, response, inputs, method, most_runs, progress, check, options)
+    return surrogates[""] if len(surrogates) == 1 else SurrogateOfChoices(inputs, surrogates)

@@ -95,23 +95,23 @@ class Scanning:
                 "choose intervals without such points",
                 {},
             )
-        samples = [v if own.all() else v[own] for v, own in zip(flat, good, strict=True)]
+        samples = [v if mask.all() else v[mask] for v, mask in zip(flat, good, strict=True)]
         mean = np.stack([v.mean(axis=0) for v in samples])
         std = np.stack(
             [v.std(axis=0, ddof=self.lost) if len(xi) > 1 else 0 * v[0] for v in samples]
         )
-        found = []
+        extremes = []
         for c in SIGMAS:
             scanned = mean + c * sigmas * std
             best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
-            found.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
-        return described(bands(space, values, found, sigmas))
+            extremes.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
+        return described(bands(space, values, extremes, sigmas))
 
 
 def of_intervals(space: Space, eta: np.ndarray) -> str:
     """Return the values of the interval inputs at a point η as text."""
     values, random = space.numbers_at(space.nominal()[0], eta[None]), space.of_kind(random=True)
-    return ", ".join(f"{k} = {own[0]:.6g}" for k, own in values.items() if k not in random)
+    return ", ".join(f"{k} = {column[0]:.6g}" for k, column in values.items() if k not in random)
 
 
 @frozen()

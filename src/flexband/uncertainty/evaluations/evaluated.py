@@ -73,8 +73,10 @@ class Evaluated:
         assert self.labels is not None
         if self.values is None:
             empty = np.full((len(self._known), *self.labels.shape[1:]), np.nan)
-            own = self.labels
-            self.values = xr.DataArray(empty, coordinates(own), own.dims, own.name, own.attrs)
+            labels = self.labels
+            self.values = xr.DataArray(
+                empty, coordinates(labels), labels.dims, labels.name, labels.attrs
+            )
         self.values.values[runs] = values
         self._known[runs] = True
 

@@ -101,39 +101,39 @@ class Evaluations:
         record = self.record if recorded else None
         if record is not None and labels is None:
             labels = record.labels
-        found = Evaluated(response, space, setting, points, labels, probed=self.probed)
+        evaluation = Evaluated(response, space, setting, points, labels, probed=self.probed)
         if record is not None:
-            self._look_up(found, record, advance)
-        if getattr(response, "elsewhere", False) and len(found.missing):
+            self._look_up(evaluation, record, advance)
+        if getattr(response, "elsewhere", False) and len(evaluation.missing):
             names = space.recorded_at(*space.nominal())
-            raise RunsNeeded(found.numbers[found.missing], names, setting)
+            raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
         one_by_one = bool(getattr(response, "one_by_one", False))
-        self._make(found, found.missing, 1 if one_by_one else self.batch, record, advance)
-        if found.values is None:
-            reason = next(iter(found.failed.values()))
+        self._make(evaluation, evaluation.missing, 1 if one_by_one else self.batch, record, advance)
+        if evaluation.values is None:
+            reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
-        self.failures += len(found.failed)
-        self.probed = found.probed
-        return found
+        self.failures += len(evaluation.failed)
+        self.probed = evaluation.probed
+        return evaluation
 
-    def _look_up(self, found: Evaluated, record: RunRecorder, advance: Advance) -> None:
+    def _look_up(self, evaluation: Evaluated, record: RunRecorder, advance: Advance) -> None:
         """Take the runs that were made before; failed ones only if they are left out."""
-        rows = record.find(found.setting, found.numbers)
+        rows = record.find(evaluation.setting, evaluation.numbers)
         hits = np.flatnonzero(rows >= 0)
         if not len(hits) or record.labels is None:
             return
         values, reasons = record.read(rows[hits])
         good = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
-        found.stored = hits[good]
+        evaluation.stored = hits[good]
         if len(good):
-            found.take(found.stored, values[good])
+            evaluation.take(evaluation.stored, values[good])
         if self.failed == "leave out":
-            found.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
-        advance(len(rows) - len(found.missing))
+            evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
+        advance(len(rows) - len(evaluation.missing))
 
     def _make(
         self,
-        found: Evaluated,
+        evaluation: Evaluated,
         runs: np.ndarray,
         most: int,
         record: RunRecorder | None,
@@ -141,87 +141,87 @@ class Evaluations:
     ) -> None:
         """Make runs, at most so many in one call."""
         parts = [runs[k : k + most] for k in range(0, len(runs), most)]
-        tasks = [lambda part=part: found.arguments(part) for part in parts]
+        tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
         unclear: list[np.ndarray] = []
         failed: dict[int, tuple[str, Exception | None, float]] = {}
         one_call_at_a_time = self.perform is in_process
         heard = (lambda done, total: advance(0, done)) if one_call_at_a_time else None
-        with listening(heard), closing(self.perform(found.response, tasks)) as outcomes:
+        with listening(heard), closing(self.perform(evaluation.response, tasks)) as outcomes:
             for number, outcome in outcomes:
-                own, seconds = parts[number], outcome.seconds / len(parts[number])
-                good, values, bad, error = found.judged(own, outcome)
-                self._keep(record, found, good, values, "", seconds)
+                part, seconds = parts[number], outcome.seconds / len(parts[number])
+                good, values, bad, error = evaluation.judged(part, outcome)
+                self._keep(record, evaluation, good, values, "", seconds)
                 if len(good):
                     advance(len(good))
                 if error is not None and not bad and self.failed == "stop":
                     raise error
                 if error is not None and not bad:
-                    unclear.append(own)
+                    unclear.append(part)
                 for run, reason in bad.items():
                     failed[run] = reason, error, seconds
                 if failed and self.failed != "half step":
-                    self._fail(found, failed, record, advance)
+                    self._fail(evaluation, failed, record, advance)
                     failed = {}
         for run in list(failed):
-            if self._with_shorter_steps(found, np.array([run]), record):
+            if self._with_shorter_steps(evaluation, np.array([run]), record):
                 del failed[run]
                 advance(1)
         if failed:
-            self._fail(found, failed, record, advance)
-        for own in unclear:
-            self._make(found, own, -(-len(own) // 2), record, advance)
+            self._fail(evaluation, failed, record, advance)
+        for part in unclear:
+            self._make(evaluation, part, -(-len(part) // 2), record, advance)
 
     def _fail(
         self,
-        found: Evaluated,
+        evaluation: Evaluated,
         failed: Mapping[int, tuple[str, Exception | None, float]],
         record: RunRecorder | None,
         advance: Advance,
     ) -> None:
         """Record failed runs, and raise the error of one unless they are left out."""
         for run, (reason, _, seconds) in failed.items():
-            self._keep(record, found, np.array([run]), None, reason, seconds)
-        found.leave_out({run: reason for run, (reason, _, _) in failed.items()})
+            self._keep(record, evaluation, np.array([run]), None, reason, seconds)
+        evaluation.leave_out({run: reason for run, (reason, _, _) in failed.items()})
         for reason, raised, _ in failed.values():
             error = InputError(reason) if raised is None else raised
             if self.failed != "leave out":
                 raise error
-            if found.values is None and len(found.failed) >= HOPELESS:
+            if evaluation.values is None and len(evaluation.failed) >= HOPELESS:
                 raise RunError(
-                    f"all of the first {number_of(len(found.failed), 'run')} failed, so that no "
-                    "further one is "
+                    f"all of the first {number_of(len(evaluation.failed), 'run')} failed, so that "
+                    "no further one is "
                     f"made; one of them: {error}",
                     {},
                 ) from error
         advance(len(failed))
 
     def _with_shorter_steps(
-        self, found: Evaluated, run: np.ndarray, record: RunRecorder | None
+        self, evaluation: Evaluated, run: np.ndarray, record: RunRecorder | None
     ) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
-        response: Any = found.response
+        response: Any = evaluation.response
         for part in range(1, HALVINGS + 1):
             finer = getattr(response, "refinements", None)
-            options: dict[str, Any] = finer(**found.arguments(run)) if callable(finer) else {}  # pyright: ignore[reportAssignmentType]
+            options: dict[str, Any] = finer(**evaluation.arguments(run)) if callable(finer) else {}  # pyright: ignore[reportAssignmentType]
             if "step" not in options:
                 raise InputError(
                     "failed='half step' requires a response whose `refinements` have a step, "
                     "as that of dynamic_response"
                 )
             response = options["step"]
-            outcome = next(iter(self.perform(response, [lambda: found.arguments(run)])))[1]
-            good, values, _, _ = found.judged(run, outcome)
+            outcome = next(iter(self.perform(response, [lambda: evaluation.arguments(run)])))[1]
+            good, values, _, _ = evaluation.judged(run, outcome)
             if len(good):
                 again = "halved_step" in getattr(outcome.value, "attrs", {})  # by the response
                 text = f"completed with 1/{2 ** (part + again)} of the step"
-                self._keep(record, found, good, values, text, outcome.seconds)
+                self._keep(record, evaluation, good, values, text, outcome.seconds)
                 return True
         return False
 
     def _keep(
         self,
         record: RunRecorder | None,
-        found: Evaluated,
+        evaluation: Evaluated,
         runs: np.ndarray,
         values: np.ndarray | None,
         reason: str,
@@ -231,12 +231,12 @@ class Evaluations:
         if not len(runs):
             return
         if values is not None:
-            found.take(runs, values)
+            evaluation.take(runs, values)
         if record is not None:
-            if found.labels is not None:
-                record.begin(found.labels)
-            own = found.setting, found.numbers[runs], values, reason, seconds
-            record.add(Finished(*own, time.time()))
+            if evaluation.labels is not None:
+                record.begin(evaluation.labels)
+            fields = evaluation.setting, evaluation.numbers[runs], values, reason, seconds
+            record.add(Finished(*fields, time.time()))
 
 
 def setting(case: str, finer: Iterable[str]) -> str:
@@ -269,10 +269,12 @@ def evaluations(
             return
         space = Space(first_case(inputs))
         names = list(space.recorded_at(*space.nominal()))
-        fields = {name: one for name, one in space.inputs.items() if isinstance(one, Field)}
-        told = ", ".join(f"{name}: {fingerprint(one)}" for name, one in fields.items())
+        fields = {
+            name: input_ for name, input_ in space.inputs.items() if isinstance(input_, Field)
+        }
+        fingerprints = ", ".join(f"{name}: {fingerprint(field)}" for name, field in fields.items())
         about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
-        record = RunRecorder(store, Owner.of(response, store.version, names, told), about)
+        record = RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
         try:
             yield Evaluations(perform, record, failed, batch)
         finally:

@@ -39,7 +39,7 @@ def generic_runs(
     for spaces with fields, nor where no input is an interval.
     """
     none = np.zeros((0, space.random_dimension)), np.zeros((0, space.interval_dimension))
-    fields = any(isinstance(one, Field) for one in space.inputs.values())
+    fields = any(isinstance(input_, Field) for input_ in space.inputs.values())
     runs = record.of_other_intervals(setting, texts(space, random=False), texts(space, random=True))
     if fields or record.labels is None or not len(runs) or not space.interval_dimension:
         return *none, np.zeros((0,))
@@ -49,10 +49,10 @@ def generic_runs(
     chosen, points = [], []
     for k in np.flatnonzero(_alone(numbers)):
         try:
-            found = space.standardized(dict(zip(names, numbers[k], strict=True)))
+            point = space.standardized(dict(zip(names, numbers[k], strict=True)))
         except InputError:  # it is outside
             continue
-        points.append(found)
+        points.append(point)
         chosen.append(k)
         if len(chosen) == most:
             break
@@ -66,12 +66,12 @@ def located(
     response: Response, inputs: Mapping[str, Any], store: Store | None
 ) -> tuple[dict[str, Any], int]:
     """Return what `locate_fields` does, or the domains that `keep_domains` has written."""
-    loose = [k for k, one in inputs.items() if isinstance(one, Field) and one.domain is None]
+    loose = [k for k, field in inputs.items() if isinstance(field, Field) and field.domain is None]
     if store is not None and loose:
         with suppress(OSError, ValueError, TypeError, KeyError, InputError):
-            found = read_json(Path(store.folder) / DOMAINS)
-            if found["owner"] == _owner(response, store):
-                domains = {name: tuple(found["domains"][name]) for name in loose}
+            content = read_json(Path(store.folder) / DOMAINS)
+            if content["owner"] == _owner(response, store):
+                domains = {name: tuple(content["domains"][name]) for name in loose}
                 placed = {n: replace(inputs[n], domain=d) for n, d in domains.items()}
                 return {**inputs, **placed}, 0
     return locate_fields(response, inputs)
@@ -81,7 +81,7 @@ def keep_domains(response: Response, inputs: Mapping[str, Any], record: RunRecor
     """Write the domains of the fields among the inputs into the folder of an open store."""
     if record is None:
         return
-    domains = {name: one.domain for name, one in inputs.items() if isinstance(one, Field)}
+    domains = {name: field.domain for name, field in inputs.items() if isinstance(field, Field)}
     content = {"owner": _owner(response, record.store), "domains": domains}
     file = Path(record.store.folder) / DOMAINS
     with suppress(OSError):  # the store says what is wrong with it
@@ -94,9 +94,13 @@ def _owner(response: Response, store: Store) -> list[str]:
 
 def texts(space: Space, *, random: bool) -> str:
     """Return the random inputs, or all others but constants, as text."""
-    kinds = {name: one for name, one in space.inputs.items() if not isinstance(one, Constant)}
-    own = [f"{name} = {one!r}" for name, one in sorted(kinds.items()) if one.random == random]
-    return "; ".join(own)
+    kinds = {
+        name: input_ for name, input_ in space.inputs.items() if not isinstance(input_, Constant)
+    }
+    descriptions = [
+        f"{name} = {input_!r}" for name, input_ in sorted(kinds.items()) if input_.random == random
+    ]
+    return "; ".join(descriptions)
 
 
 def _alone(numbers: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ class Choice:
     options: tuple[Any, ...]
 
     def __init__(self, *options: Any):
-        texts = all(isinstance(one, str) for one in options)
+        texts = all(isinstance(option, str) for option in options)
         if len(options) < 2 or not (texts or all(map(is_number, options))):
             raise InputError(
                 f"Choice options must be two or more texts, or numbers; got {shown(options)}"
@@ -151,19 +151,21 @@ def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """
     if not isinstance(inputs, Mapping):
         raise InputError(f"inputs must be a dict of names and inputs; got {shown(inputs)}")
-    choices = {name: one.options for name, one in inputs.items() if isinstance(one, Choice)}
-    names, found = sorted(choices, key=str), {}
+    choices = {
+        name: choice.options for name, choice in inputs.items() if isinstance(choice, Choice)
+    }
+    names, inputs_by_label = sorted(choices, key=str), {}
     combined = list(product(*(choices[name] for name in names)))
     if len(combined) > MOST_CASES:
         raise InputError(
             f"choices must have {MOST_CASES} combinations or fewer; got {len(combined)}"
         )
     for options in combined:
-        fixed = {name: Constant(one) for name, one in zip(names, options, strict=True)}
-        found[", ".join(map(str, options))] = {**inputs, **fixed}
-    if len(found) < len(combined):
+        fixed = {name: Constant(option) for name, option in zip(names, options, strict=True)}
+        inputs_by_label[", ".join(map(str, options))] = {**inputs, **fixed}
+    if len(inputs_by_label) < len(combined):
         raise InputError("options must differ also as texts that are joined by commas")
-    return found
+    return inputs_by_label
 
 
 def first_case(inputs: Mapping[str, Any]) -> dict[str, Any]:

@@ -93,11 +93,11 @@ class Correlated:
     def __post_init__(self) -> None:
         pairs = self.inputs.items() if isinstance(self.inputs, Mapping) else self.inputs
         paired = isinstance(pairs, tuple) and all(
-            isinstance(one, tuple | list) and len(one) == 2 and isinstance(one[0], str)
-            for one in pairs
+            isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[0], str)
+            for pair in pairs
         )
         given = dict(pairs) if paired or isinstance(self.inputs, Mapping) else {}
-        named = {name: _member(name, one) for name, one in given.items()}
+        named = {name: _member(name, member) for name, member in given.items()}
         if len(named) < 2:
             raise InputError(
                 f"Correlated inputs must be a dict of two or more; got {shown(self.inputs)}"
@@ -110,7 +110,7 @@ class Correlated:
     @property
     def members(self) -> dict[str, Input]:
         """The inputs as functions of scores, in the order of their names."""
-        return {name: Score(one) for name, one in sorted(self.inputs.items())}
+        return {name: Score(distribution) for name, distribution in sorted(self.inputs.items())}
 
     @cached_property
     def factor(self) -> np.ndarray:
@@ -133,9 +133,9 @@ class Correlated:
             return sought
         if self.of == "ranks":
             return 2 * np.sin(np.pi * sought / 6)
-        members = (one.midpoint() for _, one in (first, second))
-        varying = (one.hermite_coefficients(TERMS, 2 * TERMS)[1:] for one in members)
-        a, b = (own / np.linalg.norm(own) for own in varying)
+        members = (distribution.midpoint() for _, distribution in (first, second))
+        varying = (member.hermite_coefficients(TERMS, 2 * TERMS)[1:] for member in members)
+        a, b = (coefficients / np.linalg.norm(coefficients) for coefficients in varying)
         series = np.concatenate([[-sought], a * b])
         low, high = polynomial.polyval([-NEARLY_ONE, NEARLY_ONE], series)
         if low > 0 or high < 0:
@@ -146,21 +146,21 @@ class Correlated:
         return float(brentq(lambda r: polynomial.polyval(r, series), -NEARLY_ONE, NEARLY_ONE))  # pyright: ignore[reportArgumentType]
 
 
-def _member(name: Any, one: Any) -> Any:
+def _member(name: Any, member: Any) -> Any:
     """Return an input that can be correlated; raise `InputError` if it has no distribution."""
-    own = f"Correlated input {name!r}"
+    label = f"Correlated input {name!r}"
     try:
-        one = as_input(one)
+        member = as_input(member)
     except InputError as error:
-        raise InputError(f"{own}: {error}") from None
-    if isinstance(one, Field) and one.random:
+        raise InputError(f"{label}: {error}") from None
+    if isinstance(member, Field) and member.random:
         raise InputError(
-            f"{own} must be a random number; got {one.kind}. Let the response combine independent "
-            "fields f and g: r f + √(1 − r²) g has the correlation r with f"
+            f"{label} must be a random number; got {member.kind}. Let the response combine "
+            "independent fields f and g: r f + √(1 − r²) g has the correlation r with f"
         )
     allowed = "a random number with a distribution: nothing is known of how intervals go together"
-    instance(own, one, Distribution, allowed)
-    return one
+    instance(label, member, Distribution, allowed)
+    return member
 
 
 def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:

@@ -51,7 +51,9 @@ class Distribution(Input):
     """
 
     def __post_init__(self) -> None:
-        for corner in product(*((one.lower, one.upper) for one in self.intervals.values())):
+        for corner in product(
+            *((interval.lower, interval.upper) for interval in self.intervals.values())
+        ):
             if self.intervals:
                 self.replaced(dict(zip(self.intervals, corner, strict=True)))
         if self.intervals:
@@ -66,7 +68,7 @@ class Distribution(Input):
 
     def __repr__(self) -> str:
         """Return how it is written, without parameters that are not given."""
-        named = {one.name: getattr(self, one.name) for one in fields(self)}  # pyright: ignore[reportArgumentType]
+        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}  # pyright: ignore[reportArgumentType]
         shown = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
         return f"{type(self).__name__}({shown})"
 
@@ -107,12 +109,14 @@ class Distribution(Input):
     @property
     def intervals(self) -> dict[str, Interval]:
         """The parameters that are intervals, by name."""
-        named = {one.name: getattr(self, one.name) for one in fields(self)}  # pyright: ignore[reportArgumentType]
+        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}  # pyright: ignore[reportArgumentType]
         return {name: value for name, value in named.items() if isinstance(value, Interval)}
 
     def midpoint(self) -> Self:
         """Return the distribution with all intervals at their midpoints."""
-        middles = {name: (one.lower + one.upper) / 2 for name, one in self.intervals.items()}
+        middles = {
+            name: (interval.lower + interval.upper) / 2 for name, interval in self.intervals.items()
+        }
         return self.replaced(middles) if middles else self
 
     def replaced(self, parameters: Mapping[str, float]) -> Self:
@@ -123,18 +127,18 @@ class Distribution(Input):
         """Return the distributions at values of parameters, numbers or of shape (n,)."""
         if not parameters:
             return self
-        own = object.__new__(type(self))
-        for one in fields(self):  # pyright: ignore[reportArgumentType]
-            value = parameters.get(one.name, getattr(self, one.name))
-            object.__setattr__(own, one.name, value)
-        return own
+        distribution = object.__new__(type(self))
+        for parameter in fields(self):  # pyright: ignore[reportArgumentType]
+            value = parameters.get(parameter.name, getattr(self, parameter.name))
+            object.__setattr__(distribution, parameter.name, value)
+        return distribution
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        own = self._frozen
+        frozen = self._frozen
         with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
             warnings.simplefilter("ignore")
-            low, high = own.ppf(ndtr(np.minimum(z, 0.0))), own.isf(ndtr(-np.maximum(z, 0.0)))
+            low, high = frozen.ppf(ndtr(np.minimum(z, 0.0))), frozen.isf(ndtr(-np.maximum(z, 0.0)))
         return np.where(z < 0, low, high)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
@@ -245,24 +249,28 @@ class Spread(Distribution):
         object.__setattr__(self, "cv", None)
 
 
-def checked_std(one: Spread | Moments, mean: float) -> float:
+def checked_std(distribution: Spread | Moments, mean: float) -> float:
     """Return the standard deviation that `std` or `cv` tells; `InputError` if it is impossible."""
-    name = type(one).__name__
-    if (one.std is None) == (one.cv is None):
-        got = "neither" if one.std is None else f"both: std={one.std!r} and cv={one.cv!r}"
-        raise InputError(f"{name} must have either std or cv; got {got}")
-    if one.cv is not None:
-        cv = numbers(f"{name} cv", one.cv)
+    name = type(distribution).__name__
+    if (distribution.std is None) == (distribution.cv is None):
+        text = (
+            "neither"
+            if distribution.std is None
+            else f"both: std={distribution.std!r} and cv={distribution.cv!r}"
+        )
+        raise InputError(f"{name} must have either std or cv; got {text}")
+    if distribution.cv is not None:
+        cv = numbers(f"{name} cv", distribution.cv)
         _scattering(name, "cv", cv)
-        if cv > one.usual_cv:
+        if cv > distribution.usual_cv:
             warn(
                 f"{name} cv is {cv:g}, a standard deviation of {cv:g} times the mean; is it in per "
                 "cent? A cv of 0.05 is 5 %"
             )
         if mean == 0:
             raise InputError(f"{name} cv must be given as std where the mean is 0")
-    own = one.std if one.cv is None else one.cv * abs(mean)
-    std = float(numbers(f"{name} std", own))  # pyright: ignore[reportArgumentType]
+    spread = distribution.std if distribution.cv is None else distribution.cv * abs(mean)
+    std = float(numbers(f"{name} std", spread))  # pyright: ignore[reportArgumentType]
     _scattering(name, "std", std)
     plausible_spread(f"{name} std", std, mean)
     return std
@@ -311,21 +319,21 @@ class Moments(Distribution):
         name = type(self).__name__
         moments = {k: getattr(self, k) for k in ("mean", "std", "cv")}
         of_moments = any(value is not None for value in moments.values())
-        own = [getattr(self, k) for k in self.own]
-        given_own = sum(value is not None for value in own)
+        parameters = [getattr(self, k) for k in self.own]
+        given_own = sum(value is not None for value in parameters)
         if given_own != (0 if of_moments else 2):
-            given = dict(zip(self.own, own, strict=True)) | moments
-            told = ", ".join(f"{k}={v!r}" for k, v in given.items() if v is not None)
+            given = dict(zip(self.own, parameters, strict=True)) | moments
+            text = ", ".join(f"{k}={v!r}" for k, v in given.items() if v is not None)
             raise InputError(
                 f"{name} must have either {' and '.join(self.own)}, or mean and one of std and cv; "
-                f"got {told or 'none'}"
+                f"got {text or 'none'}"
             )
         if of_moments:
             mean = float(numbers(f"{name} mean", self.mean))  # pyright: ignore[reportArgumentType]
             std = checked_std(self, mean)
             self.check_moments(mean, std)
-            own = map(float, self.of_moments(mean, std))
-        for k, value in zip(self.own, own, strict=True):
+            parameters = map(float, self.of_moments(mean, std))
+        for k, value in zip(self.own, parameters, strict=True):
             object.__setattr__(
                 self, k, float(positive(f"{name} {k}", numbers(f"{name} {k}", value)))
             )

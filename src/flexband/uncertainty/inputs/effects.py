@@ -45,13 +45,13 @@ def never_read(response: Response, inputs: Mapping[str, Input]) -> list[str]:
     code = inner.__code__
     if WATCHERS & set(code.co_names):
         return []
-    own = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    arguments = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     read = set(code.co_cellvars)
     for instruction in dis.get_instructions(code):
         name = instruction.argval
         if instruction.opname not in ("STORE_FAST", "DELETE_FAST"):
             read |= set(name) if isinstance(name, tuple) else {name}
-    return [name for name in inputs if name in own and name not in read]
+    return [name for name in inputs if name in arguments and name not in read]
 
 
 def without_effect(
@@ -69,17 +69,19 @@ def without_effect(
     points : ξ of shape (runs, n) and η of shape (runs, m).
     values : of the runs, shape (runs, …).
     """
-    runs, own = _Runs.of(*points, values), _variables(space)
+    runs, masks = _Runs.of(*points, values), _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension
     sure, likely = {}, []
-    for name, one in space.inputs.items():
-        if isinstance(one, Constant) or (isinstance(one, Interval) and one.lower == one.upper):
+    for name, input_ in space.inputs.items():
+        if isinstance(input_, Constant) or (
+            isinstance(input_, Interval) and input_.lower == input_.upper
+        ):
             continue
-        proof = runs.proof(own[name])
-        if proof is None and one.random and not runs.has_pairs(own[name]):
+        proof = runs.proof(masks[name])
+        if proof is None and input_.random and not runs.has_pairs(masks[name]):
             proof = runs.proof(together)
         if proof:
-            sure[name] = len(np.unique(runs.keys[own[name]].sum(axis=0)))
+            sure[name] = len(np.unique(runs.keys[masks[name]].sum(axis=0)))
         elif proof is False:
             likely.append(name)
     return sure, likely
@@ -93,20 +95,20 @@ def all_have_effects(
     Parameters are those of `without_effect`.
     """
     few = slice(FEW)
-    runs, own = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
-    return all(runs.differ(which) for which in own.values() if which.any())
+    runs, masks = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
+    return all(runs.differ(which) for which in masks.values() if which.any())
 
 
 def probes(space: Space, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Return ξ and η of 2 (1 + inputs) runs: pairs for each of the inputs at two random places."""
-    generator, own = np.random.default_rng(0), _variables(space)
+    generator, masks = np.random.default_rng(0), _variables(space)
     n, m = space.random_dimension, space.interval_dimension
     points = []
     for _ in range(2):
         xi = of_normals(generator.standard_normal((2, n)), space.families)
         eta = generator.uniform(-1.0, 1.0, (2, m))
-        here, there = np.concatenate([xi, eta], axis=1)
-        points += [here, *(np.where(own[name], there, here) for name in names)]
+        base, auxiliary = np.concatenate([xi, eta], axis=1)
+        points += [base, *(np.where(masks[name], auxiliary, base) for name in names)]
     all_points = np.stack(points)
     return all_points[:, :n], all_points[:, n:]
 
@@ -116,8 +118,8 @@ def _variables(space: Space) -> dict[str, np.ndarray]:
     owners = [
         name
         for random in (True, False)
-        for name, one in space.of_kind(random=random).items()
-        for _ in range(one.dimension)
+        for name, input_ in space.of_kind(random=random).items()
+        for _ in range(input_.dimension)
     ]
     return {name: np.array([owner == name for owner in owners]) for name in space.inputs}
 
@@ -147,38 +149,38 @@ class _Runs:
         random = np.arange(len(codes)) < xi.shape[1]
         return _Runs(codes, codes * (2 * factors + 1)[:, None], random, values)
 
-    def pairs(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def pairs(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of runs that differ in these variables only: chains of pairs."""
-        rest, key = self.keys[~own].sum(axis=0), self.keys[own].sum(axis=0)
+        rest, key = self.keys[~mask].sum(axis=0), self.keys[mask].sum(axis=0)
         order = np.lexsort((key, rest))
         first, second = order[:-1], order[1:]
         pair = (rest[first] == rest[second]) & (key[first] != key[second])
         return first[pair], second[pair]
 
-    def has_pairs(self, own: np.ndarray) -> bool:
-        return len(self.pairs(own)[0]) > 0
+    def has_pairs(self, mask: np.ndarray) -> bool:
+        return len(self.pairs(mask)[0]) > 0
 
-    def differ(self, own: np.ndarray) -> bool:
+    def differ(self, mask: np.ndarray) -> bool:
         """Return whether two runs that differ in these variables only have other values."""
-        pairs = self.pairs(own)
+        pairs = self.pairs(mask)
         return len(pairs[0]) > 0 and not self._equal(*pairs)
 
-    def proof(self, own: np.ndarray) -> bool | None:
+    def proof(self, mask: np.ndarray) -> bool | None:
         """Return whether it is proven that these variables change nothing; None if they do.
 
         None also if there are no pairs.
         """
-        first, second = self.pairs(own)
+        first, second = self.pairs(mask)
         if not len(first) or not self._equal(first, second):
             return None
         codes, keys = self.codes[:, first], self.keys[:, first]
-        samples = self.random & ~own
+        samples = self.random & ~mask
         counts = [len(np.unique(row)) for row in codes[samples]]
         joint = len(np.unique(keys[samples].sum(axis=0)))
         if counts and set(counts) == {joint}:  # samples, which differ in all their variables
             counts = [joint]
-        counts += [len(np.unique(row)) for row in codes[~own & ~self.random]]
-        places = len(np.unique(keys[~own].sum(axis=0)))
+        counts += [len(np.unique(row)) for row in codes[~mask & ~self.random]]
+        places = len(np.unique(keys[~mask].sum(axis=0)))
         return min(counts, default=2) > 1 and places == math.prod(counts)
 
     def _equal(self, first: np.ndarray, second: np.ndarray) -> bool:

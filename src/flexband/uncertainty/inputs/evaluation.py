@@ -41,16 +41,16 @@ def explained(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -
     """
     hint = _of_other_sign(space, xi, eta)
     if not isinstance(error, RunError | InputError | MemoryError):
-        told = ". ".join(filter(None, (raised(error, space.inputs), hint)))
-        found: Exception = RunError(f"{told}; {inputs_in_words(space, xi, eta)}", {})
+        text = ". ".join(filter(None, (raised(error, space.inputs), hint)))
+        new_error: Exception = RunError(f"{text}; {inputs_in_words(space, xi, eta)}", {})
     elif not hint or isinstance(error, MemoryError):
         return error
     elif isinstance(error, RunError):
-        found = type(error)(f"{error}. {hint}", error.failures, error.results)
+        new_error = type(error)(f"{error}. {hint}", error.failures, error.results)
     else:
-        found = InputError(f"{error}. {hint}")
-    found.__cause__ = error
-    return found
+        new_error = InputError(f"{error}. {hint}")
+    new_error.__cause__ = error
+    return new_error
 
 
 def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
@@ -70,9 +70,9 @@ def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -
     values : of all runs, shape (runs,), by the name of the input.
     """
     names, out = list(values), []
-    for own in values.values():
-        spread = np.ptp(own)
-        out.append(abs(own[run] - np.median(own)) / spread if spread else 0.0)
+    for column in values.values():
+        spread = np.ptp(column)
+        out.append(abs(column[run] - np.median(column)) / spread if spread else 0.0)
     count = len(names) if len(names) <= MOST_INPUTS else FEW_INPUTS
     which = np.sort(np.argsort(-np.array(out), kind="stable")[:count])
     words = [f"{names[k]} = {float(values[names[k]][run]):.{digits}g}" for k in which]
@@ -86,21 +86,21 @@ def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
     It names distributions that have none.
     """
     values, nominal = space.values(xi, eta), space.values(*space.nominal())
-    found = []
-    for name, one in space.of_kind(random=True).items():
-        middle, own = nominal[name], values[name]
-        if callable(middle) or callable(own) or one.dimension > 1:
+    sentences = []
+    for name, input_ in space.of_kind(random=True).items():
+        middle, run_values = nominal[name], values[name]
+        if callable(middle) or callable(run_values) or input_.dimension > 1:
             continue
         middle = float(middle[0])
-        worst = float(own[np.argmin(own * np.sign(middle))])
+        worst = float(run_values[np.argmin(run_values * np.sign(middle))])
         if middle * worst < 0:
             sign, bound = ("negative", "lower") if middle > 0 else ("positive", "upper")
             other = "A LogNormal or a" if middle > 0 else "A"
-            found.append(
-                f"{name} = {worst:.6g} is a value of {one!r}. {other} TruncatedNormal with "
+            sentences.append(
+                f"{name} = {worst:.6g} is a value of {input_!r}. {other} TruncatedNormal with "
                 f"{bound}=0 has no {sign} values"
             )
-    return "; ".join(found)
+    return "; ".join(sentences)
 
 
 def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
@@ -191,9 +191,14 @@ def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
             f"got {part.shape[1:]}"
         )
     for name, index in labels.indexes.items():
-        own = part.indexes.get(name)
-        if own is not None and own.is_unique and not own.equals(index) and set(own) == set(index):
-            part = part.isel({name: own.get_indexer(index)})
+        part_index = part.indexes.get(name)
+        if (
+            part_index is not None
+            and part_index.is_unique
+            and not part_index.equals(index)
+            and set(part_index) == set(index)
+        ):
+            part = part.isel({name: part_index.get_indexer(index)})
     for name in dict.fromkeys([*labels.coords, *part.coords]):
         if name not in part.coords or name not in labels.coords:
             raise InputError(

@@ -64,15 +64,15 @@ class NarrowedInputs:
     def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return new ξ and η of old η and ξ, (points, m + n), about, if they are not linear."""
         changed = np.isfinite(self.radius) & (self.radius > 0)
-        left = [
+        columns = [
             k
             for k in range(old.shape[1])
             if k not in self.substitutions or self.substitutions[k].remains
         ]
         new = np.where(changed, (old - self.center) / np.where(changed, self.radius, 1.0), old)
         m = self.space.interval_dimension
-        new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, left]
-        scaled = changed[left]
+        new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, columns]
+        scaled = changed[columns]
         scaled[:m] = False
         units = np.concatenate([np.ones(m), _units(self.space)])
         new[:, scaled] *= units[scaled]
@@ -92,39 +92,39 @@ def part_of(space: Space, changes: Mapping[str, Any]) -> NarrowedInputs:
     first = _numbers_of_variables(space)
     total = space.interval_dimension + space.random_dimension
     center, radius = np.zeros(total), np.full(total, np.inf)
-    given, found = dict(space.given), {}
+    given, substitutions = dict(space.given), {}
     for name, change in changes.items():
-        one = _old(space, name)
+        old = _old(space, name)
         owner, _, parameter = name.rpartition(".")
         new = _new(name, change)
-        if isinstance(one, RandomField) and isinstance(new, RandomField) and new.domain is None:
-            new = replace(new, domain=one.domain)
+        if isinstance(old, RandomField) and isinstance(new, RandomField) and new.domain is None:
+            new = replace(new, domain=old.domain)
         if name not in given:  # a parameter that is an interval stays one, maybe of no width
             kept: Any = Interval(change, change) if is_number(change) else new
             given[owner] = replace(given[owner], **{parameter: kept})
         else:
             given[name] = new
         try:
-            own = _substitutions(one, new, keeps=name not in space.given)
+            parts = _substitutions(old, new, keeps=name not in space.given)
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
-        for k, (substitution, *where) in enumerate(own, first[name]):
-            found[k], (center[k], radius[k]) = substitution, where
+        for k, (substitution, *where) in enumerate(parts, first[name]):
+            substitutions[k], (center[k], radius[k]) = substitution, where
     unit = np.concatenate([np.ones(space.interval_dimension), _units(space)])
     narrower = Space(given)
-    for name, one in space.inputs.items():
+    for name, old in space.inputs.items():
         new = narrower.inputs[name]
-        if isinstance(one, PBox) and isinstance(new, PBox) and one.family != new.family:
-            found[first[name]] = _between_middles(one.distribution, new.distribution)
-    return NarrowedInputs(narrower, found, center, radius, unit)
+        if isinstance(old, PBox) and isinstance(new, PBox) and old.family != new.family:
+            substitutions[first[name]] = _between_middles(old.distribution, new.distribution)
+    return NarrowedInputs(narrower, substitutions, center, radius, unit)
 
 
-def _between_middles(one: Distribution, new: Distribution) -> Substitution:
+def _between_middles(old_distribution: Distribution, new: Distribution) -> Substitution:
     """Return ξ of a p-box whose polynomials change with the midpoints of its parameters.
 
     Equal probabilities have equal variables.
     """
-    old, middle = one.midpoint(), new.midpoint()
+    old, middle = old_distribution.midpoint(), new.midpoint()
 
     def old_xi(xi: np.ndarray) -> np.ndarray:
         score = middle.to_normal(np.ravel(middle.value(xi[:, None])))
@@ -147,63 +147,67 @@ def fixed(
     Intervals are fixed at their midpoints, random inputs at their means, and fields at those of
     every position. Correlated inputs have to be fixed together.
     """
-    first, found = _numbers_of_variables(space), {}
-    xi, eta = space.standardized({name: _nominal(one) for name, one in space.inputs.items()})
+    first, substitutions = _numbers_of_variables(space), {}
+    xi, eta = space.standardized({name: _nominal(input_) for name, input_ in space.inputs.items()})
     m, families = space.interval_dimension, space.families
     for name in names:
-        one = space.inputs[name]
-        for k in range(first[name], first[name] + one.dimension):
-            if one.random:
-                found[k] = fixed_random(families[k - m], float(xi[0, k - m]))
+        input_ = space.inputs[name]
+        for k in range(first[name], first[name] + input_.dimension):
+            if input_.random:
+                substitutions[k] = fixed_random(families[k - m], float(xi[0, k - m]))
             else:
-                found[k] = fixed_interval(float(eta[0, k]))
-    return found, tuple(one for k, one in enumerate(families, m) if k not in found)
+                substitutions[k] = fixed_interval(float(eta[0, k]))
+    return substitutions, tuple(
+        family for k, family in enumerate(families, m) if k not in substitutions
+    )
 
 
-def _nominal(one: Input) -> Any:
+def _nominal(input_: Input) -> Any:
     """Return an input's midpoint or mean; of a field its standard variables or its values."""
-    if isinstance(one, Constant):
-        return one.constant
-    own = one.distribution if isinstance(one, PBox | Score) else one
-    if isinstance(own, Distribution):
-        return _mean(own.midpoint())
-    middle = np.zeros((1, one.dimension))
-    if isinstance(one, RandomField):
+    if isinstance(input_, Constant):
+        return input_.constant
+    distribution = input_.distribution if isinstance(input_, PBox | Score) else input_
+    if isinstance(distribution, Distribution):
+        return _mean(distribution.midpoint())
+    middle = np.zeros((1, input_.dimension))
+    if isinstance(input_, RandomField):
         return middle
-    value: Any = one.value(middle)
-    return value(one.places) if isinstance(one, IntervalField) else value
+    value: Any = input_.value(middle)
+    return value(input_.places) if isinstance(input_, IntervalField) else value
 
 
-def _mean(one: Distribution) -> float:
+def _mean(distribution: Distribution) -> float:
     """Return the mean, of what SciPy has no distribution for by Gauss points."""
-    if one.frozen is not None:
-        return float(one.frozen.mean())
-    xi, weights = one.family.gauss(GAUSS_POINTS)
-    return float(weights @ one.value(xi[:, None]))
+    if distribution.frozen is not None:
+        return float(distribution.frozen.mean())
+    xi, weights = distribution.family.gauss(GAUSS_POINTS)
+    return float(weights @ distribution.value(xi[:, None]))
 
 
 def _numbers_of_variables(space: Space) -> dict[str, int]:
     """Return the number of the first variable of every uncertain input, η first."""
     numbers, k = {}, 0
     for random in (False, True):
-        for name, one in space.of_kind(random=random).items():
+        for name, input_ in space.of_kind(random=random).items():
             numbers[name] = k
-            k += one.dimension
+            k += input_.dimension
     return numbers
 
 
 def _old(space: Space, name: str) -> Input:
-    one = space.inputs.get(name)
-    if one is None or isinstance(one, Constant):
-        uncertain = [k for k, own in space.inputs.items() if not isinstance(own, Constant)]
+    old = space.inputs.get(name)
+    if old is None or isinstance(old, Constant):
+        uncertain = [k for k, input_ in space.inputs.items() if not isinstance(input_, Constant)]
         raise InputError(f"{name} must be one of the uncertain inputs {', '.join(uncertain)}")
     for group in space.given.values():
         if isinstance(group, Correlated) and name in group.members:
             raise InputError(f"{name} cannot be narrowed, since it is correlated with others")
-    if one.random and one.intervals:
-        own = " and ".join(f"{name}.{parameter}" for parameter in one.intervals)
-        raise InputError(f"{name} is narrowed by its parameters that are intervals: {own}")
-    return one
+    if old.random and old.intervals:
+        parameter_names = " and ".join(f"{name}.{parameter}" for parameter in old.intervals)
+        raise InputError(
+            f"{name} is narrowed by its parameters that are intervals: {parameter_names}"
+        )
+    return old
 
 
 def _new(name: str, change: Any) -> Any:
@@ -225,58 +229,58 @@ Placed = tuple[Substitution, float, float]
 """A substitution, and the center and the radius of its part."""
 
 
-def _substitutions(one: Input, new: Any, *, keeps: bool) -> list[Placed]:
+def _substitutions(old: Input, new: Any, *, keeps: bool) -> list[Placed]:
     """Return one substitution per variable of an input."""
-    if isinstance(one, Interval | Chosen):
-        return [_of_interval(one, new, keeps=keeps)]
-    if isinstance(one, Distribution):
-        return [_of_distribution(one, new)]
-    if isinstance(one, RandomField) and isinstance(new, RandomField):
-        return _of_field(one, new)
-    raise InputError(f"{type(one).__name__} cannot be narrowed to {shown(new)}")
+    if isinstance(old, Interval | Chosen):
+        return [_of_interval(old, new, keeps=keeps)]
+    if isinstance(old, Distribution):
+        return [_of_distribution(old, new)]
+    if isinstance(old, RandomField) and isinstance(new, RandomField):
+        return _of_field(old, new)
+    raise InputError(f"{type(old).__name__} cannot be narrowed to {shown(new)}")
 
 
-def _of_interval(one: Interval | Chosen, new: Any, *, keeps: bool) -> Placed:
+def _of_interval(old: Interval | Chosen, new: Any, *, keeps: bool) -> Placed:
     if not isinstance(new, float | Interval):
-        raise InputError(f"must be a number or an Interval within {one!r}; got {shown(new)}")
+        raise InputError(f"must be a number or an Interval within {old!r}; got {shown(new)}")
     ends = (new, new) if isinstance(new, float) else (new.lower, new.upper)
-    low, high = one.standard(np.array(ends))
+    low, high = old.standard(np.array(ends))
     center, radius = (low + high) / 2, (high - low) / 2
     if isinstance(new, float) and not keeps:
         return fixed_interval(center), center, 0.0
     return interval_part(center, radius), center, radius
 
 
-def _of_distribution(one: Distribution, new: Any) -> Placed:
+def _of_distribution(old: Distribution, new: Any) -> Placed:
     if not isinstance(new, float | Distribution):
-        raise InputError(f"must be a number or a distribution within {one!r}; got {shown(new)}")
-    told = "it is" if isinstance(new, float) else "its 3σ range ends"
+        raise InputError(f"must be a number or a distribution within {old!r}; got {shown(new)}")
+    clause = "it is" if isinstance(new, float) else "its 3σ range ends"
     reach = np.array([-COVERED, COVERED])
     ends = np.array([new, new]) if isinstance(new, float) else new.at_normal(reach)
-    scores = one.to_normal(ends)
+    scores = old.to_normal(ends)
     if not np.all(np.abs(scores) <= COVERED + ROUNDING):
         farther = scores[np.argmax(np.abs(scores))]
         raise InputError(
-            f"{new!r} is beyond the runs: {told} at {farther:.3g} standard deviations of {one!r}; "
-            f"allowed are {COVERED:g}"
+            f"{new!r} is beyond the runs: {clause} at {farther:.3g} standard deviations of "
+            f"{old!r}; allowed are {COVERED:g}"
         )
-    low, high = np.ravel(one.standard(ends)).tolist()
+    low, high = np.ravel(old.standard(ends)).tolist()
     where = (low + high) / 2, (high - low) / 2
     if isinstance(new, float):
-        return fixed_random(one.family, low), *where
+        return fixed_random(old.family, low), *where
 
     def old_xi(xi: np.ndarray) -> np.ndarray:
-        return np.ravel(one.standard(np.ravel(new.value(xi[:, None]))))
+        return np.ravel(old.standard(np.ravel(new.value(xi[:, None]))))
 
-    part = random_part(one.family, new.family, old_xi)
+    part = random_part(old.family, new.family, old_xi)
     part.matrix(1)  # refuses values that the old distribution does not have
     return part, *where
 
 
-def _of_field(one: RandomField, new: RandomField) -> list[Placed]:
-    stds = one.std, new.std
-    changed = [f.name for f in fields(one) if getattr(one, f.name) != getattr(new, f.name)]
-    if changed != ["std"] or not all(is_number(s) for s in stds) or one.distribution != "normal":
+def _of_field(old: RandomField, new: RandomField) -> list[Placed]:
+    stds = old.std, new.std
+    changed = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
+    if changed != ["std"] or not all(is_number(s) for s in stds) or old.distribution != "normal":
         raise InputError(
             f"a normal RandomField can be narrowed in its std, a number; {', '.join(changed)} "
             "of the new one differ"
@@ -284,5 +288,5 @@ def _of_field(one: RandomField, new: RandomField) -> list[Placed]:
     ratio = float(stds[1]) / float(stds[0])  # pyright: ignore[reportArgumentType]
     if ratio > 1 + ROUNDING:
         raise InputError(f"std must be {stds[0]:g} or less; got {stds[1]:g}")
-    part = random_part(one.family, one.family, lambda xi: ratio * xi)
-    return [(part, 0.0, COVERED * ratio)] * one.dimension
+    part = random_part(old.family, old.family, lambda xi: ratio * xi)
+    return [(part, 0.0, COVERED * ratio)] * old.dimension

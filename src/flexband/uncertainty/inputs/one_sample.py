@@ -40,13 +40,13 @@ def of_one_sample(
     if _shape_of_result(response, {k: _one(v, middle) for k, v in arguments.items()}) is None:
         return None
     reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-    found = InputError(
+    input_error = InputError(
         "the response must take arrays of shape (n,), one value per sample. This one takes the "
         f"numbers of one sample only (with arrays: {reason}). To call it once per sample, write\n"
         "    response = fb.samplewise(response)"
     )
-    found.__cause__ = error
-    return found
+    input_error.__cause__ = error
+    return input_error
 
 
 def _of_response(error: Exception) -> bool:

@@ -19,8 +19,8 @@ END_SHARE = 0.3
 def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:
     """Return ξ of the families at standard normal variables, both of shape (points, n)."""
     xi = normals.copy()
-    for own, family in zip(xi.T, families, strict=True):
-        own[:] = family.of_normal(own)
+    for column, family in zip(xi.T, families, strict=True):
+        column[:] = family.of_normal(column)
     return xi
 
 

@@ -51,29 +51,31 @@ class Space:
     @cached_property
     def arguments(self) -> list[str]:
         """The names of the response's arguments: the inputs without those that are parameters."""
-        parameters = {f"{k}.{p}" for k, one in self.inputs.items() for p in one.intervals}
+        parameters = {f"{k}.{p}" for k, input_ in self.inputs.items() for p in input_.intervals}
         return [name for name in self.inputs if name not in parameters]
 
     def of_kind(self, *, random: bool) -> dict[str, Input]:
         """Return the random or the interval inputs."""
         inputs = self.inputs.items()
-        return {name: one for name, one in inputs if one.random == random and one.dimension}
+        return {
+            name: input_ for name, input_ in inputs if input_.random == random and input_.dimension
+        }
 
     @property
     def random_dimension(self) -> int:
         """Number n of variables ξ."""
-        return sum(one.dimension for one in self.of_kind(random=True).values())
+        return sum(input_.dimension for input_ in self.of_kind(random=True).values())
 
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
-        return sum(one.dimension for one in self.of_kind(random=False).values())
+        return sum(input_.dimension for input_ in self.of_kind(random=False).values())
 
     @property
     def families(self) -> tuple[Family, ...]:
         """The polynomials of each variable ξ."""
         random = self.of_kind(random=True).values()
-        return tuple(one.family for one in random for _ in range(one.dimension))
+        return tuple(input_.family for input_ in random for _ in range(input_.dimension))
 
     @property
     def advice_on_fields(self) -> str:
@@ -81,7 +83,7 @@ class Space:
         fields = [(k, i) for k, i in self.of_kind(random=True).items() if isinstance(i, Field)]
         if not fields:
             return ""
-        terms = " and ".join(f"{name} has {one.dimension}" for name, one in fields)
+        terms = " and ".join(f"{name} has {field.dimension}" for name, field in fields)
         return (
             f". Of the random variables, {terms}; LHSScanning, SobolScanning and MonteCarlo take "
             "any number of them"
@@ -90,15 +92,15 @@ class Space:
     @cached_property
     def factor(self) -> np.ndarray | None:
         """L of z = L ξ for correlated inputs, and 1 for the others; None if there are none."""
-        groups = [one for one in self.given.values() if isinstance(one, Correlated)]
+        groups = [group for group in self.given.values() if isinstance(group, Correlated)]
         if not groups:
             return None
         random = self.of_kind(random=True).items()
-        owners = [name for name, one in random for _ in range(one.dimension)]
+        owners = [name for name, input_ in random for _ in range(input_.dimension)]
         factor = np.eye(len(owners))
-        for one in groups:
-            own = [owners.index(name) for name in one.members]
-            factor[np.ix_(own, own)] = one.factor
+        for group in groups:
+            indices = [owners.index(name) for name in group.members]
+            factor[np.ix_(indices, indices)] = group.factor
         return factor
 
     def nominal(self) -> tuple[np.ndarray, np.ndarray]:
@@ -107,19 +109,26 @@ class Space:
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        return {name: one.value(own) for name, (one, own) in self._placed(xi, eta).items()}
+        return {
+            name: input_.value(standard)
+            for name, (input_, standard) in self._placed(xi, eta).items()
+        }
 
     def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
         """Return the inputs at values of their parameters, and their variables, by name."""
-        left = {True: self._scores(xi), False: eta}
+        remaining = {True: self._scores(xi), False: eta}
         columns = {}
-        for name, one in self.inputs.items():
-            width = [one.dimension]
-            columns[name], left[one.random] = np.split(left[one.random], width, axis=1)
-        numbers = {n: one.value(columns[n]) for n, one in self.inputs.items() if not one.random}
+        for name, input_ in self.inputs.items():
+            width = [input_.dimension]
+            columns[name], remaining[input_.random] = np.split(
+                remaining[input_.random], width, axis=1
+            )
+        numbers = {
+            n: input_.value(columns[n]) for n, input_ in self.inputs.items() if not input_.random
+        }
         return {
-            name: (one.at(_parameters(name, one, numbers)), columns[name])
-            for name, one in self.inputs.items()
+            name: (input_.at(_parameters(name, input_, numbers)), columns[name])
+            for name, input_ in self.inputs.items()
         }
 
     def _scores(self, xi: np.ndarray) -> np.ndarray:
@@ -138,26 +147,28 @@ class Space:
 
         An interval field has one for each of its control points, a random field none.
         """
-        found: dict[str, np.ndarray] = {}
-        for name, (one, own) in self._placed(xi, eta).items():
-            if not isinstance(one, Constant):
-                found |= one.as_numbers(name, own)
-        return found
+        numbers: dict[str, np.ndarray] = {}
+        for name, (input_, standard) in self._placed(xi, eta).items():
+            if not isinstance(input_, Constant):
+                numbers |= input_.as_numbers(name, standard)
+        return numbers
 
     def recorded_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
         """Return all numbers that tell runs apart, each of shape (runs,).
 
         They are those of `numbers_at`, the standard variables of random fields, and constants.
         """
-        found: dict[str, np.ndarray] = {}
-        for name, (one, own) in self._placed(xi, eta).items():
-            if isinstance(one, Constant):
-                if not isinstance(one.constant, str):
-                    found[name] = np.full(len(xi), float(one.constant))
+        run_numbers: dict[str, np.ndarray] = {}
+        for name, (input_, standard) in self._placed(xi, eta).items():
+            if isinstance(input_, Constant):
+                if not isinstance(input_.constant, str):
+                    run_numbers[name] = np.full(len(xi), float(input_.constant))
             else:
-                numbers = one.as_numbers(name, own)
-                found |= numbers or {f"{name}[{k}]": column for k, column in enumerate(own.T)}
-        return found
+                numbers = input_.as_numbers(name, standard)
+                run_numbers |= numbers or {
+                    f"{name}[{k}]": column for k, column in enumerate(standard.T)
+                }
+        return run_numbers
 
     def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
@@ -166,7 +177,9 @@ class Space:
         (runs, terms), an interval field by its values at its `places`, shape (runs, places).
         Constants may be left out. Names, shapes and values that do not fit raise `InputError`.
         """
-        needed = {k: one for k, one in self.inputs.items() if not isinstance(one, Constant)}
+        needed = {
+            k: input_ for k, input_ in self.inputs.items() if not isinstance(input_, Constant)
+        }
         for name, value in values.items():
             if name in self.inputs and name not in needed:
                 _check_constant(name, self.inputs[name], value)  # pyright: ignore[reportArgumentType]
@@ -177,17 +190,17 @@ class Space:
                 f"got {', '.join(values) or 'nothing'}"
             )
         columns = {}
-        for name, one in needed.items():
-            own = one.at(_parameters(name, one, values))
-            columns[name] = _standard(name, own, values[name])
+        for name, input_ in needed.items():
+            input_at_values = input_.at(_parameters(name, input_, values))
+            columns[name] = _standard(name, input_at_values, values[name])
         counts = {len(c) for c in columns.values()} - {1}
         if len(counts) > 1:
             raise InputError(f"values must be equally many; got {sorted(counts)}")
         runs = counts.pop() if counts else 1
 
         def joined(*, random: bool) -> np.ndarray:
-            own = [columns[name] for name in self.of_kind(random=random)]
-            repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in own)
+            blocks = [columns[name] for name in self.of_kind(random=random)]
+            repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in blocks)
             return np.concatenate([np.zeros((runs, 0)), *repeated], axis=1)
 
         xi = joined(random=True)
@@ -196,25 +209,25 @@ class Space:
         return xi, joined(random=False)
 
 
-def _parameters(name: str, one: Input, values: Mapping[str, Any]) -> dict[str, Any]:
+def _parameters(name: str, input_: Input, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of the parameters of an input that are intervals."""
-    return {parameter: values[f"{name}.{parameter}"] for parameter in one.intervals}
+    return {parameter: values[f"{name}.{parameter}"] for parameter in input_.intervals}
 
 
-def _check_constant(name: str, one: Constant, value: Any) -> None:
+def _check_constant(name: str, constant: Constant, value: Any) -> None:
     """Raise `InputError` if values of a constant are others."""
-    if np.any(np.asarray(value) != one.constant):
-        raise InputError(f"{name} must be the constant {one.constant!r}; got {shown(value)}")
+    if np.any(np.asarray(value) != constant.constant):
+        raise InputError(f"{name} must be the constant {constant.constant!r}; got {shown(value)}")
 
 
-def _standard(name: str, one: Input, value: Any) -> np.ndarray:
+def _standard(name: str, input_: Input, value: Any) -> np.ndarray:
     """Return the standard variables of values of an input, shape (runs, dimension)."""
     try:
-        standard = one.standard(finite("values", value, "finite", rank=None))
+        standard = input_.standard(finite("values", value, "finite", rank=None))
     except (InputError, ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
     columns = standard.reshape(len(standard) if standard.ndim else 1, -1)
-    if columns.shape[1] != one.dimension:
+    if columns.shape[1] != input_.dimension:
         raise InputError(f"{name}: values must have shape (n,); got {np.shape(value)}")
     if not np.isfinite(columns).all():
         raise InputError(f"{name}: values must be finite; got {shown(value)}")
@@ -223,10 +236,10 @@ def _standard(name: str, one: Input, value: Any) -> np.ndarray:
 
 def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
-    found = Space(first_case(inputs))
-    if all(isinstance(one, Constant) for one in found.inputs.values()):
+    space = Space(first_case(inputs))
+    if all(isinstance(input_, Constant) for input_ in space.inputs.values()):
         raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
-    names = found.arguments
+    names = space.arguments
     try:
         parameters = inspect.signature(response).parameters.values()
     except (TypeError, ValueError):
@@ -249,7 +262,7 @@ def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
 def raised(error: Exception, inputs: Mapping[str, Any]) -> str:
     """Return in words what a response raised; with a `TypeError`, what it is called with."""
     text = f"the response raised {type(error).__name__}: {error}"
-    fields = [name for name, one in inputs.items() if isinstance(one, Field)]
+    fields = [name for name, input_ in inputs.items() if isinstance(input_, Field)]
     if not fields or not isinstance(error, TypeError):
         return text
     return (
@@ -272,25 +285,27 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
         return located, 0
     positions: dict[str, list[np.ndarray]] = {name: [] for name in loose}
 
-    def nominal(name: str, one: Field) -> FunctionOfPosition:
+    def nominal(name: str, field: Field) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
-            own = finite(f"{name}: positions", x, rank=None)
-            positions[name].append(own.ravel())
-            found = one.nominal(np.atleast_2d(own))
-            found = np.broadcast_to(found, (max(runs, len(found)), found.shape[1])).copy()
-            return found[:, 0] if own.ndim == 0 else found
+            points = finite(f"{name}: positions", x, rank=None)
+            positions[name].append(points.ravel())
+            nominal_values = field.nominal(np.atleast_2d(points))
+            nominal_values = np.broadcast_to(
+                nominal_values, (max(runs, len(nominal_values)), nominal_values.shape[1])
+            ).copy()
+            return nominal_values[:, 0] if points.ndim == 0 else nominal_values
 
         return value
 
     fixed = first_case(inputs)
-    given = Space({name: one for name, one in fixed.items() if name not in loose})
+    given = Space({name: input_ for name, input_ in fixed.items() if name not in loose})
     m = given.interval_dimension
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     means = [family.gauss(1)[0] for family in given.families]
     runs = len(eta)
     values = given.arguments_at(tensor_points(means).repeat(runs, axis=0), eta)
-    values |= {name: nominal(name, one) for name, one in loose.items()}
+    values |= {name: nominal(name, field) for name, field in loose.items()}
     try:
         response(**values)
     except Exception as error:
@@ -300,12 +315,12 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
         if isinstance(error, RunError | InputError | MemoryError):
             raise
         raise RunError(raised(error, inputs), {}) from error
-    for name, one in loose.items():
+    for name, field in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:
             raise InputError(
-                f"{name}: {one.kind} needs a domain=(start, end), since the response evaluates it "
-                f"at {f'one position only, {x[0]:g}' if len(x) else 'no position'}"
+                f"{name}: {field.kind} needs a domain=(start, end), since the response evaluates "
+                f"it at {f'one position only, {x[0]:g}' if len(x) else 'no position'}"
             )
-        located[name] = replace(one, domain=(float(x.min()), float(x.max())))  # pyright: ignore
+        located[name] = replace(field, domain=(float(x.min()), float(x.max())))  # pyright: ignore
     return located, runs

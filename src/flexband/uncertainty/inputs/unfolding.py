@@ -27,40 +27,40 @@ def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:
     """
     if not isinstance(given, Mapping):
         raise InputError(f"inputs must be a dict of names and inputs; got {shown(given)}")
-    found: dict[str, Input] = {}
+    inputs: dict[str, Input] = {}
 
-    def add(name: str, one: Input) -> None:
-        if name in found:
+    def add(name: str, input_: Input) -> None:
+        if name in inputs:
             raise InputError(f"two inputs have the name {name!r}")
-        found[name] = one
-        for parameter, interval in one.intervals.items():
+        inputs[name] = input_
+        for parameter, interval in input_.intervals.items():
             add(f"{name}.{parameter}", interval)
 
-    for name, one in given.items():
+    for name, value in given.items():
         if not isinstance(name, str):
             raise InputError(f"the name of an input must be text; got {name!r}")
-        members = one.members if isinstance(one, Correlated) else {name: _as_input(name, one)}
-        for member, own in members.items():
-            add(member, own)
-    return dict(sorted(found.items()))
+        members = value.members if isinstance(value, Correlated) else {name: _as_input(name, value)}
+        for member, input_ in members.items():
+            add(member, input_)
+    return dict(sorted(inputs.items()))
 
 
-def _as_input(name: str, one: Any) -> Input:
+def _as_input(name: str, value: Any) -> Input:
     """Return an input, or a number as a constant."""
     try:
-        one = as_input(one)
+        value = as_input(value)
     except InputError as error:
         raise InputError(f"input {name!r}: {error}") from None
-    if is_number(one):
-        return Constant(one)
-    if not isinstance(one, Input):
+    if is_number(value):
+        return Constant(value)
+    if not isinstance(value, Input):
         raise InputError(
             f"input {name!r} must be a number, an Interval, a Normal or another distribution, a "
-            f"RandomField, Correlated inputs or another Input; got {one!r}"
+            f"RandomField, Correlated inputs or another Input; got {value!r}"
         )
-    return PBox(one) if isinstance(one, Distribution) and one.intervals else one
+    return PBox(value) if isinstance(value, Distribution) and value.intervals else value
 
 
 def in_words(given: Mapping[str, Any]) -> str:
     """Return inputs as a text, in the order of their names."""
-    return "; ".join(f"{name} = {one!r}" for name, one in sorted(given.items()))
+    return "; ".join(f"{name} = {value!r}" for name, value in sorted(given.items()))

@@ -25,13 +25,13 @@ where most bounds are."""
 SEED = 0
 
 
-def between_times(runs: CountedRuns, told: xr.Dataset) -> xr.Dataset:
+def between_times(runs: CountedRuns, diagnostics: xr.Dataset) -> xr.Dataset:
     """Return by how much outputs leave the range of two neighbouring values, between their times.
 
     Parameters
     ----------
     runs : of the response, at whose times there are bands.
-    told : diagnostics of these; ``attrs["halved"]`` names what is finer than in the response.
+    diagnostics : of these; ``attrs["halved"]`` names what is finer than in the response.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def between_times(runs: CountedRuns, told: xr.Dataset) -> xr.Dataset:
     """
     space, labels = runs.space, runs.labels
     assert labels is not None
-    response = _at_more_times(runs.response, space.arguments_at(*space.nominal()), told)
+    response = _at_more_times(runs.response, space.arguments_at(*space.nominal()), diagnostics)
     if response is None:
         return xr.Dataset()
     rng = np.random.default_rng(SEED)
@@ -62,21 +62,23 @@ def between_times(runs: CountedRuns, told: xr.Dataset) -> xr.Dataset:
         return xr.Dataset()
     finally:
         evaluate.failures = failures
-    found = {
+    variables = {
         "above_between": above.max(axis=0), "above_between_least": above.min(axis=0),
         "below_between": below.max(axis=0), "below_between_least": below.min(axis=0),
     }  # fmt: skip
     dims = labels.dims[1:]
-    return xr.Dataset({k: (dims, v) for k, v in found.items()}, attrs={"runs_between": len(good)})
+    return xr.Dataset(
+        {k: (dims, v) for k, v in variables.items()}, attrs={"runs_between": len(good)}
+    )
 
 
 def _at_more_times(
-    response: Response, nominal: dict[str, Any], told: xr.Dataset
+    response: Response, nominal: dict[str, Any], diagnostics: xr.Dataset
 ) -> Response | None:
     """Return the response at more times, on the discretization that the method chose."""
     if not callable(getattr(response, "at_more_times", None)):
         return None
-    for name in told.attrs.get("halved", []):
+    for name in diagnostics.attrs.get("halved", []):
         response = response.refinements(**nominal)[name]  # pyright: ignore
     return response.at_more_times()  # pyright: ignore
 

@@ -21,8 +21,8 @@ def check_method(method: object) -> None:
     """Raise `InputError` if an object is no method."""
     if isinstance(method, type) or not callable(getattr(method, "solve", None)):
         name = method.__name__ if isinstance(method, type) else ""
-        told = f"the class {name}: write {name}(…)" if name else repr(method)
-        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {told}")
+        text = f"the class {name}: write {name}(…)" if name else repr(method)
+        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {text}")
 
 
 def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: int = 1) -> None:
@@ -34,9 +34,9 @@ def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: 
     if runs > most_runs:
         advice = getattr(method, "fitting", None)
         sampled = f". {advice(space, most_runs // count)}" if callable(advice) else ""
-        told = sampled or space.advice_on_fields
+        suggestion = sampled or space.advice_on_fields
         raise InputError(
             f"{method!r} would take {_count(runs)} runs, with {space.random_dimension} random and "
             f"{number_of(space.interval_dimension, 'interval variable')}; most_runs is "
-            f"{most_runs}{told}"
+            f"{most_runs}{suggestion}"
         )

@@ -17,7 +17,7 @@ PLACES = 4
 """Places in the result: of both ends of interval mean and error bar."""
 
 
-def peak_memory(method: Any, intervals: int, runs: int, one: float) -> tuple[float, float]:
+def peak_memory(method: Any, intervals: int, runs: int, run_bytes: float) -> tuple[float, float]:
     """Return the bytes at the peak of a study, and those that each carrier of ringing outputs adds.
 
     A method has `copies`, the number of times that all outputs are in memory while it fits them,
@@ -28,9 +28,9 @@ def peak_memory(method: Any, intervals: int, runs: int, one: float) -> tuple[flo
     ----------
     intervals : number of interval variables.
     runs : number of runs.
-    one : bytes of the outputs of one run.
+    run_bytes : bytes of the outputs of one run.
     """
     expansion = 1 if callable(getattr(method, "expand", None)) else 0
     bands = BOUNDS * (1 + intervals) + IN_RESULT + PLACES * intervals
     most = max(getattr(method, "copies", 2.0) * runs, (1 + expansion) * runs + bands)
-    return LEAST + one * most, one * runs * getattr(method, "copies_per_carrier", 0.0)
+    return LEAST + run_bytes * most, run_bytes * runs * getattr(method, "copies_per_carrier", 0.0)

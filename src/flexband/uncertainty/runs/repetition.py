@@ -121,11 +121,11 @@ def check_stored(
 
 
 def _apart(
-    values: np.ndarray, one: np.ndarray, other: np.ndarray, labels: xr.DataArray
+    values: np.ndarray, first_run: np.ndarray, second_run: np.ndarray, labels: xr.DataArray
 ) -> tuple[float, str]:
     """Return how far two runs differ, in parts of an output's variation, and the output of most."""
     runs = values.reshape(len(values), -1, axes_of(labels).times)
-    off = np.abs(one - other).reshape(runs.shape[1:])
+    off = np.abs(first_run - second_run).reshape(runs.shape[1:])
     size = np.maximum(runs.max(axis=(0, 2)), -runs.min(axis=(0, 2)))
     least = units_of(labels).least_variation(size)
     moved = np.sqrt(np.mean(np.where(off > least[:, None], off, 0.0) ** 2, axis=1))

@@ -65,16 +65,16 @@ def in_cases(
     with without_warnings(ResolutionWarning):
         placed, explored = located(response, inputs, as_store(options["store"]))
     all_inputs = cases(placed)
-    found: dict[str, Result] = {}
+    results: dict[str, Result] = {}
     finished, labels, budget = 0, None, None
 
     def advance(done: int, total: int) -> None:
         nonlocal budget
-        left = len(all_inputs) - len(found)
-        whole = finished + total * left
+        remaining = len(all_inputs) - len(results)
+        whole = finished + total * remaining
         if isinstance(total, Budget):
             budget = total
-        if budget and (total is budget or left > 1):
+        if budget and (total is budget or remaining > 1):
             whole = Budget.of(whole, budget.each)
         if progress is not None:
             progress(finished + done, whole)
@@ -82,14 +82,16 @@ def in_cases(
     with evaluations(response, placed, **options) as evaluate:
         if explored:
             keep_domains(response, placed, evaluate.record)
-        for label, own in all_inputs.items():
-            runs = CountedRuns(response, own, method, evaluate, most_runs, len(all_inputs), advance)
+        for label, case_inputs in all_inputs.items():
+            runs = CountedRuns(
+                response, case_inputs, method, evaluate, most_runs, len(all_inputs), advance
+            )
             runs.labels, runs.case, runs.explored = labels, label, explored
             runs.check = check
             runs.check_left_out()
-            found[label] = solve(runs)
+            results[label] = solve(runs)
             labels, finished = runs.labels, finished + runs.done
-    return found
+    return results
 
 
 Call = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -153,27 +155,27 @@ class CountedRuns:
         if not self.done:
             self.progress(0, self.budget)
         known = setting(self.case, finer)
-        found = self.evaluations(
+        evaluation = self.evaluations(
             response, self.space, known, (xi, eta), self.labels, advance, recorded=recorded
         )
-        assert found.values is not None
-        if found.failed and not getattr(self.method, "leaves_out_failed", False):
-            run, reason = next(iter(found.failed.items()))
+        assert evaluation.values is not None
+        if evaluation.failed and not getattr(self.method, "leaves_out_failed", False):
+            run, reason = next(iter(evaluation.failed.items()))
             raise RunError(
-                f"{self.method!r} needs every run of its design; {len(found.failed)} of "
+                f"{self.method!r} needs every run of its design; {len(evaluation.failed)} of "
                 f"{number_of(len(xi), 'run')} failed, one of them: {reason}; "
                 f"{inputs_in_words(self.space, xi[[run]], eta[[run]])}\n"
                 "RegressionPCCI goes on without them, and so do the scanning methods if other runs "
                 "succeed at every point of the scan",
-                {k: (0.0, why) for k, why in found.failed.items()},
+                {k: (0.0, why) for k, why in evaluation.failed.items()},
             )
         if self.stored is None and recorded:
-            self.stored = found.stored
+            self.stored = evaluation.stored
         first = self.labels is None
-        self.labels = found.values[:0].copy()  # a view would keep all values
+        self.labels = evaluation.values[:0].copy()  # a view would keep all values
         if first and self.check is not None:
             self.check(self.labels)
-        return found.values
+        return evaluation.values
 
     def keep(self, response: Response, call: Call) -> None:
         """Keep runs that succeeded; of the first ones, one is made again."""
@@ -182,15 +184,15 @@ class CountedRuns:
         good = _succeeded(call[2])
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]
-        own = [calls for kept, calls in self.calls if kept is response]
-        if not own:
-            own = [[]]
-            self.calls.append((response, own[0]))
+        calls_of_response = [calls for kept, calls in self.calls if kept is response]
+        if not calls_of_response:
+            calls_of_response = [[]]
+            self.calls.append((response, calls_of_response[0]))
             if all_have_effects(self.space, call[:2], call[2]):
                 self.effective.add(id(response))
         if id(response) in self.effective:  # values, which may be large, are needed no more
             call = *call[:2], np.zeros(0)
-        own[0].append(call)
+        calls_of_response[0].append(call)
 
     def _repeat(
         self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
@@ -261,7 +263,7 @@ class CountedRuns:
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        told = {
+        texts = {
             "method": repr(self.method),
             "inputs": in_words(self.space.given),
             "versions": versions(),
@@ -275,13 +277,13 @@ class CountedRuns:
             why = (
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
-            told["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        return {**counts, **told, **reached(xi)}
+            texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
+        return {**counts, **texts, **reached(xi)}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response, self.space.inputs)
-        response, calls = max(self.calls, key=lambda own: sum(len(call[0]) for call in own[1]))
+        response, calls = max(self.calls, key=lambda entry: sum(len(call[0]) for call in entry[1]))
         idle, likely = ({}, []) if id(response) in self.effective else self._without_effect(calls)
         likely = [name for name in likely if name not in unread]
         further = probes(self.space, likely)
@@ -290,8 +292,8 @@ class CountedRuns:
                 values = self(response, (), *further).values
                 still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
-        for name, one in self.space.inputs.items():
-            if isinstance(one, Constant):
+        for name, input_ in self.space.inputs.items():
+            if isinstance(input_, Constant):
                 continue
             if name in unread:
                 warn(f"input {name!r} changes no output: the response never reads it")
@@ -330,11 +332,11 @@ class Level:
         runs, record = self.runs, self.runs.evaluations.record
         if record is None:
             return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
-        found = generic_runs(record, runs.space, setting(runs.case, self.finer), most)
-        if len(found[0]):
-            runs.done += len(found[0])
-            runs.reused += len(found[0])
-        return found
+        stored_runs = generic_runs(record, runs.space, setting(runs.case, self.finer), most)
+        if len(stored_runs[0]):
+            runs.done += len(stored_runs[0])
+            runs.reused += len(stored_runs[0])
+        return stored_runs
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""

@@ -15,14 +15,14 @@ SMALLEST = 1e-120
 
 def check_size(values: xr.DataArray) -> None:
     """Raise `InputError` if an output is not zero, but smaller than `SMALLEST` in all runs."""
-    own = series(values)
+    signal = series(values)
     size = np.maximum(
-        np.nanmax(own, axis=(0, 2), initial=0.0), -np.nanmin(own, axis=(0, 2), initial=0.0)
+        np.nanmax(signal, axis=(0, 2), initial=0.0), -np.nanmin(signal, axis=(0, 2), initial=0.0)
     )
-    for name, one in zip(names_of_outputs(values), size.tolist(), strict=True):
-        if 0 < one < SMALLEST:
+    for name, magnitude in zip(names_of_outputs(values), size.tolist(), strict=True):
+        if 0 < magnitude < SMALLEST:
             raise InputError(
-                f"{name} is at most {one:.3g} in size in {number_of(len(values), 'run')}, and its "
-                "square "
+                f"{name} is at most {magnitude:.3g} in size in {number_of(len(values), 'run')}, "
+                "and its square "
                 f"vanishes; it must be zero, or reach {SMALLEST:g}: choose another unit"
             )

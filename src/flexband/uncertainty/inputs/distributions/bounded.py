@@ -132,9 +132,9 @@ class Beta(Moments):
     def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
         """Return the shapes m s and (1 − m) s, with m (1 − m)/(1 + s) the variance on (0, 1)."""
         width = self.upper - self.lower
-        m, left = (mean - self.lower) / width, (self.upper - mean) / width
-        total = m * left / (std / width) ** 2 - 1
-        return m * total, left * total
+        m, complement = (mean - self.lower) / width, (self.upper - mean) / width
+        total = m * complement / (std / width) ** 2 - 1
+        return m * total, complement * total
 
     def check_moments(self, mean: float, std: float) -> None:
         """Raise `InputError` if the mean is not between the bounds, or the spread too large."""
@@ -162,9 +162,9 @@ class Beta(Moments):
                 raise InputError(f"Beta {name} must be {LEAST_SHAPE:g} or more; got {shape:g}")
 
 
-def _check_bounds(one: Distribution, lower: float, upper: float) -> None:
+def _check_bounds(distribution: Distribution, lower: float, upper: float) -> None:
     """Raise `InputError` if there is no number between two bounds."""
-    name = type(one).__name__
+    name = type(distribution).__name__
     if lower >= upper:
         also = f". {NO_SCATTER}" if lower == upper else ""
         raise InputError(f"{name} lower {lower:g} must be below upper {upper:g}{also}")

@@ -61,16 +61,16 @@ class Quantiles:
         edges = np.unique([*np.arange(-reach, reach + WIDTH / 2, WIDTH), 0.0, *kinks])
         edges = edges[np.isfinite(function(edges))]
         panels = np.stack([edges[:-1], edges[1:]], axis=1)
-        spread, found, noise = np.ptp(function(np.array([-1.0, 1.0]))), [], 0.0
+        spread, pieces, noise = np.ptp(function(np.array([-1.0, 1.0]))), [], 0.0
         for split in range(MAX_SPLITS + 1):
             middle, half = panels.mean(axis=1, keepdims=True), np.diff(panels) / 2
             coefficients = function(middle + half * NODES) @ TRANSFORM.T
             nearest = np.abs(panels).min(axis=1)  # zero lies on an edge
             off = np.abs(coefficients[:, -2:]).max(axis=1) * np.exp(-(nearest**2) / 2)
             bad = (off > ROUND_OFF * spread) & (split < MAX_SPLITS)
-            if sum(len(one) for one, _ in found) + 2 * len(panels) > MAX_PANELS:
+            if sum(len(intervals) for intervals, _ in pieces) + 2 * len(panels) > MAX_PANELS:
                 bad[:] = False
-            found.append((panels[~bad], coefficients[~bad]))
+            pieces.append((panels[~bad], coefficients[~bad]))
             noise += off[~bad] @ half[~bad, 0]
             (low, high), middle = panels[bad].T, middle[bad, 0]
             panels = np.concatenate([np.stack([low, middle], 1), np.stack([middle, high], 1)])
@@ -79,7 +79,7 @@ class Quantiles:
                 "a distribution must have quantiles that are more than rounding; these are off by "
                 f"{noise / spread:.1g} of their spread, which may be too small for their size"
             )
-        panels, coefficients = map(np.concatenate, zip(*found, strict=True))
+        panels, coefficients = map(np.concatenate, zip(*pieces, strict=True))
         order = np.argsort(panels[:, 0])
         return Quantiles(panels[order], coefficients[order])
 

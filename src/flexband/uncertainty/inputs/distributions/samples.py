@@ -120,7 +120,7 @@ class Samples(Distribution):
         value = np.asarray(value, dtype=float)
         centres, weights, width = self.kernels
         parts = np.array_split(value.ravel(), 1 + value.size * len(centres) // AT_ONCE)
-        apart = [(own[:, None] - centres) / width for own in parts]
+        apart = [(part[:, None] - centres) / width for part in parts]
         below, above = (np.concatenate([ndtr(s * d) @ weights for d in apart]) for s in (1, -1))
         z = np.where(below < 0.5, ndtri(below), -ndtri(above))
         return z.reshape(value.shape)
@@ -130,8 +130,8 @@ class Samples(Distribution):
         z = np.asarray(z, dtype=float)
         centres, _, width = self.kernels
         ends = centres.min() + width * (z - 1e-9), centres.max() + width * (z + 1e-9)
-        found = elementwise.find_root(lambda x, z: self.to_normal(x) - z, ends, args=(z,))
-        return found.x
+        solution = elementwise.find_root(lambda x, z: self.to_normal(x) - z, ends, args=(z,))
+        return solution.x
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss points of all kernels, and weights; polynomials are integrated exactly."""

@@ -85,11 +85,11 @@ class ScipyDistribution(Tabulated):
         missing = set(_shapes(_named(self.distribution))) - given.keys()
         if missing:
             raise InputError(f"{self!r} needs {', '.join(sorted(missing))}")
-        own = self.frozen
-        if np.isnan(own.support()).any():
+        frozen_distribution = self.frozen
+        if np.isnan(frozen_distribution.support()).any():
             raise InputError(f"{self!r} has parameters out of their range")
         with np.errstate(all="ignore"):
-            mean, variance = own.stats("mv")
+            mean, variance = frozen_distribution.stats("mv")
         if not np.isfinite([mean, variance]).all() or variance <= 0:
             raise InputError(
                 f"{self!r} must have a finite variance; its mean is {mean:g}, and its "
@@ -140,15 +140,15 @@ def as_input(value: Any) -> Any:
     parameters |= dict(zip(names, value.args, strict=False)) | value.kwds
     given: Any = tuple((name, np.asarray(parameters[name])[()]) for name in names)
     make = _made if all(np.ndim(value) == 0 for _, value in given) else ScipyDistribution
-    one = make(generator.name, given)
-    loc, scale = (dict(one.parameters)[name] for name in ("loc", "scale"))
-    if one.distribution == "norm":
+    scipy_input = make(generator.name, given)
+    loc, scale = (dict(scipy_input.parameters)[name] for name in ("loc", "scale"))
+    if scipy_input.distribution == "norm":
         return Normal(loc, scale)
-    if one.distribution == "uniform":
+    if scipy_input.distribution == "uniform":
         return Uniform(loc, loc + scale)
-    if one.distribution == "lognorm" and loc == 0:
-        return LogNormal.of_logarithm(np.log(scale), dict(one.parameters)["s"])
-    return one
+    if scipy_input.distribution == "lognorm" and loc == 0:
+        return LogNormal.of_logarithm(np.log(scale), dict(scipy_input.parameters)["s"])
+    return scipy_input
 
 
 @lru_cache(maxsize=64)
@@ -161,10 +161,10 @@ def _named(name: str) -> Any:
     """Return a continuous distribution of SciPy."""
     from scipy import stats  # noqa: PLC0415
 
-    found = getattr(stats, name, None) if isinstance(name, str) else None
-    if not isinstance(found, stats.rv_continuous):
+    distribution = getattr(stats, name, None) if isinstance(name, str) else None
+    if not isinstance(distribution, stats.rv_continuous):
         raise InputError(f"scipy.stats has no continuous distribution {name!r}")
-    return found
+    return distribution
 
 
 def _shapes(generator: Any) -> list[str]:

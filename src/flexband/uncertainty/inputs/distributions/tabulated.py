@@ -39,8 +39,8 @@ class Tabulated(Distribution):
         """Return the increasing function of a standard normal z that is distributed so."""
         z = np.asarray(z, dtype=float)
         low, high = self.quantiles.reach
-        found, outside = self.quantiles(np.clip(z, low, high)), (z < low) | (z > high)
+        values, outside = self.quantiles(np.clip(z, low, high)), (z < low) | (z > high)
         if np.any(outside):
-            found = np.array(found)
-            found[outside] = self.exact(z[outside])
-        return found
+            values = np.array(values)
+            values[outside] = self.exact(z[outside])
+        return values

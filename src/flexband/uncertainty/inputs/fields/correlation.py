@@ -109,8 +109,8 @@ def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -
     """
     matrix = correlations(correlation, (x[:, None] - x) / length)
     if np.abs(np.diagonal(matrix) - 1).max() > ROUNDING:
-        own = np.diagonal(matrix)[np.abs(np.diagonal(matrix) - 1).argmax()]
-        raise InputError(f"RandomField correlation must be 1 at distance 0; got {own:g}")
+        diagonal_entry = np.diagonal(matrix)[np.abs(np.diagonal(matrix) - 1).argmax()]
+        raise InputError(f"RandomField correlation must be 1 at distance 0; got {diagonal_entry:g}")
     i, j = np.unravel_index(np.abs(matrix - matrix.T).argmax(), matrix.shape)
     if abs(matrix[i, j] - matrix[j, i]) > ROUNDING:
         raise InputError(

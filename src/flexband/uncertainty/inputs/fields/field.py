@@ -86,16 +86,16 @@ class Field(Input):
 
         def at(x: np.ndarray) -> np.ndarray:
             given = finite(f"{self.kind}: positions", x, rank=None)
-            own = np.atleast_2d(given)
-            if own.ndim > 2 or len(own) not in (1, len(standard)):
+            positions = np.atleast_2d(given)
+            if positions.ndim > 2 or len(positions) not in (1, len(standard)):
                 shapes = f"(points,) or ({len(standard)}, points)"
                 raise InputError(
-                    f"{self.kind}: positions must have shape {shapes}; got {own.shape}"
+                    f"{self.kind}: positions must have shape {shapes}; got {positions.shape}"
                 )
-            outside = (own < start - slack) | (own > end + slack)
+            outside = (positions < start - slack) | (positions > end + slack)
             if np.any(outside):
                 raise InputError(
-                    f"{self.kind} is evaluated at {own[outside][0]:g}, outside its domain "
+                    f"{self.kind} is evaluated at {positions[outside][0]:g}, outside its domain "
                     f"({start:g}, {end:g}); give a domain=(start, end) that contains the positions "
                     "of all runs"
                 )
@@ -103,8 +103,8 @@ class Field(Input):
             if part and part not in prescribed_parts:
                 self.check_motion(part)
                 prescribed_parts.add(part)
-            found = self.samples(standard, own)
-            return found[:, 0] if given.ndim == 0 else found
+            samples = self.samples(standard, positions)
+            return samples[:, 0] if given.ndim == 0 else samples
 
         return at
 
@@ -154,16 +154,16 @@ def profile(name: str, value: Any, x: np.ndarray) -> np.ndarray:
     if isinstance(value, Interval):
         value = (value.lower + value.upper) / 2
     if not callable(value):
-        own = np.asarray(value, dtype=float)
-        own = own[:, None] if own.ndim else own
-        return np.broadcast_to(own, np.broadcast_shapes(own.shape, np.shape(x)))
+        parameter = np.asarray(value, dtype=float)
+        parameter = parameter[:, None] if parameter.ndim else parameter
+        return np.broadcast_to(parameter, np.broadcast_shapes(parameter.shape, np.shape(x)))
     flat = np.ravel(x)
-    found = finite(name, returned(value, flat, name), rank=None)
-    if found.shape not in ((), flat.shape):
+    values = finite(name, returned(value, flat, name), rank=None)
+    if values.shape not in ((), flat.shape):
         raise InputError(
-            f"{name} must return one value per position, shape {flat.shape}; got {found.shape}"
+            f"{name} must return one value per position, shape {flat.shape}; got {values.shape}"
         )
-    return np.broadcast_to(found, flat.shape).reshape(np.shape(x))
+    return np.broadcast_to(values, flat.shape).reshape(np.shape(x))
 
 
 def check_profile(name: str, value: Profile) -> Profile:

@@ -176,8 +176,10 @@ class LegendreModes(Series):
         x = np.asarray(x)
         basis, s = self.basis(x), (np.ravel(x) - self.domain[0]) / self.length
         with_terms = self.eigenvectors / self._roots
-        own = (self.polynomials.loads(self.correlation, s) @ with_terms).T.reshape(basis.shape)
-        return np.cumsum(basis**2, axis=0), np.cumsum(basis * own, axis=0)
+        covariances = (self.polynomials.loads(self.correlation, s) @ with_terms).T.reshape(
+            basis.shape
+        )
+        return np.cumsum(basis**2, axis=0), np.cumsum(basis * covariances, axis=0)
 
     @cached_property
     def _scaled(self) -> np.ndarray:

@@ -164,4 +164,4 @@ class IntervalField(Field):
     def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values at `places`, each of shape (n,), by names such as "name(0.5)"."""
         values = self.value(standard)(self.places)
-        return {f"{name}({x:g})": own for x, own in zip(self.places, values.T, strict=True)}
+        return {f"{name}({x:g})": column for x, column in zip(self.places, values.T, strict=True)}

@@ -150,10 +150,10 @@ class RandomField(Field):
         if not parameters:
             return self
         _ = self.expansion  # the copy has it
-        own = copy(self)
+        field_copy = copy(self)
         for name, value in parameters.items():
-            object.__setattr__(own, name, value)
-        return own
+            object.__setattr__(field_copy, name, value)
+        return field_copy
 
     def nominal(self, x: np.ndarray) -> np.ndarray:
         """Return the mean at positions x, shape x.shape."""
@@ -211,8 +211,10 @@ class RandomField(Field):
             return 1 - covariance - (covariance - variance)
         widest = replace(self, mean=_ends(self.mean)[0], std=_ends(self.std)[-1])
         square = widest._logarithmic_variance(x)
-        true, common, own = (np.expm1(square * part) for part in (1.0, covariance, variance))
-        return (true - common - (common - own)) / true
+        true, common, expansion_variance = (
+            np.expm1(square * part) for part in (1.0, covariance, variance)
+        )
+        return (true - common - (common - expansion_variance)) / true
 
     @property
     def dimension(self) -> int:

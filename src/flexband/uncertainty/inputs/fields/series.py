@@ -83,10 +83,10 @@ class Series(ABC):
         start, end = self.domain
         h = min(SMALL_DISTANCE * self.length, (end - start) / 8)
         x = np.linspace(start + h, end - h, POSITIONS) + h * np.arange(-1, 2)[:, None]
-        before, here, after = np.moveaxis(self.basis(x), 1, 0)
-        found = np.mean(np.sum((before - 2 * here + after) ** 2, axis=0))
+        before, center, after = np.moveaxis(self.basis(x), 1, 0)
+        variance = np.mean(np.sum((before - 2 * center + after) ** 2, axis=0))
         near = correlations(self.correlation, np.array([0.0, 1.0, 2.0]) * h / self.length)
-        return 1 - float(found / (near @ [6.0, -8.0, 2.0]))
+        return 1 - float(variance / (near @ [6.0, -8.0, 2.0]))
 
 
 Discretization = Callable[[Correlation, float, tuple[float, float], int], Series]
@@ -101,9 +101,9 @@ def decomposed(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray
     InputError
         If a matrix of correlations is not positive semidefinite.
     """
-    found = []
-    in_threads(lambda own: found.append(np.linalg.eigh(own)), [matrix])
-    ((values, vectors),) = found
+    decompositions = []
+    in_threads(lambda square_matrix: decompositions.append(np.linalg.eigh(square_matrix)), [matrix])
+    ((values, vectors),) = decompositions
     if of_correlations:
         check_eigenvalues(values)
     values, vectors = values[::-1], vectors[:, ::-1]

@@ -56,7 +56,7 @@ def contributions(
     width = variable_of("found", found, "width", "contributions")
     output = output_of(width, output)
     x, total = series(width, output)
-    stacked = [np.maximum(series(one, output)[1], 0.0) for one in each]
+    stacked = [np.maximum(series(contribution, output)[1], 0.0) for contribution in each]
     names = [literal(str(name)) for name in each["name"].values]
     ax = axes_of(ax)
     if len(x) == 1:
@@ -122,11 +122,11 @@ def tolerances(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     InputError
         If `found` is no result of `allocate`.
     """
-    own = variable_of("found", found, "tolerance", "allocate")
-    part = (own / variable_of("found", found, "largest", "allocate")).values
+    tolerance = variable_of("found", found, "tolerance", "allocate")
+    part = (tolerance / variable_of("found", found, "largest", "allocate")).values
     ax = axes_of(ax)
-    drawn = ax.barh([literal(str(name)) for name in own["name"].values], part, color=MIDDLE)
-    ax.bar_label(drawn, [f"{value:.3g}" for value in own.values], padding=3)
+    drawn = ax.barh([literal(str(name)) for name in tolerance["name"].values], part, color=MIDDLE)
+    ax.bar_label(drawn, [f"{value:.3g}" for value in tolerance.values], padding=3)
     ax.invert_yaxis()
     ax.set(xlim=(0, 1.2), xlabel="tolerance / largest tolerance")
     return ax

@@ -141,14 +141,14 @@ def bounds(
     data = bounded("found", found, variable)
     output = output_of(data, output)
     parts = {"": data}
-    for dim, told in (
+    for dim, formatter in (
         ("probability", lambda p: f"{percent(float(p))} quantile"),
         ("name", literal),
     ):
         if dim in data.dims:
             values = data[dim].values
-            parts = {told(v): data.isel({dim: k}) for k, v in enumerate(values.tolist())}
-    drawn = {name: series(one, output) for name, one in parts.items()}
+            parts = {formatter(v): data.isel({dim: k}) for k, v in enumerate(values.tolist())}
+    drawn = {name: series(part, output) for name, part in parts.items()}
     ax = axes_of(ax)
     for (name, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         fill(ax, x, values, to_rgba(look["color"], 0.2), "none")

@@ -49,9 +49,10 @@ def comparison(
     if not isinstance(results, Mapping) or not results:
         raise InputError(f"results must map names to results of propagate; got {shown(results)}")
     all_bounds = {
-        str(k): bounded(f"results[{k!r}]", one, variable, "propagate") for k, one in results.items()
+        str(k): bounded(f"results[{k!r}]", bands, variable, "propagate")
+        for k, bands in results.items()
     }
-    drawn = {k: series(one, output_of(one, output)) for k, one in all_bounds.items()}
+    drawn = {k: series(bounds, output_of(bounds, output)) for k, bounds in all_bounds.items()}
     first = next(iter(all_bounds.values()))
     ax = axes_of(ax)
     for (name, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
@@ -91,22 +92,22 @@ def errors(
     """
     if not isinstance(results, list | tuple) or not all(isinstance(r, Comparison) for r in results):
         raise InputError(f"results must be those of compare; got {shown(results)}")
-    compared: list[Any] = [one for one in results if one.errors]
+    compared: list[Any] = [result for result in results if result.errors]
     known("variable", variable, NAMES)
     if not compared:
         raise InputError("results must have a method besides the reference")
     output = output_of(compared[0].bands["mean"], output)
     ax, labelled = axes_of(ax), []
-    for count in sorted({one.runs for one in compared}):
+    for count in sorted({result.runs for result in compared}):
         if not labelled or count > 1.25 * labelled[-1]:  # labels must not overlap
             labelled.append(count)
-    names = dict.fromkeys(one.method.name for one in compared)
+    names = dict.fromkeys(result.method.name for result in compared)
     looks = zip(names, cycle(LINES[1:] + LINES[:1]), cycle(MARKERS), strict=False)
     for name, look, marker in looks:
-        group = [one for one in compared if one.method.name == name]
-        error = np.array([float(select(one.errors[variable], output)) for one in group])
+        group = [result for result in compared if result.method.name == name]
+        error = np.array([float(select(result.errors[variable], output)) for result in group])
         error[error == 0.0] = np.nan
-        ax.loglog([one.runs for one in group], 100 * error, label=name, marker=marker, **look)
+        ax.loglog([result.runs for result in group], 100 * error, label=name, marker=marker, **look)
     of = f" of {literal(output)}" if output else ""
     ax.set(xlabel="runs", ylabel="relative error [%]", title=f"{NAMES[variable]}{of}")
     ax.set_xticks(labelled, [str(count) for count in labelled])

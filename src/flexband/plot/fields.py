@@ -86,14 +86,17 @@ def variance_error(
     if (
         not isinstance(fields, Mapping)
         or not fields
-        or not all(isinstance(one, RandomField) for one in fields.values())
+        or not all(isinstance(random_field, RandomField) for random_field in fields.values())
     ):
         raise InputError(f"fields must map names to random fields; got {shown(fields)}")
     drawn = {}
-    for name, one in fields.items():
-        x = np.linspace(*one.located, 501)
-        text = f"{literal(str(name))}, terms: {one.dimension}"
-        drawn[f"{text}, largest: {one.largest_variance_error():.4f}"] = x, one.variance_error(x)
+    for name, random_field in fields.items():
+        x = np.linspace(*random_field.located, 501)
+        text = f"{literal(str(name))}, terms: {random_field.dimension}"
+        drawn[f"{text}, largest: {random_field.largest_variance_error():.4f}"] = (
+            x,
+            random_field.variance_error(x),
+        )
     ax = axes_of(ax)
     for (text, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         ax.plot(x, values, label=text, **look)

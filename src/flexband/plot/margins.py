@@ -66,22 +66,22 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
     return ax
 
 
-def too_small_to_see(found: xr.Dataset) -> bool:
+def too_small_to_see(limits: xr.Dataset) -> bool:
     """Return whether the least margin over time cannot be told from zero beside the others."""
-    margin = found["margin"].transpose("limit", ...).values
-    own = margin[np.isfinite(margin)]
-    return margin.ndim == 2 and own.size > 0 and _scale(found) < SEEN * np.ptp(own)
+    margin = limits["margin"].transpose("limit", ...).values
+    values = margin[np.isfinite(margin)]
+    return margin.ndim == 2 and values.size > 0 and _scale(limits) < SEEN * np.ptp(values)
 
 
-def least_in_words(found: xr.Dataset, unit: str = "") -> str:
+def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
     """Return the least margin over time, and where it is."""
-    margin = found["margin"].transpose("limit", ...)
+    margin = limits["margin"].transpose("limit", ...)
     limit, place = _place(margin.values)
     last: Any = margin.dims[-1]
     scale = float(np.nanmax(abs(margin.values)))
-    told = _with_unit(number(margin.values[limit, place], scale=scale), unit)
+    least = _with_unit(number(margin.values[limit, place], scale=scale), unit)
     at = _with_unit(number(margin[last].values[place]), margin[last].attrs.get("units"))
-    return f"{margin['limit'].values[limit]}: {told} at {last} {at}"
+    return f"{margin['limit'].values[limit]}: {least} at {last} {at}"
 
 
 def _with_unit(text: str, unit: Any) -> str:
@@ -97,8 +97,8 @@ def each_limit(ax: Axes, data: xr.DataArray, values: np.ndarray) -> None:
     last: Any = data.dims[-1]
     x = data[last].values if last in data.coords and last != "limit" else np.arange(values.shape[1])
     names = [literal(textwrap.fill(str(name), TITLE)) for name in data["limit"].values]
-    for own, name, look in zip(values, names, cycle(LINES), strict=False):
-        ax.plot(x, own, **look, label=name, marker="." * (len(x) == 1))
+    for curve, name, look in zip(values, names, cycle(LINES), strict=False):
+        ax.plot(x, curve, **look, label=name, marker="." * (len(x) == 1))
     if last != "limit":
         ax.set(xlabel=with_unit(SYMBOLS.get(last, literal(last)), data[last].attrs.get("units")))
         ax.margins(x=0)
@@ -111,22 +111,22 @@ def _place(margin: np.ndarray) -> tuple[int, int]:
     return int(limit), int(place)
 
 
-def _scale(found: xr.Dataset) -> float:
+def _scale(limits: xr.Dataset) -> float:
     """Return the size of the least margin, or of its expected error if that is larger."""
-    margin = found["margin"].transpose("limit", ...).values
+    margin = limits["margin"].transpose("limit", ...).values
     if margin.ndim != 2:
         return float(np.nanmin(abs(margin)))
     place, error = _place(margin), 0.0
-    if "expected_error" in found and found["expected_error"].shape == margin.shape:
-        error = float(np.nan_to_num(found["expected_error"].transpose("limit", ...).values[place]))
-    own = margin[np.isfinite(margin)]
-    return max(abs(float(margin[place])), error, 1e-6 * float(np.ptp(own)))
+    if "expected_error" in limits and limits["expected_error"].shape == margin.shape:
+        error = float(np.nan_to_num(limits["expected_error"].transpose("limit", ...).values[place]))
+    values = margin[np.isfinite(margin)]
+    return max(abs(float(margin[place])), error, 1e-6 * float(np.ptp(values)))
 
 
-def _closest(ax: Axes, found: xr.Dataset, values: np.ndarray, unit: str) -> None:
+def _closest(ax: Axes, limits: xr.Dataset, values: np.ndarray, unit: str) -> None:
     """Limit the axes to where the margin of the limit with the least one is about as small."""
-    (limit, place), scale = _place(values), _scale(found)
-    x = found[found["margin"].transpose("limit", ...).dims[-1]].values
+    (limit, place), scale = _place(values), _scale(limits)
+    x = limits[limits["margin"].transpose("limit", ...).dims[-1]].values
     near = values[limit, max(place - LEAST_NEAR, 0) : place + LEAST_NEAR + 1]
     top = max(values[limit, place] + HEADROOM * scale, 1.1 * float(np.nanmax(near)))
     far = np.flatnonzero(~(values[limit] <= top))

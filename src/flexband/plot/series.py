@@ -19,19 +19,19 @@ LONG, TITLE = 28, 68
 """Letters of a name that has a row of a legend of its own, and of a line of a title."""
 
 
-def variable_of(name: str, found: Any, variable: str, of: str) -> xr.DataArray:
+def variable_of(name: str, result: Any, variable: str, of: str) -> xr.DataArray:
     """Return a variable of a dataset; raise `InputError` if it is no result of `of`."""
-    if not isinstance(found, xr.Dataset) or variable not in found:
-        raise InputError(f"{name} must be a result of {of}; got {shown(found)}")
-    return found[variable]
+    if not isinstance(result, xr.Dataset) or variable not in result:
+        raise InputError(f"{name} must be a result of {of}; got {shown(result)}")
+    return result[variable]
 
 
-def bounded(name: str, found: Any, variable: str, of: str = "an analysis") -> xr.DataArray:
+def bounded(name: str, result: Any, variable: str, of: str = "an analysis") -> xr.DataArray:
     """Return a variable of a result with a lower and an upper bound, along the first dim."""
     instance("variable", variable, str, "the name of a variable")
-    data = variable_of(name, found, variable, of)
+    data = variable_of(name, result, variable, of)
     if data.sizes.get("bound") != 2:
-        having = [str(k) for k, one in found.items() if one.sizes.get("bound") == 2]
+        having = [str(k) for k, array in result.items() if array.sizes.get("bound") == 2]
         raise InputError(f"variable must be one of {', '.join(having)}; got {variable!r}")
     return data.transpose("bound", ...)
 
@@ -60,14 +60,16 @@ def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
     InputError
         If the output depends on more than one variable.
     """
-    one = select(data, output)
-    last = str(one.dims[-1]) if one.dims else "bound"
-    if one.ndim > 1 + ("bound" in one.dims):
-        raise InputError(f"an output must depend on one variable at most; got dims {one.dims}")
+    output_data = select(data, output)
+    last = str(output_data.dims[-1]) if output_data.dims else "bound"
+    if output_data.ndim > 1 + ("bound" in output_data.dims):
+        raise InputError(
+            f"an output must depend on one variable at most; got dims {output_data.dims}"
+        )
     if last == "bound":
-        return np.zeros(1), one.values[..., None]
-    x = one[last].values
-    return (x if x.dtype.kind in "iuf" else np.arange(len(x))), one.values
+        return np.zeros(1), output_data.values[..., None]
+    x = output_data[last].values
+    return (x if x.dtype.kind in "iuf" else np.arange(len(x))), output_data.values
 
 
 def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> None:
@@ -77,15 +79,21 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
     ----------
     quantity : what is drawn, in which {} stands for the output.
     """
-    one = select(data, output)
-    last = str(one.dims[-1]) if one.dims else "bound"
-    unit = str(one["unit"].values) if "unit" in one.coords else one.attrs.get("units", "")
+    output_data = select(data, output)
+    last = str(output_data.dims[-1]) if output_data.dims else "bound"
+    unit = (
+        str(output_data["unit"].values)
+        if "unit" in output_data.coords
+        else output_data.attrs.get("units", "")
+    )
     named = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
     axes.set(ylabel=with_unit(named.replace("{}", ""), unit))
     if last == "bound":
         axes.set(xticks=[])
     else:
-        axes.set(xlabel=with_unit(SYMBOLS.get(last, literal(last)), one[last].attrs.get("units")))
+        axes.set(
+            xlabel=with_unit(SYMBOLS.get(last, literal(last)), output_data[last].attrs.get("units"))
+        )
         axes.margins(x=0)
 
 
@@ -132,7 +140,9 @@ def title_above(axes: Axes, text: str, size: float = 10.0) -> None:
     legend, rows = axes.get_legend(), 0
     if legend is not None:
         count, columns = len(legend.get_texts()), getattr(legend, "_ncols", 1)
-        rows = -(-count // columns) + sum(own.get_text().count("\n") for own in legend.get_texts())
+        rows = -(-count // columns) + sum(
+            entry.get_text().count("\n") for entry in legend.get_texts()
+        )
     axes.set_title(
         textwrap.fill(text, TITLE), fontsize=size, pad=6.0 + (5.0 + 12.5 * rows) * (rows > 0)
     )

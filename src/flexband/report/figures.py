@@ -23,11 +23,11 @@ WIDTH, HEIGHT = 5.6, 2.5
 
 def bounds(bands: xr.Dataset) -> dict[str, str]:
     """Return what interval mean and interval error bar are, by variable."""
-    own = deviations(bands)
+    deviation = deviations(bands)
     return {
         "mean": "Interval mean: the range of the mean μ over all values of the interval inputs",
-        "error_bar": f"Interval error bar: the range from the lowest μ − {own} to the highest "
-        f"μ + {own} over all values of the interval inputs",
+        "error_bar": f"Interval error bar: the range from the lowest μ − {deviation} to the "
+        f"highest μ + {deviation} over all values of the interval inputs",
     }
 
 
@@ -78,8 +78,10 @@ def variance_error_figure(
     """
     figure, (axes,) = _stacked(1)
     kinds = {(along or {}).get(name, "") for name in fields}
-    one = kinds.pop() if len(kinds) == 1 else ""
-    plot.variance_error(fields, along=one, ax=axes).set(title="Variance error of the random fields")
+    kind = kinds.pop() if len(kinds) == 1 else ""
+    plot.variance_error(fields, along=kind, ax=axes).set(
+        title="Variance error of the random fields"
+    )
     return figure
 
 
@@ -105,38 +107,38 @@ def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
     return figure
 
 
-def contributions_figure(found: xr.Dataset, variable: str = "contribution") -> Figure:
-    """Draw, for every output, what widens the error bar; `found` is a result of `contributions`."""
-    outputs = outputs_of(found["width"])
+def contributions_figure(contributions: xr.Dataset, variable: str = "contribution") -> Figure:
+    """Draw, for every output, what widens the error bar, from a result of `contributions`."""
+    outputs = outputs_of(contributions["width"])
     figure, rows = _stacked(len(outputs))
     for axes, output in zip(rows, outputs, strict=True):
-        plot.contributions(found, output, variable=variable, ax=axes)
+        plot.contributions(contributions, output, variable=variable, ax=axes)
     return figure
 
 
-def bounds_figure(found: xr.Dataset, name: str) -> Figure:
+def bounds_figure(answer: xr.Dataset, name: str) -> Figure:
     """Draw the lower and the upper bounds of a variable, the outputs below each other."""
-    outputs = outputs_of(found[name])
+    outputs = outputs_of(answer[name])
     figure, rows = _stacked(len(outputs))
     if name == "distribution":
-        plot.p_box(found, ax=rows[0])
+        plot.p_box(answer, ax=rows[0])
         return figure
     for axes, output in zip(rows, outputs, strict=True):
-        plot.bounds(found, name, output, ax=axes)
-    title_above(rows[0], str(found[name].attrs.get("long_name", name)))
+        plot.bounds(answer, name, output, ax=axes)
+    title_above(rows[0], str(answer[name].attrs.get("long_name", name)))
     return figure
 
 
-def derived_figure(found: xr.Dataset) -> Figure:
-    """Draw the error bar of a quantity and, below it, its range; `found` is one of `derived`."""
+def derived_figure(bands: xr.Dataset) -> Figure:
+    """Draw the error bar of a quantity and, below it, its range, from a result of `derived`."""
     figure, rows = _stacked(2)
     titles = {
-        "error_bar": f"μ ± {deviations(found)} over all values of the interval inputs",
-        "range": f"range of {100 * found.attrs['probability']:g} % of the values, over all values "
-        "of the interval inputs",
+        "error_bar": f"μ ± {deviations(bands)} over all values of the interval inputs",
+        "range": f"range of {100 * bands.attrs['probability']:g} % of the values, over all "
+        "values of the interval inputs",
     }
     for axes, (name, title) in zip(rows, titles.items(), strict=True):
-        title_above(plot.bounds(found, name, ax=axes), title)
+        title_above(plot.bounds(bands, name, ax=axes), title)
     return figure
 
 
@@ -153,14 +155,14 @@ def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) ->
     units = checked["unit"].values if "unit" in checked.coords else np.array("")
     units = np.broadcast_to(units.astype(str), checked.sizes["limit"])
     groups = {u: checked.isel(limit=np.flatnonzero(units == u)) for u in dict.fromkeys(units)}
-    close = [unit for unit, own in groups.items() if too_small_to_see(own)]
+    close = [unit for unit, limits in groups.items() if too_small_to_see(limits)]
     likely = is_likely(probability)
     figure, rows = _stacked(len(groups) + len(close) + likely)
     free = iter(rows)
-    for unit, own in groups.items():
-        plot.margins(own, ax=next(free)).sharex(rows[0])
+    for unit, limits in groups.items():
+        plot.margins(limits, ax=next(free)).sharex(rows[0])
         if unit in close:
-            _closest(own, next(free), str(unit))
+            _closest(limits, next(free), str(unit))
     title_above(rows[0], f"Margin: how far μ ± {deviations(checked)} is from the limit")
     if probability is not None and likely:
         plot.probability(probability, ax=rows[-1]).sharex(rows[0])
@@ -173,36 +175,36 @@ def is_likely(probability: xr.Dataset | None) -> bool:
     return probability is not None and bool((probability["at_each_time"] > 0).any())
 
 
-def _closest(found: xr.Dataset, axes: Axes, unit: str = "") -> None:
+def _closest(limits: xr.Dataset, axes: Axes, unit: str = "") -> None:
     """Draw the surroundings of the least margin."""
-    plot.margins(found, closest=True, ax=axes)
-    title_above(axes, f"The least margin from close by, {least_in_words(found, unit)}")
+    plot.margins(limits, closest=True, ax=axes)
+    title_above(axes, f"The least margin from close by, {least_in_words(limits, unit)}")
 
 
-def path_figure(found: xr.Dataset) -> Figure:
-    """Draw a path with its regions, and their radius over time; `found` is a result of `path`."""
+def path_figure(path: xr.Dataset) -> Figure:
+    """Draw a path with its regions, and their radius over time, from a result of `path`."""
     figure = Figure(figsize=(WIDTH, 3 * HEIGHT), layout="constrained")
     plane, below = figure.subplots(2, 1, height_ratios=(3, 1))
-    plot.path(found, ax=plane)
-    plot.response(found["radius"].rename("radius"), ax=below).set(ylabel="radius")
+    plot.path(path, ax=plane)
+    plot.response(path["radius"].rename("radius"), ax=below).set(ylabel="radius")
     return figure
 
 
-def allocation_figure(found: xr.Dataset) -> Figure:
+def allocation_figure(allocation: xr.Dataset) -> Figure:
     """Draw tolerances, and below, if there are any over time, the margins that they leave.
 
     Parameters
     ----------
-    found : result of `allocate`.
+    allocation : result of `allocate`.
     """
-    margins = "margin" in found and found["margin"].ndim == 2
-    close = margins and too_small_to_see(found)
+    margins = "margin" in allocation and allocation["margin"].ndim == 2
+    close = margins and too_small_to_see(allocation)
     figure, rows = _stacked(1 + margins + close)
-    plot.tolerances(found, ax=rows[0])
+    plot.tolerances(allocation, ax=rows[0])
     if margins:
-        plot.margins(found, ax=rows[1])
+        plot.margins(allocation, ax=rows[1])
     if close:
-        _closest(found, rows[2])
+        _closest(allocation, rows[2])
     return figure
 
 

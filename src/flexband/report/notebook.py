@@ -57,9 +57,9 @@ def figure_png(figure: Figure) -> bytes:
     return image.getvalue()
 
 
-def input_html(one: Any) -> str:
+def input_html(input_: Any) -> str:
     """Return a table of one input."""
-    return _inputs({"": one})
+    return _inputs({"": input_})
 
 
 def study_html(study: Study) -> str:
@@ -84,56 +84,66 @@ def surrogate_html(surrogate: Surrogate | SurrogateOfChoices) -> str:
     rows = [("dims", ", ".join(sizes) or "one number")]
     if "output" in labels.coords:
         rows.insert(0, ("outputs", ", ".join(map(str, labels["output"].values))))
-    attrs = [one.diagnostics.attrs for one in several]
+    attrs = [alternative.diagnostics.attrs for alternative in several]
     rows += [(name, str(attrs[0][name])) for name in ("method",) if name in attrs[0]]
-    rows.append(("runs", str(sum(int(own.get("runs", 0)) for own in attrs))))
-    errors = [own["expected_error"] for own in attrs if "expected_error" in own]
+    rows.append(("runs", str(sum(int(diagnostics.get("runs", 0)) for diagnostics in attrs))))
+    errors = [
+        diagnostics["expected_error"] for diagnostics in attrs if "expected_error" in diagnostics
+    ]
     if errors:
         averaged = "" if several[0].time is None else f", mean over {several[0].time}"
         rows.append(
             ("expected error", f"{percent(max(errors))} of the error bar's width{averaged}")
         )
-    rows += [("not reliable", own["not_trusted"]) for own in attrs if "not_trusted" in own]
+    rows += [
+        ("not reliable", diagnostics["not_trusted"])
+        for diagnostics in attrs
+        if "not_trusted" in diagnostics
+    ]
     return _table(("surrogate", ""), rows) + _inputs(given)
 
 
 def _inputs(given: Mapping[str, Any]) -> str:
     """Return a table of inputs: what each is, and its nominal value and range."""
-    rows = [(name, *_about(name, one)) for name, one in given.items()]
+    rows = [(name, *_about(name, input_)) for name, input_ in given.items()]
     return _table(("input", "", "from", "to", "mean", "std"), rows)
 
 
-def _about(name: str, one: Any) -> tuple[str, ...]:
-    if isinstance(one, Interval | Sizing | Compensator):
-        kind = type(one).__name__.lower()
-        kind += f" ± {one.tolerance:g}" if isinstance(one, Sizing) else ""
-        return kind, f"{one.lower:g}", f"{one.upper:g}", "", ""
-    if isinstance(one, Field):
-        numbers = (getattr(one, name, "") for name in ("mean", "std"))
-        told = (f"{own:.4g}" if isinstance(own, int | float) else "" for own in numbers)
-        return _given(one), "", "", *told
-    if isinstance(one, Choice | Correlated):
-        return repr(one), "", "", "", ""
-    found = statistics(name, one)
-    if found is None:
-        return repr(one), "", "", "", ""
-    low, high, mean, std = found
-    told = f"{one!r}, 90 % of values"
-    return told, f"{low:.4g}", f"{high:.4g}", f"{mean:.4g}", f"{std:.3g}"
+def _about(name: str, input_: Any) -> tuple[str, ...]:
+    if isinstance(input_, Interval | Sizing | Compensator):
+        kind = type(input_).__name__.lower()
+        kind += f" ± {input_.tolerance:g}" if isinstance(input_, Sizing) else ""
+        return kind, f"{input_.lower:g}", f"{input_.upper:g}", "", ""
+    if isinstance(input_, Field):
+        numbers = (getattr(input_, name, "") for name in ("mean", "std"))
+        words = (f"{moment:.4g}" if isinstance(moment, int | float) else "" for moment in numbers)
+        return _given(input_), "", "", *words
+    if isinstance(input_, Choice | Correlated):
+        return repr(input_), "", "", "", ""
+    summary = statistics(name, input_)
+    if summary is None:
+        return repr(input_), "", "", "", ""
+    low, high, mean, std = summary
+    words = f"{input_!r}, 90 % of values"
+    return words, f"{low:.4g}", f"{high:.4g}", f"{mean:.4g}", f"{std:.3g}"
 
 
-def _given(one: Any) -> str:
+def _given(input_: Any) -> str:
     """Return an object as it would be written: without what is left out, and functions by name."""
-    if not is_dataclass(one):
-        return repr(one)
-    chosen = [(own.name, getattr(one, own.name)) for own in fields(one) if own.repr]
-    usual = {own.name: own.default for own in fields(one)}
-    told = [
+    if not is_dataclass(input_):
+        return repr(input_)
+    chosen = [
+        (attribute.name, getattr(input_, attribute.name))
+        for attribute in fields(input_)
+        if attribute.repr
+    ]
+    usual = {attribute.name: attribute.default for attribute in fields(input_)}
+    arguments = [
         f"{name}={_name(value)}"
         for name, value in chosen
         if value is not usual[name] and value != usual[name]
     ]
-    return f"{type(one).__name__}({', '.join(told)})"
+    return f"{type(input_).__name__}({', '.join(arguments)})"
 
 
 def _name(value: Any) -> str:
@@ -142,8 +152,8 @@ def _name(value: Any) -> str:
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     def line(tag: str, cells: Sequence[str]) -> str:
-        told = "".join(f'<{tag} style="text-align:left">{escape(c)}</{tag}>' for c in cells)
-        return f"<tr>{told}</tr>"
+        content = "".join(f'<{tag} style="text-align:left">{escape(c)}</{tag}>' for c in cells)
+        return f"<tr>{content}</tr>"
 
     body = "".join(line("td", row) for row in rows)
     return f"<table>{line('th', header)}{body}</table>"

@@ -46,8 +46,8 @@ def progress_bars() -> Iterator[Callable[[str], Progress]]:
             yield lambda name: begun(_Lines(name, console))
             return
         texts = [
-            rp.TextColumn(f"{{task.{own}}}", markup=False)
-            for own in ("description", "fields[told]")
+            rp.TextColumn(f"{{task.{column}}}", markup=False)
+            for column in ("description", "fields[told]")
         ]
         times = rp.TimeElapsedColumn(), rp.TimeRemainingColumn()
         with rp.Progress(texts[0], rp.BarColumn(), texts[1], *times, console=console) as bars:
@@ -92,8 +92,8 @@ def _told(done: int, total: int, *, most: bool = False) -> str:
     that is known.
     """
     if isinstance(total, Budget) and total.each:
-        told = f", at most {total.each} with the same step and elements"
-        return f"{number_of(done, 'run')} so far{told * most}"
+        limit = f", at most {total.each} with the same step and elements"
+        return f"{number_of(done, 'run')} so far{limit * most}"
     return f"{done} of {'at most ' * isinstance(total, Budget)}{number_of(total, 'run')}"
 
 

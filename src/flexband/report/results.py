@@ -41,7 +41,7 @@ def write_comparison_report(
     """
     fields, response, drawn = study.fields(), study.nominal(), []
     along = field_axes(study.response, study.inputs) if fields else {}
-    if random := {k: one for k, one in fields.items() if isinstance(one, RandomField)}:
+    if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
         draw = partial(figures.variance_error_figure, random, along)
         drawn.append(Drawing(caption, draw))
@@ -76,7 +76,9 @@ def file_name(name: str, taken: Collection[str] = ()) -> str:
     words = "".join(c if c.isalnum() else " " for c in name).split()
     start = "_".join(words).encode()[:LONGEST_NAME].decode(errors="ignore") or "response"
     numbered = (f"{start}_{k}" for k in count(2))
-    return next(own for own in chain([start], numbered) if own.casefold() not in taken)
+    return next(
+        candidate for candidate in chain([start], numbered) if candidate.casefold() not in taken
+    )
 
 
 def data_file(folder: Path, result: Comparison) -> Path:

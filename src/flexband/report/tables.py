@@ -87,19 +87,19 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     header += ["confirmed"] * (checked is not None and "confirmed" in checked)
     still, largest = constants(bands), _largest_of_units(bands)
     for name in outputs_of(bands):
-        one = select(bands, name)
-        unit, bar = _unit(one), one["error_bar"]
+        output_bands = select(bands, name)
+        unit, bar = _unit(output_bands), output_bands["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
         widest, scale = float(width.max()), float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
         finest = 0.0 if name in still else TOLD * widest
         ends = [
             number(v, digits_for(v, finest), scale)
-            for v in (float(own) for b in (one["mean"], bar) for own in (b.min(), b.max()))
+            for v in (float(end) for b in (output_bands["mean"], bar) for end in (b.min(), b.max()))
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans])
-        at, error, new = "", "", _confirmed(name, one, checked, constant=name in still)
+        at, error, new = "", "", _confirmed(name, output_bands, checked, constant=name in still)
         if name in still:
             rows[-1] += [CONSTANT, at, error, *new]
             continue
@@ -107,27 +107,27 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
             at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
         if shares:
             error = percent(shares[name])
-        elif "truncation" in one:
-            error = percent(float(one["truncation"].max()) / widest)
+        elif "truncation" in output_bands:
+            error = percent(float(output_bands["truncation"].max()) / widest)
         rows[-1] += [number(widest, scale=scale), at, error, *new]
     return header, rows
 
 
 def _confirmed(
-    name: str, one: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
+    name: str, output_bands: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
 ) -> list[str]:
     """Return the cell that tells whether new runs confirm the bands of an output; none without."""
     if checked is None or "confirmed" not in checked:
         return []
     if not select(checked["confirmed"], name).values.all():
         return ["NO"]
-    trusted = "trusted" not in one or one["trusted"].values.all()
+    trusted = "trusted" not in output_bands or output_bands["trusted"].values.all()
     return ["" if constant else "yes" if trusted else AND_YET]
 
 
-def _unit(one: xr.Dataset) -> str:
+def _unit(output_bands: xr.Dataset) -> str:
     """Return the unit of an output in brackets, after a blank; or nothing."""
-    return f" [{one['unit'].values}]" if "unit" in one.coords else ""
+    return f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
 
 
 def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
@@ -136,11 +136,13 @@ def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
     Its rounding errors are not above `ROUNDING` times that.
     """
     levels = rounding_levels(bands["unit"]) if "unit" in bands.coords else {}
-    found = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
+    largest = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
     for name in outputs_of(bands):
-        one = select(bands, name)
-        found[_unit(one)] = max(found.get(_unit(one), 0.0), float(abs(one["error_bar"]).max()))
-    return found
+        output_bands = select(bands, name)
+        largest[_unit(output_bands)] = max(
+            largest.get(_unit(output_bands), 0.0), float(abs(output_bands["error_bar"]).max())
+        )
+    return largest
 
 
 def constants(bands: xr.Dataset) -> list[str]:
@@ -161,9 +163,9 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
     judged = judged_errors(bands)
     if not {"mean_expected_error", "error_bar_expected_error"} <= set(bands):
         return judged
-    found = relative_errors(bands, "expected_error", bands["error_bar"].transpose("bound", ...))
-    pairs = zip(judged.items(), map(float, found.ravel()), strict=True)
-    return {name: own if own > APART * share else share for (name, share), own in pairs}
+    errors = relative_errors(bands, "expected_error", bands["error_bar"].transpose("bound", ...))
+    pairs = zip(judged.items(), map(float, errors.ravel()), strict=True)
+    return {name: error if error > APART * share else share for (name, share), error in pairs}
 
 
 def judged_errors(bands: xr.Dataset) -> dict[str, float]:
@@ -173,31 +175,31 @@ def judged_errors(bands: xr.Dataset) -> dict[str, float]:
     are far smaller than others: their errors are in parts of the width of the largest one.
     """
     bar = bands["error_bar"].transpose("bound", ...)
-    found = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
-    if "relative_expected_error" not in found:
+    errors = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
+    if "relative_expected_error" not in errors:
         return {}
-    names, share = outputs_of(bands["mean"]), found["relative_expected_error"]
+    names, share = outputs_of(bands["mean"]), errors["relative_expected_error"]
     return {name: float(select(share, name).max()) for name in names}
 
 
 def error_in_words(bands: xr.Dataset) -> str:
     """Return how far the ends of the error bars are expected to be off, as a sentence."""
-    shares, own = judged_errors(bands), expected_errors(bands)
+    shares, errors = judged_errors(bands), expected_errors(bands)
     if not shares:
         return "The error of these bands is not estimated by this method."
     worst = max(shares, key=lambda name: shares[name])
-    small = {name: own[name] for name in shares if own[name] > shares[name]}
-    told = f"{percent(shares[worst])} of the bars' width"
-    told += f" for {worst}{averaged(bands)}" if len(shares) > 1 else averaged(bands)
+    small = {name: errors[name] for name in shares if errors[name] > shares[name]}
+    amount = f"{percent(shares[worst])} of the bars' width"
+    amount += f" for {worst}{averaged(bands)}" if len(shares) > 1 else averaged(bands)
     if small:
         up_to, whose = ("up to ", "their own widths") if len(small) > 1 else ("", "its own width")
-        told += (
+        amount += (
             f"; for {', '.join(small)} by {up_to}{percent(max(small.values()))} of {whose}, "
             "smaller than that of the component by which the tolerance is judged"
         )
     if len(shares) > 1 + len(small):
-        told += "; for the other outputs by less"
-    text = f"The ends of the error bars are expected to be off by {told}."
+        amount += "; for the other outputs by less"
+    text = f"The ends of the error bars are expected to be off by {amount}."
     return (
         f"{text} At single times it may be up to {worst}." if (worst := worst_time(bands)) else text
     )
@@ -214,10 +216,10 @@ def worst_time(bands: xr.Dataset) -> str:
         return ""
     time, parts = axes.time, {}
     for name, share in shares.items():
-        one, of_mean = select(bands, name), ("mean_expected_error", "error_bar_expected_error")
-        mean = max(float(one[band].mean(time).max()) for band in of_mean)
-        own = one["pointwise_error"] * (share / mean if mean else 0.0)
-        parts[name] = own.max([dim for dim in own.dims if dim != time])
+        series, of_mean = select(bands, name), ("mean_expected_error", "error_bar_expected_error")
+        mean = max(float(series[band].mean(time).max()) for band in of_mean)
+        errors = series["pointwise_error"] * (share / mean if mean else 0.0)
+        parts[name] = errors.max([dim for dim in errors.dims if dim != time])
     worst = max(parts, key=lambda name: float(parts[name].max()))
     at = int(np.argmax(parts[worst].values))
     unit = "" if time not in bands.coords else bands[time].attrs.get("units", "")
@@ -257,48 +259,50 @@ def remarks(
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if "expected_error" in bands.attrs:
-        own = bands.attrs
-        sampled = own.get("runs_generic", own["runs_checked"])
+        attrs = bands.attrs
+        sampled = attrs.get("runs_generic", attrs["runs_checked"])
         lines.append(
-            f"Expected error{averaged(bands)}: {percent(own['expected_error'])} of the error "
-            f"bar's width ({number_of(own['runs_checked'], 'held-out run')}, which "
+            f"Expected error{averaged(bands)}: {percent(attrs['expected_error'])} of the error "
+            f"bar's width ({number_of(attrs['runs_checked'], 'held-out run')}, which "
             f"can miss what happens in {percent(unseen(sampled))} of the space)"
         )
-        lines += [f"At single times it may be up to {one}" for one in [worst_time(bands)] if one]
-        if own.get("refined"):
-            told = ", ".join(f"{k} {percent(own[f'{k}_error'])}" for k in own["refined"])
+        lines += [
+            f"At single times it may be up to {worst}" for worst in [worst_time(bands)] if worst
+        ]
+        if attrs.get("refined"):
+            errors = ", ".join(f"{k} {percent(attrs[f'{k}_error'])}" for k in attrs["refined"])
             lines.append(
-                f"Of this, the expansion {percent(own['expansion_error'])}, {told} "
-                f"({number_of(own['runs_refined'], 'run')} on finer discretizations)"
+                f"Of this, the expansion {percent(attrs['expansion_error'])}, {errors} "
+                f"({number_of(attrs['runs_refined'], 'run')} on finer discretizations)"
             )
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
-        if "runs_generic" in own:
+        if "runs_generic" in attrs:
             lines.append(
                 "An effect that only a small part of the inputs' ranges has, such as a stop that "
-                f"is rarely reached, may be unseen: {own['runs_generic']} of the held-out runs are "
-                "spread over the ranges, and are likely (95 %) to meet one only if "
+                f"is rarely reached, may be unseen: {attrs['runs_generic']} of the held-out runs "
+                "are spread over the ranges, and are likely (95 %) to meet one only if "
                 f"{percent(unseen(sampled))} of the ranges or more have it"
             )
-        if own.get("discretization"):
-            chosen = " (chosen by the method)" if "halved" in own else ""
-            lines.append(f"Discretization: {own['discretization']}{chosen}")
-        if own.get("small_components"):
+        if attrs.get("discretization"):
+            chosen = " (chosen by the method)" if "halved" in attrs else ""
+            lines.append(f"Discretization: {attrs['discretization']}{chosen}")
+        if attrs.get("small_components"):
             lines.append(
-                f"{own['small_components']}: the tolerance is judged in parts of the error bar of "
-                "another component of the same tensor or vector, which is wider; the table tells "
-                "errors in parts of the own width"
+                f"{attrs['small_components']}: the tolerance is judged in parts of the error bar "
+                "of another component of the same tensor or vector, which is wider; the table "
+                "tells errors in parts of the own width"
             )
-        carriers = own.get("carrier_frequencies", ()), own.get("steps_per_period", ())
+        carriers = attrs.get("carrier_frequencies", ()), attrs.get("steps_per_period", ())
         lines += [
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-        lines += _tolerance_remarks(bands) if "tolerance" in own else []
+        lines += _tolerance_remarks(bands) if "tolerance" in attrs else []
     if "choice" in bands.dims:
         for name in outputs_of(bands):
             ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)
-            lower, upper = (" and ".join(dict.fromkeys(own.tolist())) for own in ends)
+            lower, upper = (" and ".join(dict.fromkeys(options.tolist())) for options in ends)
             lines.append(
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
@@ -318,13 +322,13 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
     lines, last = [], bands["above_between"].dims[-1]
     sizes = _largest_of_units(bands)
     for name in outputs_of(bands):
-        one = select(bands, name)
-        unit = f" {one['unit'].values}" if "unit" in one.coords else ""
+        output_bands = select(bands, name)
+        unit = f" {output_bands['unit'].values}" if "unit" in output_bands.coords else ""
         unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
-        low, high = one["error_bar"].transpose("bound", ...).values
-        largest = max(high.max() - low.min(), ROUNDING * sizes[_unit(one)])
+        low, high = output_bands["error_bar"].transpose("bound", ...).values
+        largest = max(high.max() - low.min(), ROUNDING * sizes[_unit(output_bands)])
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
-            least = one[f"{side}_between_least"].values[..., :-1]
+            least = output_bands[f"{side}_between_least"].values[..., :-1]
             reach = np.maximum(end[..., :-1], end[..., 1:]) + least
             if reach.max() <= end.max() + FAR * largest:
                 continue
@@ -345,35 +349,35 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
 
     If the discretization was left to the method, each of them has one half of the tolerance.
     """
-    own, lines = bands.attrs, []
+    attrs, lines = bands.attrs, []
     error, finer, tolerance = (
-        own[k] for k in ("expansion_error", "discretization_error", "tolerance")
+        attrs[k] for k in ("expansion_error", "discretization_error", "tolerance")
     )
-    chosen, unmet = "halved" in own, f"The tolerance of {100 * own['tolerance']:g} % is"
+    chosen, unmet = "halved" in attrs, f"The tolerance of {100 * attrs['tolerance']:g} % is"
     share = tolerance / 2 if chosen else tolerance
-    exceeded = own["expected_error"] > tolerance if chosen else error > tolerance
+    exceeded = attrs["expected_error"] > tolerance if chosen else error > tolerance
     if (
         exceeded
-        and own.get("sigmas", 1) != 1
-        and own.get("stop_reason") == StopReason.TOLERANCE_MET
+        and attrs.get("sigmas", 1) != 1
+        and attrs.get("stop_reason") == StopReason.TOLERANCE_MET
     ):
         return [
             f"{unmet} met for μ ± σ, but NOT for μ ± {deviations(bands)}: choose a smaller one "
             "(--tolerance)"
         ]
     if exceeded and error > share:
-        lines.append(f"{unmet} NOT met: {own.get('advice', MORE)}")
-        lines.append(f"Most is missed {own['largest_miss']}")
-    if own["refined"] and finer > (share if chosen else max(tolerance, error)):
+        lines.append(f"{unmet} NOT met: {attrs.get('advice', MORE)}")
+        lines.append(f"Most is missed {attrs['largest_miss']}")
+    if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:
-            why = own.get("not_refined", TOO_COARSE)
+            why = attrs.get("not_refined", TOO_COARSE)
             lines.append(f"{unmet} NOT met by the discretization: {why}")
         else:
             lines.append(
                 "The discretization is coarse: a finer one would move the bands by more than the "
                 "tolerance"
                 + "; leave out step and elements to have them chosen"
-                * ("step" in own["refined"])
+                * ("step" in attrs["refined"])
             )
     return lines
 

@@ -68,16 +68,18 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
 
     Answers of earlier results, and those that are not as written, are left out, and named.
     """
-    found = []
+    answers = []
     limits, probability = (read_answer(folder, name) for name in ("limits", "probability"))
     for name, title in TITLES.items():
         answer = read_answer(folder, name)
         if answer is not None:
-            found.append(_part(folder, name, title, answer))
+            answers.append(_part(folder, name, title, answer))
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
-    told = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
-    if limits is not None and (pictures := _pictures(folder, "limits", ". ".join(told).strip())):
-        found.insert(0, Answer("Limits over time", None, [], pictures))
+    sentences = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
+    if limits is not None and (
+        pictures := _pictures(folder, "limits", ". ".join(sentences).strip())
+    ):
+        answers.insert(0, Answer("Limits over time", None, [], pictures))
     unusable = unusable_answers(folder, (*TITLES, "limits", "probability"))
     texts = [
         f"Answers {reason.value} are left out: {', '.join(names)}. Ask again."
@@ -85,8 +87,8 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
         if (names := [name for name, why in unusable.items() if why == reason])
     ]
     if texts:
-        found.append(Answer("Left out", None, texts, []))
-    return found, limits, probability
+        answers.append(Answer("Left out", None, texts, []))
+    return answers, limits, probability
 
 
 def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
@@ -105,7 +107,7 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
 
 def _caption(name: str, answer: xr.Dataset) -> str:
     """Return what the picture of an answer shows, and what it was computed from."""
-    told = CAPTIONS.get(name, TITLES[name])
+    caption = CAPTIONS.get(name, TITLES[name])
     if name == "p_box":
         at = {k: c for k, c in answer.coords.items() if not c.ndim and k not in ("unit", "output")}
         where = "".join(
@@ -116,14 +118,16 @@ def _caption(name: str, answer: xr.Dataset) -> str:
             if "output" in answer.coords
             else " of values"
         )
-        told = told.format(of + where + ",")
+        caption = caption.format(of + where + ",")
     made = answer.attrs.get("made")
-    return f"{told}. From {made}." if made else f"{told}."
+    return f"{caption}. From {made}." if made else f"{caption}."
 
 
-def only_one(found: xr.Dataset) -> str:
+def only_one(indices: xr.Dataset) -> str:
     """Return what Sobol' indices of a single random input tell."""
-    return f"{found['name'].values[0]} is the only random input: all of the variance is due to it."
+    return (
+        f"{indices['name'].values[0]} is the only random input: all of the variance is due to it."
+    )
 
 
 def _pictures(folder: Path, name: str, caption: str) -> list[tuple[str, str]]:
@@ -134,43 +138,43 @@ def _pictures(folder: Path, name: str, caption: str) -> list[tuple[str, str]]:
     return [(caption, f"data:image/png;base64,{b64encode(read_unlinked(file)).decode()}")]
 
 
-def allocation_table(found: xr.Dataset) -> Table:
+def allocation_table(allocation: xr.Dataset) -> Table:
     """Return one row per tolerance: itself, its cost, and its part in the nearest limit."""
-    margins = "contribution" in found
-    told = "share of the used margin" if margins else "share of the change of P"
-    header = ["input", "tolerance", "largest", "cost", told]
-    nearest = found["contribution"].isel(binding=0) if margins else found["elasticity"]
+    margins = "contribution" in allocation
+    column = "share of the used margin" if margins else "share of the change of P"
+    header = ["input", "tolerance", "largest", "cost", column]
+    nearest = allocation["contribution"].isel(binding=0) if margins else allocation["elasticity"]
     share = nearest / nearest.sum()
     rows = [
         [
-            str(one["name"].values),
-            *(number(one[k]) for k in ("tolerance", "largest", "cost")),
+            str(tolerance["name"].values),
+            *(number(tolerance[k]) for k in ("tolerance", "largest", "cost")),
         ]
-        for one in (found.isel(name=k) for k in range(found.sizes["name"]))
+        for tolerance in (allocation.isel(name=k) for k in range(allocation.sizes["name"]))
     ]
     return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
 
 
-def quantity_of(found: xr.Dataset) -> str:
+def quantity_of(bands: xr.Dataset) -> str:
     """Return the quantity of a result of `derived`, with its unit."""
-    unit = found["mean"].attrs.get("units")
-    return str(found.attrs["quantity"]) + (f" [{unit}]" if unit else "")
+    unit = bands["mean"].attrs.get("units")
+    return str(bands.attrs["quantity"]) + (f" [{unit}]" if unit else "")
 
 
-def derived_table(found: xr.Dataset) -> Table:
+def derived_table(bands: xr.Dataset) -> Table:
     """Return the bounds of a quantity: the lowest and the highest over its values."""
     words = {
         "mean": "mean",
-        "error_bar": f"error bar μ ± {deviations(found)}",
-        "range": f"range of {100 * found.attrs['probability']:g} %",
+        "error_bar": f"error bar μ ± {deviations(bands)}",
+        "range": f"range of {100 * bands.attrs['probability']:g} %",
     }
     rows = []
-    for name, own in words.items():
+    for name, title in words.items():
         errors = [f"{name}_sampling_error", f"{name}_expected_error"]
-        ends = found[name].sel(bound="lower").min(), found[name].sel(bound="upper").max()
-        scale = float(abs(found[name]).max())
-        row = [own, *(number(v, 5, scale) for v in ends)]
-        rows.append([*row, *(number(found[k].max(), 2) if k in found else "" for k in errors)])
+        ends = bands[name].sel(bound="lower").min(), bands[name].sel(bound="upper").max()
+        scale = float(abs(bands[name]).max())
+        row = [title, *(number(v, 5, scale) for v in ends)]
+        rows.append([*row, *(number(bands[k].max(), 2) if k in bands else "" for k in errors)])
     return ["", "lowest", "highest", "sampling error", "expected error"], rows
 
 
@@ -184,10 +188,10 @@ def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
     for k, name in enumerate(every["limit"].values.tolist()):
         row = [name, "", "", ""]
         if k < checked.sizes["limit"]:
-            one = checked.isel(limit=k)
-            unit = f" {one['unit'].values}" if str(one.coords.get("unit", "")) else ""
-            margin = number(one["least_margin"]), number(one["least_margin_error"], 2)
-            row = [name, str(one["verdict"].values), *(f"{own}{unit}" for own in margin)]
+            limit = checked.isel(limit=k)
+            unit = f" {limit['unit'].values}" if str(limit.coords.get("unit", "")) else ""
+            margin = number(limit["least_margin"]), number(limit["least_margin_error"], 2)
+            row = [name, str(limit["verdict"].values), *(f"{text}{unit}" for text in margin)]
         if probability is not None:
             row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
         rows.append(row)

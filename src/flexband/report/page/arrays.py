@@ -25,15 +25,15 @@ def packed(values: ArrayLike, quantum: float | None = None) -> dict[str, Any]:
     per number: eight of floating-point ones, fewer of multiples of `quantum`.
     """
     array = np.ascontiguousarray(values, dtype="<f8")
-    found, kind = {"shape": list(array.shape)}, "<f8"
+    record, kind = {"shape": list(array.shape)}, "<f8"
     if quantum:
         with np.errstate(over="ignore", invalid="ignore"):
             whole = np.rint(array / quantum)
         largest = np.abs(whole).max(initial=0.0)
         if largest < 2**31:  # not NaN either
             kind = "<i2" if largest < 2**15 else "<i4"
-            array, found = whole.astype(kind), found | {"quantum": quantum}
+            array, record = whole.astype(kind), record | {"quantum": quantum}
     size = array.dtype.itemsize
     planes = array.view(np.uint8).reshape(-1, size).T if array.size else array
     data = b64encode(zlib.compress(planes.tobytes(), 9)).decode()
-    return found | {"bytes": size, "data": data}
+    return record | {"bytes": size, "data": data}

@@ -68,39 +68,46 @@ def _output(
     limits: xr.Dataset | None,
 ) -> dict[str, Any]:
     """Return the data of the chart of one output."""
-    one = select(bands, name)
-    bar = one["error_bar"].transpose("bound", ...).values
+    output_bands = select(bands, name)
+    bar = output_bands["error_bar"].transpose("bound", ...).values
     width = float(np.max(bar[1] - bar[0], initial=0.0))
     quantum = DIGITS * width or None
-    found: dict[str, Any] = {
+    chart: dict[str, Any] = {
         "name": name or "response",
-        "unit": str(one["unit"].values) if "unit" in one.coords else "",
-        "mean": packed(one["mean"].transpose("bound", ...).values, quantum),
+        "unit": str(output_bands["unit"].values) if "unit" in output_bands.coords else "",
+        "mean": packed(output_bands["mean"].transpose("bound", ...).values, quantum),
         "error_bar": packed(bar, quantum),
-        "rings": bool("carriers" in one and np.any(one["carriers"].values > 0)),
+        "rings": bool("carriers" in output_bands and np.any(output_bands["carriers"].values > 0)),
     }
-    if error := next((name for name in ERRORS if name in one), None):
-        found["error"] = packed(one[error].values, quantum)
-        parts = {words: one[part].values for part, words in PARTS.items() if part in one}
-        found["errors"] = {words: packed(values, quantum) for words, values in parts.items()}
-    if "error_bar_at" in one:
-        found["worst"] = packed(one["error_bar_at"].transpose("input", "bound", ...).values)
+    if error := next((name for name in ERRORS if name in output_bands), None):
+        chart["error"] = packed(output_bands[error].values, quantum)
+        parts = {
+            words: output_bands[part].values
+            for part, words in PARTS.items()
+            if part in output_bands
+        }
+        chart["errors"] = {words: packed(values, quantum) for words, values in parts.items()}
+    if "error_bar_at" in output_bands:
+        chart["worst"] = packed(
+            output_bands["error_bar_at"].transpose("input", "bound", ...).values
+        )
     if nominal is not None:
         values = select(nominal, name).values
-        found["nominal"] = packed(values, quantum)
-        found["narrow"] = bool(width < NARROW * np.ptp(values))
+        chart["nominal"] = packed(values, quantum)
+        chart["narrow"] = bool(width < NARROW * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
-        own = select(contributions, name)
-        found["contributions"] = {
+        output_contributions = select(contributions, name)
+        chart["contributions"] = {
             "names": [str(k) for k in contributions["name"].values],
             "values": packed(
-                own["contribution"].transpose("name", ...).values, 100 * DIGITS * width or None
+                output_contributions["contribution"].transpose("name", ...).values,
+                100 * DIGITS * width or None,
             ),
-            "width": packed(own["width"].values, 100 * DIGITS * width or None),
+            "width": packed(output_contributions["width"].values, 100 * DIGITS * width or None),
         }
     if limits is not None:
-        found["limits"] = _limits(limits, one, name)
-    return found
+        chart["limits"] = _limits(limits, output_bands, name)
+    return chart
 
 
 def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
@@ -111,25 +118,25 @@ def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
     def of_limits(kind: str) -> dict[str, float]:
         if kind not in limits or limits[kind].dtype.kind not in "iuf":
             return {}
-        found = zip(limits["limit"].values, limits[kind].values, strict=True)
-        return {str(name): float(own) for name, own in found if np.isfinite(own)}
+        pairs = zip(limits["limit"].values, limits[kind].values, strict=True)
+        return {str(name): float(value) for name, value in pairs if np.isfinite(value)}
 
     least = {"least": of_limits("least_margin"), "at": of_limits("least_margin_at")}
     return {"sigmas": float(limits.attrs["sigmas"]), **least}
 
 
-def _limits(limits: xr.Dataset, one: xr.Dataset, name: str) -> list[dict[str, Any]]:
+def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[dict[str, Any]]:
     """Return the limits of an output: name, side, and curve."""
-    found = []
+    curves = []
     for k in range(limits.sizes["limit"]):
-        own = limits.isel(limit=k)
-        if "output" in own.coords and str(own["output"].values) != name:
+        limit = limits.isel(limit=k)
+        if "output" in limit.coords and str(limit["output"].values) != name:
             continue
         for side in ("below", "above"):
-            values = np.broadcast_to(own[side].values, one["mean"].shape[1:])
+            values = np.broadcast_to(limit[side].values, output_bands["mean"].shape[1:])
             if np.any(np.isfinite(values)):
                 curve = np.where(np.isfinite(values), values, np.nan)
-                found.append(
-                    {"name": str(own["limit"].values), "side": side, "values": packed(curve)}
+                curves.append(
+                    {"name": str(limit["limit"].values), "side": side, "values": packed(curve)}
                 )
-    return found
+    return curves

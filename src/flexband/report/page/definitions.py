@@ -55,15 +55,15 @@ def definitions(
     ----------
     inputs : their table, with the kind in the second column.
     """
-    own = (text.split(": ", 1) for text in bounds(bands).values())
+    pairs = (text.split(": ", 1) for text in bounds(bands).values())
     kinds = {row[1] for row in inputs[1]}
     left_out = {kind for kind in ("interval", "random field") if kind not in kinds}
-    found = {term.lower(): meaning for term, meaning in own}
+    meanings = {term.lower(): meaning for term, meaning in pairs}
     if kinds - NOT_RANDOM:
-        found |= MOMENTS
-    found |= {term: meaning for term, meaning in TERMS.items() if term not in left_out}
+        meanings |= MOMENTS
+    meanings |= {term: meaning for term, meaning in TERMS.items() if term not in left_out}
     if limits is not None:
-        found["margin"] = MARGIN.format(tables.deviations(limits))
+        meanings["margin"] = MARGIN.format(tables.deviations(limits))
     if probability is not None:
-        found |= CHANCES
-    return list(found.items())
+        meanings |= CHANCES
+    return list(meanings.items())

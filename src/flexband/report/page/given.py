@@ -62,7 +62,7 @@ def given_by(
     `motion`, what motion.js shows; `hidden`, sentences on what cannot be shown.
     """
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    found: dict[str, Any] = {
+    data: dict[str, Any] = {
         "question": _docstring(file),
         "inputs": inputs_table(inputs, study.units),
         "units": study.units,
@@ -71,35 +71,35 @@ def given_by(
     response = study.response
     if fields:
         along = field_axes(response, inputs)
-        _add(found, "fields", "The fields", lambda: picture(fields_figure(fields, along)))
+        _add(data, "fields", "The fields", lambda: picture(fields_figure(fields, along)))
     if not isinstance(response, DynamicResponse | StaticResponse):
-        return found
+        return data
 
     @cache
     def mechanism() -> Mechanism:
         return nominal_mechanism(response, inputs)
 
     with without_warnings():
-        _add(found, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
-        _add(found, "description", "The mechanism", lambda: _in_words(mechanism()))
+        _add(data, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
+        _add(data, "description", "The mechanism", lambda: _in_words(mechanism()))
         takes = f"since a run takes {seconds:.2g} s on average."
         if seconds < VERY_SLOW:
             samples = SAMPLES if seconds < SLOW else 0
-            found["motion"], told = study_motion(study, surrogate, samples=samples)
+            data["motion"], remarks = study_motion(study, surrogate, samples=samples)
             nominal = f"The motion is the nominal one, without samples of the inputs, {takes}"
-            found["hidden"] += [*told, *[nominal] * (found["motion"] is not None and not samples)]
+            data["hidden"] += [*remarks, *[nominal] * (data["motion"] is not None and not samples)]
         else:
-            found["hidden"].append(f"The motion is not shown, {takes}")
-    return found
+            data["hidden"].append(f"The motion is not shown, {takes}")
+    return data
 
 
-def _add(found: dict[str, Any], name: str, what: str, make: Callable[[], Any]) -> None:
+def _add(data: dict[str, Any], name: str, what: str, make: Callable[[], Any]) -> None:
     """Add a part of the report, or a remark that it cannot be shown."""
     try:
-        found[name] = make()
+        data[name] = make()
     except Exception as error:  # whatever a builder or Matplotlib raises
-        found["hidden"].append(f"{what} cannot be shown: {error}")
-        warn(found["hidden"][-1])
+        data["hidden"].append(f"{what} cannot be shown: {error}")
+        warn(data["hidden"][-1])
 
 
 def nominal_mechanism(response: Any, inputs: Mapping[str, Any]) -> Mechanism:
@@ -115,7 +115,7 @@ def field_axes(response: Any, inputs: Mapping[str, Any]) -> dict[str, str]:
     """
     if not isinstance(response, DynamicResponse | StaticResponse):
         return {}
-    space, found = Space(first_case(inputs)), {}
+    space, axes = Space(first_case(inputs)), {}
     arguments = space.arguments_at(*space.nominal())
     try:
         with without_warnings():
@@ -123,15 +123,15 @@ def field_axes(response: Any, inputs: Mapping[str, Any]) -> dict[str, str]:
     except Exception:  # whatever a builder raises; the drawing's remark tells it
         return {}
     for kind, parts in (("position", mechanism.bodies), ("time", mechanism.joints)):
-        for one in (own for part in parts.values() for own in vars(part).values()):
-            names = [k for k, value in arguments.items() if callable(value) and value is one]
-            found.update({k: kind if found.get(k, kind) == kind else "" for k in names})
-    return found
+        for attribute in (v for part in parts.values() for v in vars(part).values()):
+            names = [k for k, value in arguments.items() if callable(value) and value is attribute]
+            axes.update({k: kind if axes.get(k, kind) == kind else "" for k in names})
+    return axes
 
 
 def _in_words(mechanism: Mechanism) -> str:
     parts = {"bodies": mechanism.bodies, "joints": mechanism.joints, "loads": mechanism.loads}
-    return "; ".join(f"{kind} {', '.join(own)}" for kind, own in parts.items() if own)
+    return "; ".join(f"{kind} {', '.join(names)}" for kind, names in parts.items() if names)
 
 
 def _docstring(file: Path | None) -> str:

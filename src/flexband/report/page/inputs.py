@@ -30,16 +30,16 @@ NODES = 32
 def inputs_table(given: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
     header = ["input", "kind", "what is known of it", *["unit"] * bool(units)]
-    rows = [[name, *known_of(name, one)] for name, one in given.items()]
+    rows = [[name, *known_of(name, input_)] for name, input_ in given.items()]
     if units:
         rows = [[*row, _unit(row[0], given[row[0]], units)] for row in rows]
     return header, rows
 
 
-def _unit(name: str, one: Any, units: Mapping[str, str]) -> str:
+def _unit(name: str, input_: Any, units: Mapping[str, str]) -> str:
     """Return the unit of an input, or those of the members of correlated ones."""
-    if isinstance(one, Correlated):
-        return "; ".join(f"{k}: {units[k]}" for k in one.members if units.get(k))
+    if isinstance(input_, Correlated):
+        return "; ".join(f"{k}: {units[k]}" for k in input_.members if units.get(k))
     return units.get(name, "")
 
 
@@ -56,11 +56,11 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     if contributions is None:
         return table
     header, rows = table
-    own = contributions["mean_share"]
-    names = [str(name) for name in own["name"].values]
-    told = [_matters(own.isel(name=names.index(r[0]))) if r[0] in names else "" for r in rows]
+    shares = contributions["mean_share"]
+    names = [str(name) for name in shares["name"].values]
+    cells = [_matters(shares.isel(name=names.index(r[0]))) if r[0] in names else "" for r in rows]
     return [*header, f"matters{', mean over time' * over_time(contributions)}"], [
-        [*row, one] for row, one in zip(rows, told, strict=True)
+        [*row, cell] for row, cell in zip(rows, cells, strict=True)
     ]
 
 
@@ -73,60 +73,63 @@ def _matters(share: xr.DataArray) -> str:
     """Return the shares of the outputs that the input matters for, the largest first."""
     shares = {name: float(select(share, name).max()) for name in outputs_of(share)}
     largest = sorted(shares, key=lambda k: -shares[k])[:MOST_OUTPUTS]
-    told = [f"{percent(shares[k])} of {k}" if k else percent(shares[k]) for k in largest]
-    return ", ".join(t for t, k in zip(told, largest, strict=True) if shares[k] > 5e-4) or "0 %"
+    texts = [f"{percent(shares[k])} of {k}" if k else percent(shares[k]) for k in largest]
+    return ", ".join(t for t, k in zip(texts, largest, strict=True) if shares[k] > 5e-4) or "0 %"
 
 
-def known_of(name: str, one: Any) -> tuple[str, str]:  # noqa: PLR0911
+def known_of(name: str, input_: Any) -> tuple[str, str]:  # noqa: PLR0911
     """Return the kind of an input and what is known of it, in words."""
-    if isinstance(one, Constant) or is_number(one):
-        return "constant", number(getattr(one, "constant", one), 6)
-    if isinstance(one, Interval):
-        middle, half = (one.lower + one.upper) / 2, (one.upper - one.lower) / 2
-        return "interval", f"{_range(one)} ({number(middle, 6, half)} ± {number(half)})"
-    if isinstance(one, Sizing):
-        return "size", f"free in {_range(one)}, tolerance ± {number(one.tolerance, 6)}"
-    if isinstance(one, Compensator):
-        return "compensator", f"adjusted in {_range(one)}"
-    if isinstance(one, Choice):
-        return "choice", " or ".join(map(str, one.options))
-    if isinstance(one, Correlated):
-        members = "; ".join(f"{k}: {known_of(k, own)[1]}" for k, own in one.members.items())
+    if isinstance(input_, Constant) or is_number(input_):
+        return "constant", number(getattr(input_, "constant", input_), 6)
+    if isinstance(input_, Interval):
+        middle, half = (input_.lower + input_.upper) / 2, (input_.upper - input_.lower) / 2
+        return "interval", f"{_range(input_)} ({number(middle, 6, half)} ± {number(half)})"
+    if isinstance(input_, Sizing):
+        return "size", f"free in {_range(input_)}, tolerance ± {number(input_.tolerance, 6)}"
+    if isinstance(input_, Compensator):
+        return "compensator", f"adjusted in {_range(input_)}"
+    if isinstance(input_, Choice):
+        return "choice", " or ".join(map(str, input_.options))
+    if isinstance(input_, Correlated):
+        members = "; ".join(
+            f"{k}: {known_of(k, member)[1]}" for k, member in input_.members.items()
+        )
         return "correlated", members
-    if isinstance(one, RandomField) and is_number(one.mean) and is_number(one.std):
-        told = f"mean {number(one.mean, 6)}, standard deviation {number(one.std, 6)}"  # pyright: ignore
-        return "random field", f"{told}, correlation length {one.correlation_length:g}"
-    if isinstance(one, Field):
-        return f"{'random' if one.random else 'interval'} field", one.summary
-    return _of_distribution(name, one)
+    if isinstance(input_, RandomField) and is_number(input_.mean) and is_number(input_.std):
+        moments = f"mean {number(input_.mean, 6)}, standard deviation {number(input_.std, 6)}"  # pyright: ignore
+        return "random field", f"{moments}, correlation length {input_.correlation_length:g}"
+    if isinstance(input_, Field):
+        return f"{'random' if input_.random else 'interval'} field", input_.summary
+    return _of_distribution(name, input_)
 
 
-def _range(one: Any) -> str:
+def _range(interval: Any) -> str:
     """Return the ends of an interval."""
-    return f"{number(one.lower, 6)} … {number(one.upper, 6)}"
+    return f"{number(interval.lower, 6)} … {number(interval.upper, 6)}"
 
 
-def _of_distribution(name: str, one: Any) -> tuple[str, str]:
+def _of_distribution(name: str, distribution: Any) -> tuple[str, str]:
     """Return the kind of a distribution, and its mean, standard deviation and usual range."""
-    kind = type(one).__name__
-    found = statistics(name, one)
-    if found is None:
-        return kind, repr(one)
-    low, high, mean, std = found
+    kind = type(distribution).__name__
+    numbers = statistics(name, distribution)
+    if numbers is None:
+        return kind, repr(distribution)
+    low, high, mean, std = numbers
     ends = f"{number(low)} … {number(high)}"
-    told = f"mean {number(mean)}, standard deviation {number(std, 3)}, 90 % in {ends}"
+    summary = f"mean {number(mean)}, standard deviation {number(std, 3)}, 90 % in {ends}"
     intervals = [
-        f"{k} in [{number(v.lower, 6)}, {number(v.upper, 6)}]" for k, v in one.intervals.items()
+        f"{k} in [{number(v.lower, 6)}, {number(v.upper, 6)}]"
+        for k, v in distribution.intervals.items()
     ]
-    return kind, "; ".join([told, *intervals])
+    return kind, "; ".join([summary, *intervals])
 
 
-def statistics(name: str, one: Any) -> tuple[float, float, float, float] | None:
+def statistics(name: str, input_: Any) -> tuple[float, float, float, float] | None:
     """Return the 5 % and 95 % quantiles, the mean and the standard deviation of a random number.
 
     None of what is not one random number. Parameters that are intervals are at their midpoints.
     """
-    space = Space(first_case({name or "input": one}))
+    space = Space(first_case({name or "input": input_}))
     if space.random_dimension != 1:
         return None
 

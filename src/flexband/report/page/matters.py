@@ -30,8 +30,8 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     names = [name for name in tables.outputs_of(share) if varies(contributions, name)]
     if not names:
         return "No input matters: all outputs are constant."
-    told = [_most(share["name"].values, _flat(tables.select(share, name))) for name in names]
-    first, part = told[0]
+    largest = [_most(share["name"].values, _flat(tables.select(share, name))) for name in names]
+    first, part = largest[0]
     words = (
         f"without its uncertainty, the error bar would be {tables.percent(part)} narrower"
         f"{', mean over time' * over_time(contributions)}"
@@ -39,8 +39,8 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     if len(names) == 1:
         return f"What matters most is {first}: {words}."
     some = [
-        f"{one} for {name} ({tables.percent(part)})"
-        for name, (one, part) in list(zip(names, told, strict=True))[1:MOST]
+        f"{input_} for {name} ({tables.percent(part)})"
+        for name, (input_, part) in list(zip(names, largest, strict=True))[1:MOST]
     ]
     others = "; the report has the other outputs" if len(names) > MOST else ""
     return f"What matters most is {first} for {names[0]} ({words}), {', '.join(some)}{others}."
@@ -55,27 +55,27 @@ def varies(contributions: xr.Dataset, name: str) -> bool:
 
 def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     """Return which input matters most for each limit, least margin in parts of a width first."""
-    found = []
+    margins = []
     outputs = tables.outputs_of(contributions["mean_share"])
     count = limits.sizes["limit"]
-    own = limits["output"].values if "output" in limits.coords else outputs[0]
-    for k, name in enumerate(np.broadcast_to(own, count).astype(str).tolist()):
+    names = limits["output"].values if "output" in limits.coords else outputs[0]
+    for k, name in enumerate(np.broadcast_to(names, count).astype(str).tolist()):
         if not varies(contributions, name if len(outputs) > 1 else outputs[0]):
             continue
         width = _select(contributions["width"], outputs, name)
         size = float(width.mean()) or np.inf
-        found.append((float(limits["least_margin"][k]) / size, k, name))
-    if not found:
+        margins.append((float(limits["least_margin"][k]) / size, k, name))
+    if not margins:
         return "No input matters for the limits: their outputs are constant."
-    told = [
+    largest = [
         (str(limits["limit"].values[k]), *_around(contributions, limits.isel(limit=k), name))
-        for _, k, name in sorted(found)[:MOST]
+        for _, k, name in sorted(margins)[:MOST]
     ]
-    (limit, first, part, where), *rest = told
+    (limit, first, part, where), *rest = largest
     others = "".join(
-        f"; for {name}, it is {one} ({tables.percent(part)})" for name, one, part, _ in rest
+        f"; for {name}, it is {input_} ({tables.percent(part)})" for name, input_, part, _ in rest
     )
-    more = "; there are further limits" if len(found) > MOST else ""
+    more = "; there are further limits" if len(margins) > MOST else ""
     return (
         f"What matters most for the limit {limit} is {first}: without its uncertainty, the error "
         f"bar would be {tables.percent(part)} narrower{where}{others}{more}."

@@ -33,22 +33,22 @@ def p_boxes(
     `distribution`, dims (output, place, bound, number), at `value` (output, place, number), and
     `sampling_error` (output, place), the largest; the coordinate `place` is the time.
     """
-    one = next(iter(getattr(surrogate, "surrogates", {"": surrogate}).values()))
+    first_surrogate = next(iter(getattr(surrogate, "surrogates", {"": surrogate}).values()))
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
-    if not one.space.random_dimension or len(free) != 1:
+    if not first_surrogate.space.random_dimension or len(free) != 1:
         return None
     (dim,) = free
     bar = bands["error_bar"].transpose("bound", ..., dim).values
     widest = np.unique(np.argmax(bar[1] - bar[0], axis=-1))
     regular = np.linspace(0, bands.sizes[dim] - 1, count).round().astype(int)
     places = bands[dim].values[np.union1d(widest, regular)]
-    found = []
+    rows = []
     for name in outputs_of(bands["mean"]):
         output = {"output": name} if "output" in bands["mean"].dims else {}
-        own = [p_box(surrogate, at={**output, dim: x}, samples=SAMPLES) for x in places]
-        found.append([_row(one) for one in own])
+        boxes = [p_box(surrogate, at={**output, dim: x}, samples=SAMPLES) for x in places]
+        rows.append([_row(box) for box in boxes])
     value, distribution, error = (
-        np.array([[row[k] for row in own] for own in found]) for k in range(3)
+        np.array([[row[k] for row in output_rows] for output_rows in rows]) for k in range(3)
     )
     dims = "output", "place"
     data = {
@@ -59,26 +59,26 @@ def p_boxes(
     return xr.Dataset(data, {"place": places}, {"samples": SAMPLES})
 
 
-def p_box_data(found: xr.Dataset | None) -> dict[str, Any] | None:
+def p_box_data(boxes: xr.Dataset | None) -> dict[str, Any] | None:
     """Return what p_boxes.js draws."""
-    if found is None:
+    if boxes is None:
         return None
     return {
-        "places": found["place"].values.tolist(),
-        "samples": int(found.attrs["samples"]),
-        "values": [packed(own.values) for own in found["value"]],
-        "distribution": [packed(own.values, 1e-6) for own in found["distribution"]],
-        "error": found["sampling_error"].values.tolist(),
+        "places": boxes["place"].values.tolist(),
+        "samples": int(boxes.attrs["samples"]),
+        "values": [packed(output.values) for output in boxes["value"]],
+        "distribution": [packed(output.values, 1e-6) for output in boxes["distribution"]],
+        "error": boxes["sampling_error"].values.tolist(),
     }
 
 
-def _row(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, float]:
+def _row(box: xr.Dataset) -> tuple[np.ndarray, np.ndarray, float]:
     """Return values, bounds of probabilities there, and the error of these.
 
     What has one value only is a step there.
     """
-    value = one["value"].values
-    distribution = one["distribution"].transpose("bound", "value").values
+    value = box["value"].values
+    distribution = box["distribution"].transpose("bound", "value").values
     if len(value) == 1:
         value, distribution = np.repeat(value, VALUES), np.repeat(distribution, VALUES, axis=1)
-    return value, distribution, float(one["sampling_error"].max())
+    return value, distribution, float(box["sampling_error"].max())

@@ -36,38 +36,38 @@ def widest_path(
     width = (bands["error_bar"].sel(bound="upper") - bands["error_bar"].sel(bound="lower")).max(
         "time"
     )
-    found = {}
+    widths = {}
     for name in names:
         point = name.removesuffix("_X")
         if point != name and units[name] == units.get(f"{point}_Y") == "m":
             pair = name, f"{point}_Y"
-            found[pair] = float(width.sel(output=list(pair)).max())
-    if not found:
+            widths[pair] = float(width.sel(output=list(pair)).max())
+    if not widths:
         return None
-    x, y = max(found, key=lambda pair: found[pair])
+    x, y = max(widths, key=lambda pair: widths[pair])
     return path(surrogate, x, y, sigmas=sigmas, directions=DIRECTIONS)
 
 
-def path_data(found: xr.Dataset | None) -> dict[str, Any] | None:
+def path_data(tube: xr.Dataset | None) -> dict[str, Any] | None:
     """Return what paths.js draws of a result of `path`."""
-    if found is None or found["radius"].ndim != 1:
+    if tube is None or tube["radius"].ndim != 1:
         return None
-    (free,) = found["radius"].dims
-    step = max(1, -(-found.sizes[free] // MOST_REGIONS))
+    (free,) = tube["radius"].dims
+    step = max(1, -(-tube.sizes[free] // MOST_REGIONS))
     some = {free: slice(None, None, step)}
-    radius = float(found["radius"].max())
+    radius = float(tube["radius"].max())
     quantum = DIGITS * radius or None
     vertices = np.stack(
-        [found[name].isel(some).transpose(free, "vertex").values for name in "xy"], axis=1
+        [tube[name].isel(some).transpose(free, "vertex").values for name in "xy"], axis=1
     )
     return {
-        "names": [str(found[name].attrs["output"]) for name in "xy"],
-        "unit": str(found["x"].attrs.get("units", "")),
-        "bar": f"μ ± {deviations(found)}" if "sigmas" in found.attrs else "a part of the samples",
-        "places": packed(found[free].isel(some).values if free in found.coords else np.arange(0)),
-        "nominal": packed([found[f"{name}_nominal"].values for name in "xy"], quantum),
+        "names": [str(tube[name].attrs["output"]) for name in "xy"],
+        "unit": str(tube["x"].attrs.get("units", "")),
+        "bar": f"μ ± {deviations(tube)}" if "sigmas" in tube.attrs else "a part of the samples",
+        "places": packed(tube[free].isel(some).values if free in tube.coords else np.arange(0)),
+        "nominal": packed([tube[f"{name}_nominal"].values for name in "xy"], quantum),
         "step": step,
-        "reach": packed(found["radius"].values, quantum),
+        "reach": packed(tube["radius"].values, quantum),
         "vertices": packed(vertices, quantum),
         "radius": radius,
     }

@@ -150,8 +150,8 @@ def verdict(
         lines.append(f"{tables.told_by_new_runs(bands, checked, doubtful=bool(doubts))}.")
     unsure = "; this is NOT reliable." if any(doubt.unreliable for doubt in doubts) else "."
     if limits is not None:
-        ones = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]
-        lines += [limit_in_words(one) + unsure for one in ones]
+        single_limits = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]
+        lines += [limit_in_words(limit) + unsure for limit in single_limits]
     if why := given.get("unchecked"):
         lines.append(f"The limits are not checked: {why}.")
     if probability is not None:
@@ -164,43 +164,45 @@ def verdict(
     return lines
 
 
-def limit_in_words(one: xr.Dataset) -> str:
+def limit_in_words(limit: xr.Dataset) -> str:
     """Return whether a limit is kept, and where its margin is least, without a full stop."""
-    unit = f" {one['unit'].values}" if "unit" in one.coords else ""
-    margin = f"least margin {number(one['least_margin'])}{unit}"
-    if "least_margin_at" in one and one["least_margin_at"].dtype.kind == "f":
-        free = str(one["margin"].dims[-1])
+    unit = f" {limit['unit'].values}" if "unit" in limit.coords else ""
+    margin = f"least margin {number(limit['least_margin'])}{unit}"
+    if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f":
+        free = str(limit["margin"].dims[-1])
         unit = " s" if free == "time" else ""
-        margin += f" at {free} {number(one['least_margin_at'])}{unit}"
-        if between := told_between(one):
-            margin += f"; {between} {number(one['margin_between_after'])}{unit}"
+        margin += f" at {free} {number(limit['least_margin_at'])}{unit}"
+        if between := told_between(limit):
+            margin += f"; {between} {number(limit['margin_between_after'])}{unit}"
             margin += " (a smaller output_step shows it)"
     kept = {"kept": "is kept", "not kept": "is NOT kept"}
-    words = kept.get(str(one["verdict"].values), "is not certainly kept")
-    return f"The limit {one['limit'].values} {words} by μ ± {tables.deviations(one)}: {margin}"
+    words = kept.get(str(limit["verdict"].values), "is not certainly kept")
+    return f"The limit {limit['limit'].values} {words} by μ ± {tables.deviations(limit)}: {margin}"
 
 
 def numbers(bands: xr.Dataset) -> list[tuple[str, tables.Table]]:
     """Return a table of numbers for every output, at some of its times."""
-    found = []
+    titled_tables = []
     for name in tables.outputs_of(bands["mean"]):
-        one = tables.select(bands, name)
-        (free,) = (d for d in one["mean"].dims if d != "bound")
-        some = one.isel({free: np.unique(np.linspace(0, one.sizes[free] - 1, ROWS).astype(int))})
+        output_bands = tables.select(bands, name)
+        (free,) = (d for d in output_bands["mean"].dims if d != "bound")
+        some = output_bands.isel(
+            {free: np.unique(np.linspace(0, output_bands.sizes[free] - 1, ROWS).astype(int))}
+        )
         error = next((some[k].values for k in ERRORS if k in some), None)
         columns = [some[free].values]
         columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", free)]
         header = [str(free), "lowest mean", "highest mean", "bar from", "to"]
         if error is not None:
             columns, header = [*columns, error], [*header, "expected error"]
-        scales = [0.0, *[float(abs(one["error_bar"]).max())] * 4, 0.0]
+        scales = [0.0, *[float(abs(output_bands["error_bar"]).max())] * 4, 0.0]
         rows = [
             [number(v, 5, scale) for v, scale in zip(row, scales, strict=False)]
             for row in zip(*columns, strict=True)
         ]
-        unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
-        found.append((f"{name or 'response'}{unit}", (header, rows)))
-    return found
+        unit = f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
+        titled_tables.append((f"{name or 'response'}{unit}", (header, rows)))
+    return titled_tables
 
 
 def runs_in_words(attrs: Mapping[str, Any]) -> str:
@@ -214,9 +216,9 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
         "runs_failed": "failed",
     }
     parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]
-    told = f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
+    text = f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
     if attrs.get("runs_coarser") or attrs.get("runs_refined"):
-        told += (
+        text += (
             ". The budget, max_runs, is for those that are fitted or held out on one discretization"
         )
-    return told
+    return text

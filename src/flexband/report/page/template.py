@@ -38,9 +38,9 @@ def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values:
         values["scripts"] = [_plotly(), *map(_script, scripts)]
     styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in STYLES)
     page = _templates().get_template(template)
-    told = page.render(style=Markup("".join(styles)), version=version("flexband"), **values)
+    html = page.render(style=Markup("".join(styles)), version=version("flexband"), **values)
     with replaced(file) as partial:
-        partial.write_text(told, encoding="utf-8", errors="replace")
+        partial.write_text(html, encoding="utf-8", errors="replace")
 
 
 @cache

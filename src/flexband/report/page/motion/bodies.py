@@ -37,18 +37,18 @@ def body_item(scene: Scene, tracks: Tracks, name: str) -> Item:
     `radius` [m] and a point `rim`, rigid bodies a direction `turn`.
     """
     body = scene.mechanism.bodies[name]
-    item: Item = {"name": name, "kind": "unknown"}
+    shape: Item = {"name": name, "kind": "unknown"}
     if isinstance(body, CentreLine):
-        return item | _line(scene, tracks, name, body)
-    item["center"] = tracks.point(f"{name}.center")
+        return shape | _line(scene, tracks, name, body)
+    shape["center"] = tracks.point(f"{name}.center")
     if isinstance(body, PointMass):
-        item["kind"] = "mass"
+        shape["kind"] = "mass"
     elif isinstance(body, RigidBody):
-        item |= {"turn": tracks.turn(f"{name}.center"), **_rigid(scene, tracks, name, body)}
-    return item
+        shape |= {"turn": tracks.turn(f"{name}.center"), **_rigid(scene, tracks, name, body)}
+    return shape
 
 
-def outline(item: Item) -> Item:
+def outline(shape: Item) -> Item:
     """Return what is drawn of a body in other samples.
 
     Returns
@@ -56,13 +56,13 @@ def outline(item: Item) -> Item:
     Numbers of `points`, and whether the line through them is `closed`; with a `radius`, a circle
     about the first.
     """
-    axis = item.get("axis")
+    axis = shape.get("axis")
     if axis is not None:
         return {"points": axis[:: max(1, (len(axis) - 1) // OUTLINE_GAPS)], "closed": False}
-    if "radius" in item:
-        points = [item["center"], item["rim"]]
-        return {"points": points, "closed": False, "radius": item["radius"]}
-    corners = item.get("corners", [item["center"]])
+    if "radius" in shape:
+        points = [shape["center"], shape["rim"]]
+        return {"points": points, "closed": False, "radius": shape["radius"]}
+    corners = shape.get("corners", [shape["center"]])
     return {"points": corners, "closed": len(corners) > 2}
 
 
@@ -87,22 +87,22 @@ def _rigid(scene: Scene, tracks: Tracks, name: str, body: RigidBody) -> Item:
             tracks.point(points[int(np.argmin(np.linalg.norm(places - corner, axis=1)))])
             for corner in corners
         ]
-        item: Item = {"kind": "link", "corners": numbers, "stays": []}
+        shape: Item = {"kind": "link", "corners": numbers, "stays": []}
         around = hull(np.concatenate([corners, center[None]])).tolist()
         if center.tolist() in around and center.tolist() not in corners.tolist():  # it is outside
             nearest = np.argsort(np.linalg.norm(corners - center, axis=1))[:2]
-            item["stays"] = [numbers[k] for k in nearest]
-        return item
+            shape["stays"] = [numbers[k] for k in nearest]
+        return shape
     drawn = drawn_by_a_joint(scene, name)
     radius = _pitch_radius(scene, name)
     if not drawn:  # a circle of its radius of gyration
         square = scene.start.number(body.inertia) / scene.start.number(body.mass)
         radius = float(np.sqrt(square))
     if radius:
-        item = {"radius": radius, "rim": tracks.position(lambda model: _rim(model, name, radius))}
+        shape = {"radius": radius, "rim": tracks.position(lambda model: _rim(model, name, radius))}
     else:
-        item = {}
-    return item | {"kind": "center" if drawn else "disc"}
+        shape = {}
+    return shape | {"kind": "center" if drawn else "disc"}
 
 
 def _pitch_radius(scene: Scene, name: str) -> float:

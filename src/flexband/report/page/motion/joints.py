@@ -26,28 +26,28 @@ def joint_item(scene: Scene, tracks: Tracks, name: str) -> Item:
     which they start, +1 or −1.
     """
     joint = scene.mechanism.joints[name]
-    item: Item = {"name": name, "kind": "unknown", "at": [tracks.point(p) for p in joint.points]}
+    symbol: Item = {"name": name, "kind": "unknown", "at": [tracks.point(p) for p in joint.points]}
     for kind, word in SIMPLE.items():
         if isinstance(joint, kind):
-            item["kind"] = word
+            symbol["kind"] = word
     match joint:
         case Prismatic() | Slot():
             block, ground = isinstance(joint, Prismatic), not body_of(joint.second)
-            item |= {"kind": "slide" if block else "slot", "ground": ground}
-            item["axis"] = _axis(tracks, joint)
+            symbol |= {"kind": "slide" if block else "slot", "ground": ground}
+            symbol["axis"] = _axis(tracks, joint)
         case Gear():
-            item |= {"kind": "gears", "circles": _circles(scene, tracks, joint)}
+            symbol |= {"kind": "gears", "circles": _circles(scene, tracks, joint)}
         case Rack():
-            item |= {"kind": "rack", "circles": _circles(scene, tracks, joint)}
-            item["line"] = [_on_rack(scene, tracks, joint, end) for end in scene.rack_line(joint)]
+            symbol |= {"kind": "rack", "circles": _circles(scene, tracks, joint)}
+            symbol["line"] = [_on_rack(scene, tracks, joint, end) for end in scene.rack_line(joint)]
         case PrescribedRotation():
             at = tracks.point(pivot(scene, joint.first))
-            item |= {"kind": "rotation", "at": [at], "turn": tracks.turn(joint.first)}
-            item["sense"] = first_sense(scene, joint.angle)
+            symbol |= {"kind": "rotation", "at": [at], "turn": tracks.turn(joint.first)}
+            symbol["sense"] = first_sense(scene, joint.angle)
         case PrescribedTravel():
-            item |= {"kind": "travel", "axis": _axis(tracks, joint)}
-            item["sense"] = first_sense(scene, joint.travel)
-    return item
+            symbol |= {"kind": "travel", "axis": _axis(tracks, joint)}
+            symbol["sense"] = first_sense(scene, joint.travel)
+    return symbol
 
 
 def supports(scene: Scene, tracks: Tracks, name: str) -> list[Item]:

@@ -25,31 +25,31 @@ def load_item(scene: Scene, tracks: Tracks, name: str) -> Item:
     force.
     """
     load = scene.mechanism.loads[name]
-    item: Item = {"name": name, "kind": "unknown", "at": []}
+    symbol: Item = {"name": name, "kind": "unknown", "at": []}
     if isinstance(load, DistributedLoad):
-        return item | _distributed(scene, tracks, load)
-    item["at"] = [tracks.point(point) for point in load.points]
+        return symbol | _distributed(scene, tracks, load)
+    symbol["at"] = [tracks.point(point) for point in load.points]
     match load:
         case Gravity():
             field = [scene.start.number(load.x), scene.start.number(load.y)]
-            item |= {"kind": "gravity", "field": field}
+            symbol |= {"kind": "gravity", "field": field}
         case Spring() | ViscousFriction():
             walls = [not body_of(point) for point in load.points]
-            item |= {"kind": "spring", "walls": walls, **elements_of(scene, load)}
+            symbol |= {"kind": "spring", "walls": walls, **elements_of(scene, load)}
         case TorsionSpring():
             elements = elements_of(scene, load)
             motor = not any(elements.values())
             turned = motor or callable(load.torque) or scene.start.number(load.torque)
             sense = sense_of(scene, load.torque) if turned else 0.0
-            item |= {"kind": "torsion", "sense": sense, **elements}
+            symbol |= {"kind": "torsion", "sense": sense, **elements}
         case Moment():
-            item |= {"kind": "moment", "sense": sense_of(scene, load.moment)}
+            symbol |= {"kind": "moment", "sense": sense_of(scene, load.moment)}
         case Force():
             force = tracks.force(lambda model: _force(model, load))
-            item |= {"kind": "force", "at": item["at"][0], "force": force}
+            symbol |= {"kind": "force", "at": symbol["at"][0], "force": force}
         case ForceLaw():
-            item["kind"] = "law"
-    return item
+            symbol["kind"] = "law"
+    return symbol
 
 
 def _force(model: SensorModel, load: Force) -> Vector:

@@ -65,14 +65,14 @@ def motion_data(
     if not isinstance(response, DynamicResponse | StaticResponse):
         return None, ["The response is not a mechanism of flexband, so that there is no animation."]
     try:
-        found, told = _of_mechanism(response, space, samples)
+        motion, remarks = _of_mechanism(response, space, samples)
     except Exception as error:  # whatever a builder raises
         reason = " ".join(str(error).split())
         if not samples:
             return None, [f"The motion could not be simulated: {reason}"]
-        found, told = motion_data(response, space, samples=0)
-        told = [f"Samples of the inputs could not be simulated: {reason}", *told]
-    return found, told
+        motion, remarks = motion_data(response, space, samples=0)
+        remarks = [f"Samples of the inputs could not be simulated: {reason}", *remarks]
+    return motion, remarks
 
 
 def _of_mechanism(
@@ -92,11 +92,11 @@ def _of_mechanism(
     lengths = np.hypot(*np.moveaxis(parts["direction"][0], 1, 0))[:, None]
     parts["direction"] = parts["direction"] / np.where(lengths > 0, lengths, 1.0)
     nominal = {kind: _packed(kind, values[0]) for kind, values in parts.items()}
-    found = {"times": packed(times), **nominal, **items}
-    found["samples"] = _samples(items["bodies"], parts["position"])
+    motion = {"times": packed(times), **nominal, **items}
+    motion["samples"] = _samples(items["bodies"], parts["position"])
     failed = int((~good).sum())
     few = f"{are(failed, 'sample')} not drawn, of {samples}, since their motion fails."
-    return found, [few] if failed else []
+    return motion, [few] if failed else []
 
 
 def _points(space: Space, samples: int) -> tuple[np.ndarray, np.ndarray]:
@@ -140,13 +140,19 @@ def _items(scene: Scene, tracks: Tracks) -> dict[str, Any]:
     loads = [load_item(scene, tracks, name) for name in mechanism.loads]
     reactions = [reaction_item(scene, tracks, name) for name in mechanism.joints]
     moving = Position, Velocity, Acceleration  # whose paths tell something, unlike that of an Angle
-    points = {name: one.point for name, one in mechanism.sensors.items() if isinstance(one, moving)}
+    points = {
+        name: sensor.point
+        for name, sensor in mechanism.sensors.items()
+        if isinstance(sensor, moving)
+    }
     return {
         "bodies": [body_item(scene, tracks, name) for name in mechanism.bodies],
         "joints": [joint_item(scene, tracks, name) for name in mechanism.joints],
-        "supports": [one for name in mechanism.joints for one in supports(scene, tracks, name)],
-        "loads": [item for item in loads if item["kind"] != "force"],
-        "forces": [item for item in (*reactions, *loads) if item and "force" in item],
+        "supports": [
+            support for name in mechanism.joints for support in supports(scene, tracks, name)
+        ],
+        "loads": [load for load in loads if load["kind"] != "force"],
+        "forces": [symbol for symbol in (*reactions, *loads) if symbol and "force" in symbol],
         "traces": [
             {"name": name, "at": tracks.point(point)}
             for name, point in points.items()
@@ -157,10 +163,10 @@ def _items(scene: Scene, tracks: Tracks) -> dict[str, Any]:
 
 def _samples(bodies: list[dict[str, Any]], positions: np.ndarray) -> dict[str, Any]:
     """Return outlines of bodies and their deviations from the nominal motion."""
-    outlines = [outline(item) for item in bodies]
-    points = list(dict.fromkeys(point for own in outlines for point in own["points"]))
-    for own in outlines:
-        own["points"] = [points.index(point) for point in own["points"]]
+    outlines = [outline(body) for body in bodies]
+    points = list(dict.fromkeys(point for line in outlines for point in line["points"]))
+    for line in outlines:
+        line["points"] = [points.index(point) for point in line["points"]]
     apart = positions[1:, points] - positions[:1, points]
     most = max(1, MOST_NUMBERS // apart[:1].size) if apart.size else 0
     return {

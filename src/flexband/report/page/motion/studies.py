@@ -29,18 +29,20 @@ def study_motion(
         left out, and the domains of fields. Without one, fields without a domain take runs.
     samples : as in `motion_data`.
     """
-    response, inputs, told = study.response, study.inputs, []
+    response, inputs, remarks = study.response, study.inputs, []
     if not isinstance(response, DynamicResponse | StaticResponse):
         return motion_data(response, Space({}))
-    chosen = {name: one.options[0] for name, one in inputs.items() if isinstance(one, Choice)}
+    chosen = {
+        name: choice.options[0] for name, choice in inputs.items() if isinstance(choice, Choice)
+    }
     if chosen:
         options = ", ".join(f"{name} = {option}" for name, option in chosen.items())
-        told = [f"The animation is that of {options}."]
+        remarks = [f"The animation is that of {options}."]
     if isinstance(surrogate, SurrogateOfChoices):
         surrogate = next(iter(surrogate.surrogates.values()))
     if surrogate is None:
         space = Space(first_case(study.located().inputs))
     else:
         space, (response, _) = surrogate.space, as_expanded(surrogate, response)
-    found, more = motion_data(response, space, samples=samples)
-    return found, [*told, *more]
+    motion, more = motion_data(response, space, samples=samples)
+    return motion, [*remarks, *more]

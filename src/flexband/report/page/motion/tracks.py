@@ -65,8 +65,8 @@ class Tracks:
 
     def reaction(self, joint: str) -> int | None:
         """Return the number of the force that a joint exerts on its first body, if there is one."""
-        found, multipliers = self.mechanism.joint(joint)
-        if found.force(self.mechanism.frame, multipliers) is None:
+        constraint, multipliers = self.mechanism.joint(joint)
+        if constraint.force(self.mechanism.frame, multipliers) is None:
             return None
         return self.force(lambda model: _pair(Reaction(joint).rows(model)))
 

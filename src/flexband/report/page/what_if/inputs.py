@@ -23,14 +23,16 @@ LEAST_FIELD = 0.01
 
 def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
-    found, told, first = [], [], 0
-    for name, one in space.of_kind(random=False).items():
-        if not isinstance(one, Interval):
-            told.append(f"{name} keeps its limits: it is {_kind(one)}.")
-        elif one.lower < one.upper:
-            found.append({"name": name, "lower": one.lower, "upper": one.upper, "variable": first})
-        first += one.dimension
-    return found, told
+    intervals, remarks, first = [], [], 0
+    for name, input_ in space.of_kind(random=False).items():
+        if not isinstance(input_, Interval):
+            remarks.append(f"{name} keeps its limits: it is {_kind(input_)}.")
+        elif input_.lower < input_.upper:
+            intervals.append(
+                {"name": name, "lower": input_.lower, "upper": input_.upper, "variable": first}
+            )
+        first += input_.dimension
+    return intervals, remarks
 
 
 def scatters_of(
@@ -43,36 +45,36 @@ def scatters_of(
     inputs : where Python finds the inputs of the surrogate.
     resolved : whether the page can compute all moments for less scatter.
     """
-    found, told, first = [], [], 0
-    groups = [one for one in space.given.values() if isinstance(one, Correlated)]
-    for name, one in space.of_kind(random=True).items():
-        scatter = _scatter(one, f"{inputs}[{name!r}]")
+    scatters, remarks, first = [], [], 0
+    groups = [group for group in space.given.values() if isinstance(group, Correlated)]
+    for name, input_ in space.of_kind(random=True).items():
+        scatter = _scatter(input_, f"{inputs}[{name!r}]")
         if any(name in group.members for group in groups):
-            told.append(f"{name} keeps its scatter: it is correlated with other inputs.")
+            remarks.append(f"{name} keeps its scatter: it is correlated with other inputs.")
         elif scatter is None:
-            told.append(f"{name} keeps its scatter: it is {_kind(one)}.")
+            remarks.append(f"{name} keeps its scatter: it is {_kind(input_)}.")
         elif not resolved:
-            told.append(f"{name} keeps its scatter: a vibration has too many random inputs.")
+            remarks.append(f"{name} keeps its scatter: a vibration has too many random inputs.")
         else:
-            variables = list(range(first, first + one.dimension))
-            found.append({"name": name, "variables": variables, **scatter})
-        first += one.dimension
-    return found, told
+            variables = list(range(first, first + input_.dimension))
+            scatters.append({"name": name, "variables": variables, **scatter})
+        first += input_.dimension
+    return scatters, remarks
 
 
-def _kind(one: Input) -> str:
+def _kind(input_: Input) -> str:
     """Return what kind of input one is, with an article."""
-    name = type(one.distribution if isinstance(one, PBox) else one).__name__
-    if isinstance(one, RandomField):
-        name = f"{one.distribution} {name}"
-    if isinstance(one, PBox | RandomField) and one.intervals:
+    name = type(input_.distribution if isinstance(input_, PBox) else input_).__name__
+    if isinstance(input_, RandomField):
+        name = f"{input_.distribution} {name}"
+    if isinstance(input_, PBox | RandomField) and input_.intervals:
         name += " with intervals as parameters"
-    elif isinstance(one, RandomField) and callable(one.std):
+    elif isinstance(input_, RandomField) and callable(input_.std):
         name += " whose std is a function"
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
-def _scatter(one: Input, old: str) -> dict[str, Any] | None:
+def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
     """Return how the scatter of an input, in Python `old`, is scaled, or None if it cannot be.
 
     Returns
@@ -81,18 +83,18 @@ def _scatter(one: Input, old: str) -> dict[str, Any] | None:
     `python`, in which {0} and {1} stand
     for the `ends` a + b s at the scale s, and `fixed` for s = 0.
     """
-    if one.intervals:
+    if input_.intervals:
         return None
     ends, least = [], 0.0
-    match one:
+    match input_:
         case Normal():
-            of, size, fixed = "std", float(one.spread), float(one.mean)
+            of, size, fixed = "std", float(input_.spread), float(input_.mean)
             python = f"fb.Normal({fixed!r}, {{0}})"
         case LogNormal():
-            of, (mean, size) = RELATIVE, map(float, one.logarithm)
+            of, (mean, size) = RELATIVE, map(float, input_.logarithm)
             fixed, python = float(np.exp(mean)), f"fb.LogNormal.of_logarithm({mean!r}, {{0}})"
         case Uniform():
-            of, size, fixed = "half width", (one.upper - one.lower) / 2, one.lower
+            of, size, fixed = "half width", (input_.upper - input_.lower) / 2, input_.lower
             fixed, python = fixed + size, "fb.Uniform({0}, {1})"
             ends = [(fixed, -size), (fixed, size)]
         case RandomField(distribution="normal", std=float() | int() as std):
@@ -100,5 +102,5 @@ def _scatter(one: Input, old: str) -> dict[str, Any] | None:
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None
-    found = {"of": of, "size": size, "fixed": fixed, "least": least, "python": python}
-    return found | {"ends": ends or [(0.0, size)]}
+    scaling = {"of": of, "size": size, "fixed": fixed, "least": least, "python": python}
+    return scaling | {"ends": ends or [(0.0, size)]}

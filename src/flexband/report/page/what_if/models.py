@@ -48,13 +48,13 @@ def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
     ----------
     scale : sizes of the outputs by which their coefficients are divided, shape (outputs,).
     """
-    found = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
+    tree = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
     if isinstance(expansion, PhaseExpansion):
-        return found | _of_phases(expansion, scale)
+        return tree | _of_phases(expansion, scale)
     assert isinstance(expansion, DirectExpansion)
     values = expansion.values
     rows = values.coefficients.reshape(len(values.index), len(scale), -1) / scale[:, None]
-    return found | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
+    return tree | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
 
 
 def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
     m, moments = terms.interval_dimension, terms.moments
     polynomials, eta, inverse = moment_polynomials(terms)
     rule = _rule(terms, eta, scale)
-    found = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
+    tree = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
         "kind": "phases",
         "carriers": columns.carriers,
         "turning": terms.turning.tolist(),
@@ -75,18 +75,18 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
         size[:, [moments.variance, *range(moments.turn_real, moments.block)]] *= scale[:, None]
         smooth[:, : moments.phase] /= size.reshape(-1, 1)
         smooth[0, moments.phase :] = _turned_back(smooth[0, moments.phase :])
-        return found | _rounded(smooth)
+        return tree | _rounded(smooth)
     points, weights = rule
     rows = np.moveaxis(terms.coefficients, 0, 2).copy()
     rows[:, : columns.phase] /= scale[:, None]
     for first in range(columns.phase, columns.width, columns.block):
         rows[0, first] = _turned_back(rows[0, first])
         rows[:, first + 1 : first + columns.block] /= np.tile(scale, 2)[:, None]
-    own = enumerate(zip(parts.families, terms.orders[m:], strict=True))
-    values = {str(v): packed(one.values(int(k), points[:, v])) for v, (one, k) in own}
+    variables = enumerate(zip(parts.families, terms.orders[m:], strict=True))
+    values = {str(v): packed(family.values(int(k), points[:, v])) for v, (family, k) in variables}
     rules = {"nodes": eta, "inverse": inverse, "points": points, "weights": weights}
     packed_rules = {name: packed(array) for name, array in rules.items()}
-    return found | _terms(parts, rows) | packed_rules | {"polynomials": values}
+    return tree | _terms(parts, rows) | packed_rules | {"polynomials": values}
 
 
 def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
@@ -97,7 +97,9 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     families = terms.over_random()
     if (rule := resolving_rule(*families)) is not None:
         return rule
-    every = [slice(0, None, max(1, -(-len(own) // CHECKED))) for own in (terms.coefficients, eta)]
+    every = [
+        slice(0, None, max(1, -(-len(array) // CHECKED))) for array in (terms.coefficients, eta)
+    ]
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
     known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
     for in_pairs in IN_PAIRS:
@@ -124,7 +126,7 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
         "i": expansion.i.tolist(),
         "j": expansion.j.tolist(),
         "families": [family.name for family in families],
-        "norms": [one.norms(k).tolist() for one, k in zip(families, orders, strict=True)],
+        "norms": [family.norms(k).tolist() for family, k in zip(families, orders, strict=True)],
         **_rounded(rows),
     }
 
@@ -132,7 +134,7 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
 def _rounded(coefficients: np.ndarray) -> dict[str, Any]:
     """Return coefficients, the constants, which are by far the largest, apart."""
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
-    return {name: packed(own, QUANTUM) for name, own in parts.items()}
+    return {name: packed(values, QUANTUM) for name, values in parts.items()}
 
 
 def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

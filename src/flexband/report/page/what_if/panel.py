@@ -54,33 +54,38 @@ def what_if(
     if not isinstance(surrogate, Surrogate | SurrogateOfChoices):
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     every = list(surrogates_of(surrogate).values())
-    space, expansions = every[0].space, [own for one in every for own in one.expansions]
+    space, expansions = (
+        every[0].space,
+        [expansion for alternative in every for expansion in alternative.expansions],
+    )
     if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
-    if sum(_coefficients(one) for one in expansions) > MAX_COEFFICIENTS:
+    if sum(_coefficients(expansion) for expansion in expansions) > MAX_COEFFICIENTS:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
     outputs = _outputs(every[0].labels, bands)
     scale = np.array(outputs["scale"])
-    models = [model(one, scale[one.outputs]) for one in expansions]
-    resolved = all(one["kind"] == "direct" or "points" in one for one in models)
-    intervals, told = intervals_of(space)
+    models = [model(expansion, scale[expansion.outputs]) for expansion in expansions]
+    resolved = all(
+        model_data["kind"] == "direct" or "points" in model_data for model_data in models
+    )
+    intervals, remarks = intervals_of(space)
     given = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
     scatters, why = scatters_of(space, given, resolved=resolved)
     if not intervals and not scatters:
-        return None, told + why
-    for one in intervals + scatters:
-        own = (units or {}).get(one["name"], "")
-        one["unit"] = "" if one.get("of") == RELATIVE else own
-    found = {
+        return None, remarks + why
+    for input_ in intervals + scatters:
+        unit = (units or {}).get(input_["name"], "")
+        input_["unit"] = "" if input_.get("of") == RELATIVE else unit
+    panel = {
         "intervals": intervals,
         "scatters": scatters,
-        "remarks": told + why,
+        "remarks": remarks + why,
         "interval_dimension": space.interval_dimension,
         "random_dimension": space.random_dimension,
         "models": models,
         **outputs,
     }
-    return found, []
+    return panel, []
 
 
 def _coefficients(expansion: Expansion) -> int:
@@ -98,12 +103,12 @@ def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> dict[str, Any]:
     names, units, error = names_of_outputs(labels), [""] * len(width), None
     if "unit" in labels.coords:
         first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})
-        units = [str(one) for one in np.ravel(bands["unit"].broadcast_like(first))]
-    told = ("pointwise_error", "error_bar_expected_error")  # narrowed bounds may rest anywhere
-    if found := next((own for own in told if own in bands), None):
-        expected = bands[found].values
+        units = [str(unit) for unit in np.ravel(bands["unit"].broadcast_like(first))]
+    variables = ("pointwise_error", "error_bar_expected_error")  # narrowed bounds may rest anywhere
+    if variable := next((variable for variable in variables if variable in bands), None):
+        expected = bands[variable].values
         largest = np.reshape(expected, (len(width), -1)).max(axis=1)
-        error = [float(one) if np.isfinite(one) else None for one in largest]
+        error = [float(value) if np.isfinite(value) else None for value in largest]
     return {
         "sigmas": float(bands.attrs["sigmas"]),
         "outputs": [{"name": n, "unit": u} for n, u in zip(names, units, strict=True)],

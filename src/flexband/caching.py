@@ -110,14 +110,14 @@ class _MachineCode(NullCache):
             try:
                 if hashlib.sha256(content[32:]).digest() != content[:32]:
                     raise ValueError("the checksum is wrong")
-                found = CompileResult._rebuild(target_context, *pickle.loads(content[32:]))
+                overload = CompileResult._rebuild(target_context, *pickle.loads(content[32:]))
             except Exception:  # whatever a damaged file raises, its code is compiled again
                 with suppress(OSError):
                     file.unlink()
                 continue
             with suppress(OSError):
                 os.utime(file)
-            return found
+            return overload
         return None
 
     def save_overload(self, sig: Any, cres: Any) -> None:
@@ -202,13 +202,13 @@ def _basis(module: str) -> tuple[object, ...] | None:
     they are used; the versions of the packages and of Python; and Numba's settings.
     """
     top = module.partition(".")[0]
-    seen, waiting, folders = set(), [module], set()
+    known_files, waiting, folders = set(), [module], set()
     try:
         while waiting:
             name = waiting.pop()
             file = _file(name) if name.partition(".")[0] in (top, PACKAGE) else None
-            if file and file not in seen:
-                seen.add(file)
+            if file and file not in known_files:
+                known_files.add(file)
                 folders.add(file.parent)
                 waiting += _read(file)[1]
         files = sorted(file for folder in folders for file in folder.glob("*.py"))
@@ -236,8 +236,8 @@ def _file(module: str) -> Path | None:
     if origin is None:
         return None
     path = Path(origin).parent.joinpath(*names)
-    found = (path / "__init__.py", path.with_suffix(".py"))
-    return next((file for file in found if file.is_file()), None)
+    candidates = (path / "__init__.py", path.with_suffix(".py"))
+    return next((file for file in candidates if file.is_file()), None)
 
 
 @cache
@@ -246,14 +246,14 @@ def _read(file: Path) -> tuple[str, list[str]]:
 
     The names of what it imports may be modules too. Expressions import nothing.
     """
-    source, found = file.read_bytes(), []
+    source, modules = file.read_bytes(), []
     waiting: list[ast.AST] = [ast.parse(source)]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Import):
-            found += (alias.name for alias in node.names)
+            modules += (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found += (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
+            modules += (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
         for part in ("body", "orelse", "handlers", "finalbody", "cases"):
             waiting += getattr(node, part, ())
-    return hashlib.sha256(source).hexdigest(), found
+    return hashlib.sha256(source).hexdigest(), modules

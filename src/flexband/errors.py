@@ -123,11 +123,11 @@ def warning_once(kind: type[FlexbandWarning]) -> Iterator[None]:
 
 def warn(message: str, kind: type[FlexbandWarning] = FlexbandWarning) -> None:
     """Issue a warning that points to the line of the caller outside this package."""
-    told = _told_once.get()
-    if issubclass(kind, _silent.get()) or (told and told.get(kind)):
+    issued_kinds = _told_once.get()
+    if issubclass(kind, _silent.get()) or (issued_kinds and issued_kinds.get(kind)):
         return
-    if told and kind in told:
-        told[kind] = True
+    if issued_kinds and kind in issued_kinds:
+        issued_kinds[kind] = True
     package = str(Path(__file__).parent)
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
@@ -262,19 +262,19 @@ def affordable(name: str, count: float) -> None:
 
 def free_memory() -> float:
     """Return the memory that this process may still take [bytes], as far as it can be known."""
-    found = [64e9]  # where the system does not tell
+    limits = [64e9]  # where the system does not tell
     with suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
         line = next(line for line in lines if line.startswith("MemAvailable:"))
-        found.append(1024.0 * int(line.split()[1]))
+        limits.append(1024.0 * int(line.split()[1]))
     with suppress(OSError, ValueError):
         group = Path("/sys/fs/cgroup")
         limit, used = (
             float((group / name).read_text(encoding="ascii"))
             for name in ("memory.max", "memory.current")
         )
-        found.append(limit - used)
-    return max(0.0, min(found))
+        limits.append(limit - used)
+    return max(0.0, min(limits))
 
 
 def named(function: Callable) -> str:

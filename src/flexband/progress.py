@@ -115,10 +115,10 @@ class Pace:
         if self.first is None or part <= self.first[1]:
             self.first = self.first or ((now, part) if part > 0 else None)
             return
-        left = (now - self.first[0]) * (1 - part) / (part - self.first[1])
-        text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(left)} left"
-        self._tell(text, "" if self.told or left < LONG else text)
-        self.told |= left >= LONG
+        remaining = (now - self.first[0]) * (1 - part) / (part - self.first[1])
+        text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(remaining)} left"
+        self._tell(text, "" if self.told or remaining < LONG else text)
+        self.told |= remaining >= LONG
 
     def _tell(self, text: str, line: str = "") -> None:
         if (hearer := _hearer.get()) is not None:

@@ -35,10 +35,10 @@ class _Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
-        own = args[: args.index("--")] if "--" in args else args
-        Ending.debug = "--debug" in own
-        known = [a for a in _apart(own) if a != "--debug"]
-        return super().parse_args(ctx, [*known, *args[len(own) :]])
+        options = args[: args.index("--")] if "--" in args else args
+        Ending.debug = "--debug" in options
+        known = [a for a in _apart(options) if a != "--debug"]
+        return super().parse_args(ctx, [*known, *args[len(options) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:
         print_anywhere()
@@ -47,13 +47,13 @@ class _Commands(TyperGroup):
 
 def _apart(args: Sequence[str]) -> list[str]:
     """Return arguments with the two times of --during apart: a blank or a comma may be between."""
-    found: list[str] = []
+    arguments: list[str] = []
     for arg in args:
         name, equals, value = arg.partition("=")
         parts = [name, value] if name == DURING and equals else [arg]
         for part in parts:
-            found += part.split(",") if found[-1:] == [DURING] else [part]
-    return found
+            arguments += part.split(",") if arguments[-1:] == [DURING] else [part]
+    return arguments
 
 
 app = typer.Typer(
@@ -64,8 +64,8 @@ app = typer.Typer(
 )
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(requested: bool) -> None:
+    if requested:
         print_text(fb.__version__)
         raise typer.Exit
 

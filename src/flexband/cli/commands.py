@@ -21,21 +21,25 @@ MODULES = (  # the order of the help page
 @cache
 def commands() -> dict[str, tuple[str, str]]:
     """Return the module and the help of each command, read from functions with ``@app.command``."""
-    found = {}
+    entries = {}
     for module in MODULES:
         file = Path(__file__).parent.joinpath(*module.split(".")).with_suffix(".py")
         for function in ast.parse(file.read_bytes()).body:
             if isinstance(function, ast.FunctionDef):
                 for name in _names(function):
-                    found[name] = f"flexband.cli.{module}", ast.get_docstring(function) or ""
-    return found
+                    entries[name] = f"flexband.cli.{module}", ast.get_docstring(function) or ""
+    return entries
 
 
 def _names(function: ast.FunctionDef) -> Iterator[str]:
     """Yield the name of the command that a function is, if it is one."""
-    for one in function.decorator_list:
-        if isinstance(one, ast.Call) and ast.unparse(one.func) == "app.command":
-            yield ast.literal_eval(one.args[0]) if one.args else function.name.replace("_", "-")
+    for decorator in function.decorator_list:
+        if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "app.command":
+            yield (
+                ast.literal_eval(decorator.args[0])
+                if decorator.args
+                else function.name.replace("_", "-")
+            )
 
 
 def load(arguments: Iterable[str]) -> None:
@@ -45,6 +49,6 @@ def load(arguments: Iterable[str]) -> None:
     ----------
     arguments : those of the command line, options included.
     """
-    name = next((one for one in arguments if one in commands()), None)
+    name = next((argument for argument in arguments if argument in commands()), None)
     if name is not None:
         import_module(commands()[name][0])

@@ -62,9 +62,9 @@ def compare_methods(
     check_folder(output)
     folder = StudyFolder(output)
     with folder.held(kept=False):
-        own = str(file.resolve()), fingerprint(study.response)
-        folder.check_claim(*own, replace=replace)
-        try_write(lambda: folder.claim(*own))
+        claim = str(file.resolve()), fingerprint(study.response)
+        folder.check_claim(*claim, replace=replace)
+        try_write(lambda: folder.claim(*claim))
         study = discretized(study.located())
         print_text("Everything is compiled before the methods are timed.", error=True)
         with progress_bars() as task:
@@ -73,8 +73,8 @@ def compare_methods(
                 reference,
                 methods,
                 progress=lambda method: task(method.label),
-                finished=lambda one: try_write(
-                    lambda: write_netcdf(one.bands, data_file(output, one))
+                finished=lambda comparison: try_write(
+                    lambda: write_netcdf(comparison.bands, data_file(output, comparison))
                 ),
             )
         title = f"{file.stem}: relative errors against {reference.label}"

@@ -53,44 +53,48 @@ def export(
 
 def header(runs: xr.Dataset) -> list[str]:
     """Return the names of the columns."""
-    own = ["run", "status", "reason", "setting", "seconds", "finished"]
+    fixed_names = ["run", "status", "reason", "setting", "seconds", "finished"]
     outputs = column_names(runs["outputs"].rename(None)) if "outputs" in runs else []
-    return different([*own, *map(str, runs["input"].values), *outputs])
+    return different([*fixed_names, *map(str, runs["input"].values), *outputs])
 
 
 def blocks(runs: xr.Dataset) -> Iterator[list[Any]]:
     """Yield the columns of some runs after the other."""
     meanings = runs["status"].attrs["flag_meanings"].split()
     for first in range(0, runs.sizes["run"], BLOCK):
-        own = runs.isel(run=slice(first, first + BLOCK)).load()
-        count = own.sizes["run"]
-        finished = np.datetime_as_string(own["finished"].values.astype("M8[ms]"), timezone="UTC")
+        block = runs.isel(run=slice(first, first + BLOCK)).load()
+        count = block.sizes["run"]
+        finished = np.datetime_as_string(block["finished"].values.astype("M8[ms]"), timezone="UTC")
         columns: list[Any] = [
             list(range(first, first + count)),
-            [meanings[k] for k in own["status"].values],
-            own["reason"].values.tolist(),
-            own["setting"].values.tolist(),
-            own["seconds"].values.tolist(),
+            [meanings[k] for k in block["status"].values],
+            block["reason"].values.tolist(),
+            block["setting"].values.tolist(),
+            block["seconds"].values.tolist(),
             finished.tolist(),
-            *own["inputs"].values.T.tolist(),
+            *block["inputs"].values.T.tolist(),
         ]
-        if "outputs" in own:
-            columns += own["outputs"].values.reshape(count, -1).T.tolist()
+        if "outputs" in block:
+            columns += block["outputs"].values.reshape(count, -1).T.tolist()
         yield columns
 
 
 def in_plain_numbers(runs: xr.Dataset) -> xr.Dataset:
     """Return the runs without what NetCDF 3 does not have: dates become seconds since 1970."""
-    found = runs.load()
-    for name, own in found.variables.items():
-        if own.dtype.kind == "T":
-            found[name] = own.dims, np.array(own.values.tolist(), dtype=str), own.attrs
-        elif own.dtype.kind == "M":
-            seconds = own.values.astype("M8[ns]").astype("int64") / 1e9
-            found[name] = own.dims, seconds, {"long_name": "seconds since 1970-01-01"}
-        elif own.dtype.kind == "m":
-            found[name] = own.dims, own.values / np.timedelta64(1, "s"), {"units": "s"}
-    return found
+    dataset = runs.load()
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind == "T":
+            dataset[name] = (
+                variable.dims,
+                np.array(variable.values.tolist(), dtype=str),
+                variable.attrs,
+            )
+        elif variable.dtype.kind == "M":
+            seconds = variable.values.astype("M8[ns]").astype("int64") / 1e9
+            dataset[name] = variable.dims, seconds, {"long_name": "seconds since 1970-01-01"}
+        elif variable.dtype.kind == "m":
+            dataset[name] = variable.dims, variable.values / np.timedelta64(1, "s"), {"units": "s"}
+    return dataset
 
 
 def write_parquet(runs: xr.Dataset, file: Path) -> None:

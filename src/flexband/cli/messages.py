@@ -148,7 +148,7 @@ def _parts(widths: list[int], most: int) -> list[list[int]]:
 
     Of all ways to split them, it is the one whose widest table is the narrowest.
     """
-    size = [own + 3 for own in widths]
+    size = [width + 3 for width in widths]
     count = len(_filled(size, most))
     least = next(
         w for w in range(size[0] + 1, most + sum(size) + 2) if len(_filled(size, w)) <= count

@@ -54,11 +54,11 @@ class Plan:
         self.where()
 
     @classmethod
-    def of(cls, told: Mapping[str, Any], **changes: Any) -> Plan:
+    def of(cls, content: Mapping[str, Any], **changes: Any) -> Plan:
         """Return the plan of a study.json, with other values of options that are not None."""
-        names = {one.name for one in fields(cls)}
+        names = {plan_field.name for plan_field in fields(cls)}
         try:
-            plan = cls(**{name: value for name, value in told.items() if name in names})
+            plan = cls(**{name: value for name, value in content.items() if name in names})
         except TypeError:
             raise StoreError("study.json does not tell which study it is") from None
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
@@ -103,18 +103,18 @@ class Plan:
     @property
     def has_remote_executor(self) -> bool:
         """Whether the executor is the address of a scheduler on another host."""
-        found = re.fullmatch(r"(?:\w+://)?(.+):\d+/?", self.executor or "")
+        match = re.fullmatch(r"(?:\w+://)?(.+):\d+/?", self.executor or "")
         local = ("localhost", "127.0.0.1", "[::1]", "processes")
-        return found is not None and found[1] not in local
+        return match is not None and match[1] not in local
 
     def where(self) -> Processes | Dask | str | None:
         """Return the executor; raise `InputError` if there is none of this name."""
         name, limit = self.executor, self.time_limit
         if limit is not None:
             positive("--time-limit [s]", limit)
-        own = re.fullmatch(r"processes(?::(\d+))?", name or "", re.ASCII)
-        if own:
-            return Processes(int(own[1]) if own[1] else None, limit)
+        match = re.fullmatch(r"processes(?::(\d+))?", name or "", re.ASCII)
+        if match:
+            return Processes(int(match[1]) if match[1] else None, limit)
         if limit is not None and name is None:
             raise InputError(
                 "--time-limit requires --executor processes, or the address of a Dask scheduler: "

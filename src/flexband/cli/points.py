@@ -67,23 +67,23 @@ def ingest(
     study = plan.study()
     response = response_elsewhere(study)
     with StudyFolder(folder).held():
-        found = RequestedPoints.of(folder).read(results, response.labels)
+        point_results = RequestedPoints.of(folder).read(results, response.labels)
         with evaluations(response, study.inputs, store=Store(folder)) as evaluate:
             record = evaluate.record
             assert record is not None
             record.begin(response.labels)
             new = 0
-            for one in found:
-                row = one.inputs[None]
-                if record.find(one.setting, row)[0] >= 0:
+            for result in point_results:
+                row = result.inputs[None]
+                if record.find(result.setting, row)[0] >= 0:
                     continue
-                values = None if one.values is None else one.values[None]
-                record.add(Finished(one.setting, row, values, one.reason, 0.0, time.time()))
+                values = None if result.values is None else result.values[None]
+                record.add(Finished(result.setting, row, values, result.reason, 0.0, time.time()))
                 new += 1
-    failed = sum(one.values is None for one in found)
-    told = f"{are(new, 'run')} recorded, {failed} of {len(found)} failed"
-    known = f"; {len(found) - new} were recorded before" if new < len(found) else ""
-    print_text(f"{told}{known}. `flexband resume {folder}` goes on")
+    failed = sum(result.values is None for result in point_results)
+    text = f"{are(new, 'run')} recorded, {failed} of {len(point_results)} failed"
+    known = f"; {len(point_results) - new} were recorded before" if new < len(point_results) else ""
+    print_text(f"{text}{known}. `flexband resume {folder}` goes on")
 
 
 def response_elsewhere(study: Study) -> Any:

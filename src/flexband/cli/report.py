@@ -80,7 +80,7 @@ def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> 
 
     with usage():
         whole("--p-boxes", count, 1, 1000)
-    found = None if surrogate is None else p_boxes(surrogate, bands, count)
-    if found is None:
+    bounds = None if surrogate is None else p_boxes(surrogate, bands, count)
+    if bounds is None:
         raise UsageError("--p-boxes requires a surrogate with random inputs, over one variable")
-    try_write(lambda: write_netcdf(found, answer_file(folder, "p_boxes")))
+    try_write(lambda: write_netcdf(bounds, answer_file(folder, "p_boxes")))

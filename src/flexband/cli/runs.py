@@ -107,9 +107,9 @@ def run(
     Options of methods change the study's method, or the one given by --method.
     """
     given = {name: value for name, value in values.items() if value is not None}
-    own = str(file.resolve())
+    path = str(file.resolve())
     with usage():
-        plan = Plan(own, method, given, sigmas, verify, failed, batch, executor, time_limit)
+        plan = Plan(path, method, given, sigmas, verify, failed, batch, executor, time_limit)
     run_plan(plan, output, as_json=as_json, record=store, allow_mismatch=insist, replace=replace)
 
 

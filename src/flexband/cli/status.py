@@ -47,24 +47,24 @@ def status(
     console = Console()
     if as_json or not (watch and console.is_terminal):
         before = ""
-        for found in _looks(folder, watch=watch):
-            text = "\n".join(lines(found))
+        for facts in _looks(folder, watch=watch):
+            text = "\n".join(lines(facts))
             if as_json:
-                print_json(found)
+                print_json(facts)
             elif text != before:
                 print_text(text)
             before = text
         return
     with Live(console=console, auto_refresh=False) as live:
-        for found in _looks(folder, watch=watch):
-            live.update("\n".join(lines(found)), refresh=True)
+        for facts in _looks(folder, watch=watch):
+            live.update("\n".join(lines(facts)), refresh=True)
 
 
 def _looks(folder: Path, *, watch: bool) -> Iterator[dict[str, Any]]:
-    yield (found := state_of(folder))
-    while watch and found["state"] == "running":
+    yield (facts := state_of(folder))
+    while watch and facts["state"] == "running":
         time.sleep(PERIOD)
-        yield (found := state_of(folder))
+        yield (facts := state_of(folder))
 
 
 def state_of(folder: Path) -> dict[str, Any]:
@@ -75,26 +75,26 @@ def state_of(folder: Path) -> dict[str, Any]:
     StoreError
         If there is neither study.json nor any run in the folder, or they are damaged.
     """
-    own = StudyFolder(folder)
-    alive = own.in_use()
-    about = own.read()
-    if not about and not own.runs.exists():
+    study_folder = StudyFolder(folder)
+    alive = study_folder.in_use()
+    about = study_folder.read()
+    if not about and not study_folder.runs.exists():
         raise StoreError(f"folder must be that of a study; there is none in {str(folder)!r}")
-    runs = _runs(own, about.get("session"))
+    runs = _runs(study_folder, about.get("session"))
     state = about.get("state", "running" if alive else "stopped")
     if state == "running" and not alive:
         state = "stopped"
         about["reason"] = f"{about.get('process', 'its process')} ended without a word"
     elif alive:
         state = "running"
-    replaced = [one for one in runs["failures"] if one["replaced"]]
+    replaced = [failure for failure in runs["failures"] if failure["replaced"]]
     total, done = about.get("total"), about.get("done", runs["done"])
     elapsed = max(0.0, float(about.get("elapsed", 0.0)))
     ran = float(about.get("ran", elapsed))
     rate = runs["made"] / ran if ran > 0 and runs["made"] else None
-    left = None
+    remaining = None
     if state == "running" and total is not None and rate:
-        left = max(0, total - done) / rate
+        remaining = max(0, total - done) / rate
     return {
         "folder": str(folder),
         "file": about.get("file"),
@@ -113,7 +113,7 @@ def state_of(folder: Path) -> dict[str, Any]:
         "replaced": len(replaced),
         "rate": rate,
         "elapsed": elapsed,
-        "left": left,
+        "left": remaining,
         "doubts": doubts_in(about),
         "points": about.get("points"),
         "failures": runs["failures"],
@@ -179,16 +179,16 @@ def parts_of(setting: str) -> Counter[str]:
     return Counter(filter(None, setting.split("; ")))
 
 
-def going_on(found: dict[str, Any]) -> str:
+def going_on(facts: dict[str, Any]) -> str:
     """Return how to go on with a study that was stopped, or that failed."""
-    if found["file"] is not None:
-        goes_on = f"`flexband resume {shlex.quote(found['folder'])}` goes on"
-        if found["state"] == "stopped":
+    if facts["file"] is not None:
+        goes_on = f"`flexband resume {shlex.quote(facts['folder'])}` goes on"
+        if facts["state"] == "stopped":
             return goes_on
-        own = shlex.quote(found["file"]), shlex.quote(found["folder"])
+        paths = shlex.quote(facts["file"]), shlex.quote(facts["folder"])
         return (
             f"{goes_on} if the cause lies outside of the study, and fails again if it does not: "
-            f"then mend {own[0]}, and `flexband run {own[0]} --output {own[1]}`"
+            f"then mend {paths[0]}, and `flexband run {paths[0]} --output {paths[1]}`"
         )
     return (
         "There is no study.json here. `flexband run` with the study's file and this folder goes "
@@ -196,69 +196,69 @@ def going_on(found: dict[str, Any]) -> str:
     )
 
 
-def counted(found: dict[str, Any]) -> str:
+def counted(facts: dict[str, Any]) -> str:
     """Return how many runs are done, and of how many as far as that is known."""
-    if found["total"] is not None:
-        most, total = "at most " * found["most"], number_of(found["total"], "run")
-        return f"{found['done']} of {most}{total} done"
-    most = f" (at most {found['each']} with the same step and elements)" * bool(found["each"])
-    return f"{number_of(found['done'], 'run')} done{most}"
+    if facts["total"] is not None:
+        most, total = "at most " * facts["most"], number_of(facts["total"], "run")
+        return f"{facts['done']} of {most}{total} done"
+    most = f" (at most {facts['each']} with the same step and elements)" * bool(facts["each"])
+    return f"{number_of(facts['done'], 'run')} done{most}"
 
 
-def now_and_left(found: dict[str, Any]) -> list[str]:
+def now_and_left(facts: dict[str, Any]) -> list[str]:
     """Return what a running study does now, how fast it is, and which time its runs still take."""
-    told = [f"now: {found['now']}"] * bool(found["now"])
-    rate, left = found["rate"], found["left"]
+    texts = [f"now: {facts['now']}"] * bool(facts["now"])
+    rate, remaining = facts["rate"], facts["left"]
     if rate:
         speed = (
             f"{number_of(f'{rate:.3g}', 'run')} per second"
             if rate >= 1
             else f"{duration(1 / rate)} per run"
         )
-        kind = "at most" if found["most"] else "about"
-        rest = f", {kind} {duration(left)} left for the runs" if left else ""
-        told.append(f"{speed} on average{rest}")
-    return told
+        kind = "at most" if facts["most"] else "about"
+        rest = f", {kind} {duration(remaining)} left for the runs" if remaining else ""
+        texts.append(f"{speed} on average{rest}")
+    return texts
 
 
-def lines(found: dict[str, Any]) -> list[str]:
+def lines(facts: dict[str, Any]) -> list[str]:
     """Return the state of a study as lines."""
-    state = found["state"]
-    about = f"{found['folder']}: {state}"
-    failures = [one for one in found["failures"] if not one["replaced"]]
-    if found["reason"]:
-        lines = found["reason"].splitlines()  # of failed runs, the others tell what follows here
+    state = facts["state"]
+    about = f"{facts['folder']}: {state}"
+    failures = [failure for failure in facts["failures"] if not failure["replaced"]]
+    if facts["reason"]:
+        lines = facts["reason"].splitlines()  # of failed runs, the others tell what follows here
         about += f" ({lines[0] if failures else ' '.join(lines)})"
-    elif state == "running" and found["process"]:
-        about += f", by {found['process']}"
+    elif state == "running" and facts["process"]:
+        about += f", by {facts['process']}"
     if state in ("running", "finished"):
-        told = [about, f"{counted(found)}, {found['failed']} failed"]
+        report = [about, f"{counted(facts)}, {facts['failed']} failed"]
     else:
-        told = [
+        report = [
             about,
-            f"{number_of(found['recorded'], 'run')} done and recorded, {found['failed']} failed",
+            f"{number_of(facts['recorded'], 'run')} done and recorded, {facts['failed']} failed",
         ]
     if state == "running":
-        told += now_and_left(found)
-    if found["replaced"]:
-        told.append(
-            f"{found['replaced']} more failed on a coarse discretization that was tried first, and "
+        report += now_and_left(facts)
+    if facts["replaced"]:
+        report.append(
+            f"{facts['replaced']} more failed on a coarse discretization that was tried first, and "
             "were made again on a finer one"
         )
-    for one in failures[:SHOWN]:
-        own = ", ".join(f"{name} = {value:.9g}" for name, value in one["inputs"].items())
-        where = f" ({one['setting']})" if one["setting"] else ""
-        told.append(f"failed: run {one['run']}{where}: {own}: {one['reason']}")
+    for failure in failures[:SHOWN]:
+        inputs = ", ".join(f"{name} = {value:.9g}" for name, value in failure["inputs"].items())
+        where = f" ({failure['setting']})" if failure["setting"] else ""
+        report.append(f"failed: run {failure['run']}{where}: {inputs}: {failure['reason']}")
     if len(failures) > SHOWN:
-        told.append(
+        report.append(
             f"… and {number_of(len(failures) - SHOWN, 'more failed run')} (--json lists all)"
         )
-    if found["doubts"]:
-        told.append(f"Doubts: {'; '.join(found['doubts'])}")
-    if state == "waiting" and found["points"]:
-        told.append(
-            f"{are(found['points']['count'], 'point')} to be run: {found['points']['file']}"
+    if facts["doubts"]:
+        report.append(f"Doubts: {'; '.join(facts['doubts'])}")
+    if state == "waiting" and facts["points"]:
+        report.append(
+            f"{are(facts['points']['count'], 'point')} to be run: {facts['points']['file']}"
         )
     if state in ("stopped", "failed"):
-        told.append(going_on(found))
-    return told
+        report.append(going_on(facts))
+    return report

@@ -60,8 +60,8 @@ class Array:
     @property
     def chunk(self) -> tuple[int, ...]:
         """Shape of a chunk."""
-        own = (self.rows, *self.shape[1:]) if self.grows else self.shape
-        return tuple(max(1, n) for n in own)
+        shape = (self.rows, *self.shape[1:]) if self.grows else self.shape
+        return tuple(max(1, n) for n in shape)
 
     def metadata(self, runs: int) -> dict[str, Any]:
         """Return the content of zarr.json."""
@@ -102,7 +102,7 @@ class Array:
         if self.kind == "string":
             texts, count = values.ravel(), int(np.prod(self.chunk))
             known = {text: str(text).encode() for text in set(texts)}
-            framed = {text: struct.pack("<I", len(own)) + own for text, own in known.items()}
+            framed = {text: struct.pack("<I", len(utf8)) + utf8 for text, utf8 in known.items()}
             parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
             content = b"".join(parts) + EMPTY * (count - len(texts))
         else:
@@ -132,12 +132,12 @@ def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str,
     """Return the kind, the stored values and the attributes of a coordinate."""
     kind = values.dtype.kind
     if kind in "fiub":
-        own = {"f": "float64", "b": "bool"}.get(kind, "int64")
-        return own, values.astype(CODES[own]), {}
+        stored_kind = {"f": "float64", "b": "bool"}.get(kind, "int64")
+        return stored_kind, values.astype(CODES[stored_kind]), {}
     if kind in "Mm":
         since = {"units": "nanoseconds" + " since 1970-01-01" * (kind == "M")}
         return "int64", values.astype(f"{kind}8[ns]").astype("int64"), since
-    texts = [str(one) for one in values.ravel()]
+    texts = [str(value) for value in values.ravel()]
     if texts != list(values.ravel()):
         raise InputError(f"coordinate {name!r} must be numbers, times or texts to be recorded")
     return "string", np.array(texts, dtype=object).reshape(values.shape), {}

@@ -106,18 +106,18 @@ class _Timed:
 
     def workers(self) -> dict[str, int]:
         """Return the number of threads of each worker that is in use."""
-        found = {k: n for k, n in self.client.nthreads().items() if k not in self.excluded}
-        if not found:
+        threads = {k: n for k, n in self.client.nthreads().items() if k not in self.excluded}
+        if not threads:
             raise RunError("the executor cannot go on: no Dask worker is left that answers", {})
-        return found
+        return threads
 
     def ended(self, running: dict[Any, tuple[int, float]]) -> list[tuple[Any, str]]:
         """Wait; return the tasks that are finished, and those that took too long, with a reason."""
         from dask.distributed import wait  # noqa: PLC0415
 
-        left = min(deadline for _, deadline in running.values()) - time.monotonic()
+        remaining = min(deadline for _, deadline in running.values()) - time.monotonic()
         try:
-            done: Any = wait(list(running), max(0.0, left), return_when="FIRST_COMPLETED")
+            done: Any = wait(list(running), max(0.0, remaining), return_when="FIRST_COMPLETED")
             return [(future, "") for future in done.done]
         except TimeoutError:
             late = [k for k, (_, deadline) in running.items() if deadline <= time.monotonic()]

@@ -76,12 +76,12 @@ def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> Cal
     or has others: then its fingerprint is not `code`.
     """
     try:
-        found = cloudpickle.loads(response)
+        function = cloudpickle.loads(response)
     except (ModuleNotFoundError, AttributeError):
         if not with_modules:
             raise
         return cloudpickle.loads(with_modules)
-    return cloudpickle.loads(with_modules) if code and fingerprint(found) != code else found
+    return cloudpickle.loads(with_modules) if code and fingerprint(function) != code else function
 
 
 def perform_elsewhere(
@@ -93,25 +93,25 @@ def perform_elsewhere(
         warnings.simplefilter("always", FlexbandWarning)
         try:
             own = unpickled(response, with_modules, code)
-            found = perform(own, cloudpickle.loads(arguments))
+            outcome = perform(own, cloudpickle.loads(arguments))
         except Exception as error:  # a module that is missing there
-            found = Outcome(None, error, 0.0)
+            outcome = Outcome(None, error, 0.0)
     own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
-    found = found._replace(remarks=tuple((str(w.message), w.category) for w in own))
-    if found.error is not None:
-        lines = traceback.format_exception(found.error)
-        found.error.add_note(f"In a worker process:\n{''.join(lines)}")
+    outcome = outcome._replace(remarks=tuple((str(w.message), w.category) for w in own))
+    if outcome.error is not None:
+        lines = traceback.format_exception(outcome.error)
+        outcome.error.add_note(f"In a worker process:\n{''.join(lines)}")
     try:
-        return _returning(found)
+        return _returning(outcome)
     except Exception as reason:
-        error = found.error or reason
+        error = outcome.error or reason
         plain = RuntimeError(f"{type(error).__name__}: {error}")
-        return cloudpickle.dumps(found._replace(value=None, error=plain))
+        return cloudpickle.dumps(outcome._replace(value=None, error=plain))
 
 
-def _returning(found: Outcome) -> bytes:
-    data = cloudpickle.dumps(found)
-    if found.error is not None:
+def _returning(outcome: Outcome) -> bytes:
+    data = cloudpickle.dumps(outcome)
+    if outcome.error is not None:
         cloudpickle.loads(data)  # some errors can be pickled, but not made again
     return data
 
@@ -119,12 +119,12 @@ def _returning(found: Outcome) -> bytes:
 def received(data: bytes) -> Outcome:
     """Return an outcome of `perform_elsewhere`, and issue its warnings."""
     try:
-        found: Outcome = cloudpickle.loads(data)
-        for text, kind in found.remarks:
+        outcome: Outcome = cloudpickle.loads(data)
+        for text, kind in outcome.remarks:
             warn(text, kind)
     except Exception as error:  # an unknown class, or a warning that is to be an error
         return Outcome(None, error, 0.0)
-    return found
+    return outcome
 
 
 def dumped(response: Callable[..., Any]) -> bytes:
@@ -176,17 +176,17 @@ def with_executor(executor: Executor) -> Performing:
         waiting, lost = iter(range(len(tasks))), list[int]()
 
         def submit(number: int) -> None:
-            own = tasks[number]()
+            arguments = tasks[number]()
             try:
                 if shared:
-                    found = executor.submit(copy_context().run, perform, response, own)
+                    future = executor.submit(copy_context().run, perform, response, arguments)
                 else:
-                    found = executor.submit(
-                        perform_elsewhere, pickled, cloudpickle.dumps(own), *sent
+                    future = executor.submit(
+                        perform_elsewhere, pickled, cloudpickle.dumps(arguments), *sent
                     )
             except RuntimeError as error:  # it is shut down or broken
                 raise _gone(error) from error
-            running[found] = number
+            running[future] = number
 
         try:
             for number, _ in zip(waiting, range(IN_FLIGHT), strict=False):
@@ -194,9 +194,9 @@ def with_executor(executor: Executor) -> Performing:
             while running:
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
-                    number, found = running.pop(future), outcome_of(future, shared=shared)
-                    if isinstance(found, Outcome):
-                        yield number, found
+                    number, outcome = running.pop(future), outcome_of(future, shared=shared)
+                    if isinstance(outcome, Outcome):
+                        yield number, outcome
                     else:
                         lost.append(number)
                     if (following := next(waiting, None)) is not None:
@@ -204,9 +204,12 @@ def with_executor(executor: Executor) -> Performing:
             for number in lost:
                 submit(number)
                 future = next(iter(running))
-                found = outcome_of(future, shared=shared)
+                outcome = outcome_of(future, shared=shared)
                 running.clear()
-                yield number, found if isinstance(found, Outcome) else Outcome(None, found, 0.0)
+                yield (
+                    number,
+                    outcome if isinstance(outcome, Outcome) else Outcome(None, outcome, 0.0),
+                )
         finally:
             for future in running:
                 future.cancel()
@@ -242,8 +245,8 @@ def performing(executor: Any) -> Iterator[Performing]:
     elif isinstance(executor, Executor):
         yield with_executor(executor)
     elif callable(getattr(executor, "open", None)):
-        with executor.open() as found:
-            yield found
+        with executor.open() as performer:
+            yield performer
     elif isinstance(executor, str) or hasattr(executor, "get_executor"):
         with dask_client(executor) as client:
             yield with_executor(client.get_executor(pure=False))

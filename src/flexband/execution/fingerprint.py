@@ -58,116 +58,118 @@ class _Walk:
     def text(self, *words: object) -> None:
         self.hash.update("\0".join(map(str, words)).encode() + b"\1")
 
-    def visit(self, one: Any) -> None:
-        if isinstance(one, PLAIN):
-            self.text(type(one).__name__, repr(one))
-        elif id(one) in self.seen:
-            self.text("seen", self.seen[id(one)])
+    def visit(self, value: Any) -> None:
+        if isinstance(value, PLAIN):
+            self.text(type(value).__name__, repr(value))
+        elif id(value) in self.seen:
+            self.text("seen", self.seen[id(value)])
         else:
-            self.seen[id(one)] = len(self.seen)
-            self.kept.append(one)
-            if not (self.data(one) or self.calling(one) or self.program(one)):
-                self.instance(one)
+            self.seen[id(value)] = len(self.seen)
+            self.kept.append(value)
+            if not (self.data(value) or self.calling(value) or self.program(value)):
+                self.instance(value)
 
-    def data(self, one: Any) -> bool:
+    def data(self, value: Any) -> bool:
         """Visit arrays and containers; return whether it is one."""
-        if isinstance(one, np.ndarray):
-            self.text("array", one.dtype, one.shape)
-            if one.dtype.kind != "O":
-                self.hash.update(np.ascontiguousarray(one).tobytes())
-        elif isinstance(one, xr.DataArray):
-            self.visit((one.dims, one.values, *(c.values for c in one.coords.values())))
-        elif isinstance(one, tuple | frozenset):
-            self.text("sequence", len(one))
-            for part in sorted(one, key=repr) if isinstance(one, frozenset) else one:
+        if isinstance(value, np.ndarray):
+            self.text("array", value.dtype, value.shape)
+            if value.dtype.kind != "O":
+                self.hash.update(np.ascontiguousarray(value).tobytes())
+        elif isinstance(value, xr.DataArray):
+            self.visit((value.dims, value.values, *(c.values for c in value.coords.values())))
+        elif isinstance(value, tuple | frozenset):
+            self.text("sequence", len(value))
+            for part in sorted(value, key=repr) if isinstance(value, frozenset) else value:
                 self.visit(part)
-        elif isinstance(one, Enum):
-            self.text("enum", type(one).__qualname__, one.name)
-            self.visit(one.value)
-        elif isinstance(one, list | Mapping | set):
-            self.text(type(one).__name__)
+        elif isinstance(value, Enum):
+            self.text("enum", type(value).__qualname__, value.name)
+            self.visit(value.value)
+        elif isinstance(value, list | Mapping | set):
+            self.text(type(value).__name__)
         else:
             return False
         return True
 
-    def program(self, one: Any) -> bool:
+    def program(self, value: Any) -> bool:
         """Visit functions, classes and what wraps them; return whether it is one."""
-        if isinstance(one, types.FunctionType):
-            self.function(one)
-        elif isinstance(one, type):
-            self.type(one)
-        elif isinstance(one, types.CodeType):
-            self.code(one)
-        elif isinstance(one, types.ModuleType):
-            self.text("module", one.__name__)
+        if isinstance(value, types.FunctionType):
+            self.function(value)
+        elif isinstance(value, type):
+            self.type(value)
+        elif isinstance(value, types.CodeType):
+            self.code(value)
+        elif isinstance(value, types.ModuleType):
+            self.text("module", value.__name__)
         else:
             return False
         return True
 
-    def calling(self, one: Any) -> bool:
+    def calling(self, value: Any) -> bool:
         """Visit what calls functions in another way than by code; return whether it is that."""
-        if isinstance(one, types.MethodType):
-            self.visit((one.__func__, one.__self__))
-        elif isinstance(one, functools.partial):
-            self.visit((one.func, one.args, *sorted(one.keywords.items())))
-        elif isinstance(one, property):
-            self.visit((one.fget, one.fset))
-        elif isinstance(one, staticmethod | classmethod):
-            self.visit(one.__func__)
-        elif not isinstance(one, type) and callable(getattr(one, "py_func", None)):
-            self.visit(one.py_func)  # compiled by Numba
+        if isinstance(value, types.MethodType):
+            self.visit((value.__func__, value.__self__))
+        elif isinstance(value, functools.partial):
+            self.visit((value.func, value.args, *sorted(value.keywords.items())))
+        elif isinstance(value, property):
+            self.visit((value.fget, value.fset))
+        elif isinstance(value, staticmethod | classmethod):
+            self.visit(value.__func__)
+        elif not isinstance(value, type) and callable(getattr(value, "py_func", None)):
+            self.visit(value.py_func)  # compiled by Numba
         else:
             return False
         return True
 
-    def instance(self, one: Any) -> None:
+    def instance(self, instance: Any) -> None:
         """Visit the class of an object, and what does not change of its attributes."""
-        self.text("object", getattr(one, "__module__", ""), getattr(one, "__name__", ""))
-        self.visit(type(one))
-        if hasattr(one, "identity"):
-            self.visit(one.identity)
-        elif is_dataclass(one) and one.__dataclass_params__.frozen:  # pyright: ignore
-            self.visit(tuple(getattr(one, field.name) for field in fields(one)))
+        self.text("object", getattr(instance, "__module__", ""), getattr(instance, "__name__", ""))
+        self.visit(type(instance))
+        if hasattr(instance, "identity"):
+            self.visit(instance.identity)
+        elif is_dataclass(instance) and instance.__dataclass_params__.frozen:  # pyright: ignore
+            self.visit(tuple(getattr(instance, field.name) for field in fields(instance)))
         for name in WRAPPED:
-            if isinstance(function := getattr(one, name, None), types.FunctionType):
+            if isinstance(function := getattr(instance, name, None), types.FunctionType):
                 self.visit(function)
 
-    def function(self, one: types.FunctionType) -> None:
-        if not self.own(one.__module__, one.__code__.co_filename):
-            self.text("function", one.__module__, one.__qualname__)
+    def function(self, function: types.FunctionType) -> None:
+        if not self.own(function.__module__, function.__code__.co_filename):
+            self.text("function", function.__module__, function.__qualname__)
             return
-        self.text("function", one.__qualname__)
-        self.visit((one.__defaults__, *sorted((one.__kwdefaults__ or {}).items())))
-        assigned = _assigned(one.__code__) | _assigned_in(one.__globals__)
-        for name, cell in zip(one.__code__.co_freevars, one.__closure__ or (), strict=True):
+        self.text("function", function.__qualname__)
+        self.visit((function.__defaults__, *sorted((function.__kwdefaults__ or {}).items())))
+        assigned = _assigned(function.__code__) | _assigned_in(function.__globals__)
+        for name, cell in zip(
+            function.__code__.co_freevars, function.__closure__ or (), strict=True
+        ):
             try:
                 self.visit("assigned" if name in assigned else cell.cell_contents)
             except ValueError:  # it has no value yet
                 self.text("empty")
-        self.code(one.__code__)
-        self.variables(one.__globals__, _names(one.__code__), assigned)
+        self.code(function.__code__)
+        self.variables(function.__globals__, _names(function.__code__), assigned)
 
     def variables(
         self,
-        found: Mapping[str, Any],
+        variables: Mapping[str, Any],
         names: set[str],
         assigned: set[str],
         path: tuple[int, ...] = (),
     ) -> None:
         """Visit the variables of a module that code names, and those of modules among them."""
-        for name in sorted((names & found.keys()) - assigned):
-            value = found[name]
+        for name in sorted((names & variables.keys()) - assigned):
+            value = variables[name]
             self.text(name)
             self.visit(value)
             module = isinstance(value, types.ModuleType) and id(value) not in path
             if module and self.own(value.__name__, _file(value)):
                 self.variables(vars(value), names, _assigned_in(vars(value)), (*path, id(value)))
 
-    def code(self, one: types.CodeType) -> None:
+    def code(self, code: types.CodeType) -> None:
         """Visit the instructions; texts that none of them loads are docstrings."""
-        self.text(one.co_varnames[: one.co_argcount + one.co_kwonlyargcount], one.co_freevars)
-        self.hash.update(one.co_exceptiontable)
-        for step in dis.get_instructions(one):
+        self.text(code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], code.co_freevars)
+        self.hash.update(code.co_exceptiontable)
+        for step in dis.get_instructions(code):
             if step.opcode in dis.hasconst:
                 self.text(step.opname)
                 self.visit(step.argval)
@@ -176,13 +178,13 @@ class _Walk:
             else:
                 self.text(step.opname, step.arg)
 
-    def type(self, one: type) -> None:
-        self.text("class", one.__module__, one.__qualname__)
-        if not self.own(one.__module__, _file(sys.modules.get(one.__module__))):
+    def type(self, kind: type) -> None:
+        self.text("class", kind.__module__, kind.__qualname__)
+        if not self.own(kind.__module__, _file(sys.modules.get(kind.__module__))):
             return
-        for base in one.__bases__:
+        for base in kind.__bases__:
             self.visit(base)
-        members = {k: v for k, v in vars(one).items() if k not in NOT_CODE}
+        members = {k: v for k, v in vars(kind).items() if k not in NOT_CODE}
         for name in sorted(name for name in members if not name.startswith("_abc")):
             self.text(name)
             self.visit(members[name])
@@ -199,12 +201,12 @@ def modules_of_user() -> list[types.ModuleType]:
     """Return the modules that were imported from files of the user, not from installed packages."""
     tops = {name: name.partition(".")[0] for name in list(sys.modules)}
     others = ("flexband", "__main__", "__mp_main__")
-    found = [
+    modules = [
         sys.modules[name]
         for name, top in tops.items()
         if top not in others and _of_user(top, _file(sys.modules[name]))
     ]
-    return [one for one in found if isinstance(one, types.ModuleType)]
+    return [module for module in modules if isinstance(module, types.ModuleType)]
 
 
 def _of_user(top: str, file: str | None) -> bool:
@@ -219,27 +221,27 @@ def _of_user(top: str, file: str | None) -> bool:
 
 def _names(code: types.CodeType) -> set[str]:
     """Return all names that code looks up, in the functions inside it as well."""
-    found = set(code.co_names)
+    names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            found |= _names(constant)
-    return found
+            names |= _names(constant)
+    return names
 
 
 def _assigned(code: types.CodeType) -> set[str]:
     """Return the variables outside of a function that it, or a function inside it, assigns."""
     stores = ("STORE_GLOBAL", "STORE_DEREF")
-    found = {one.argval for one in dis.get_instructions(code) if one.opname in stores}
+    variables = {step.argval for step in dis.get_instructions(code) if step.opname in stores}
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            found |= _assigned(constant)
-    return found
+            variables |= _assigned(constant)
+    return variables
 
 
 def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
     """Return the variables of a module that one of its functions assigns."""
-    own = [v for v in variables.values() if isinstance(v, types.FunctionType)]
-    codes = [v.__code__ for v in own if v.__globals__ is variables]
+    functions = [v for v in variables.values() if isinstance(v, types.FunctionType)]
+    codes = [v.__code__ for v in functions if v.__globals__ is variables]
     return {
         step.argval
         for code in codes

@@ -59,17 +59,17 @@ class GrowingArrays:
             )
 
     def _read_metadata(self, file: Path) -> None:
-        found = json.loads(file.read_bytes())
-        attrs, members = found["attributes"], found["consolidated_metadata"]["metadata"]
+        metadata = json.loads(file.read_bytes())
+        attrs, members = metadata["attributes"], metadata["consolidated_metadata"]["metadata"]
         if attrs["format"] > FORMAT:
             raise StoreError(
                 f"{self.folder} was written by a newer version of flexband (format "
                 f"{attrs['format']}, this one reads {FORMAT})"
             )
-        if _checksum(found) != attrs["checksum"]:
+        if _checksum(metadata) != attrs["checksum"]:
             raise ValueError("the checksum is wrong")
-        arrays = {name: Array.of(own) for name, own in members.items()}
-        grown = [members[name]["shape"][0] for name, own in arrays.items() if own.grows]
+        arrays = {name: Array.of(member) for name, member in members.items()}
+        grown = [members[name]["shape"][0] for name, array in arrays.items() if array.grows]
         self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
 
     def add(self, name: str, array: Array, values: np.ndarray | None = None) -> None:
@@ -130,14 +130,14 @@ class GrowingArrays:
         """
         members = {name: array.metadata(self.runs) for name, array in self.arrays.items()}
         consolidated = {"kind": "inline", "must_understand": False, "metadata": members}
-        found = {
+        metadata = {
             "zarr_format": 3,
             "node_type": "group",
             "attributes": self.attrs,
             "consolidated_metadata": consolidated,
         }
-        self.attrs["checksum"] = _checksum(found)
-        content = [_json(found)]
+        self.attrs["checksum"] = _checksum(metadata)
+        content = [_json(metadata)]
         write_synced({self.folder / file: content for file in files})
 
     def finish(self) -> None:
@@ -152,12 +152,12 @@ class GrowingArrays:
             empty = 0 in array.shape
             return np.zeros(array.shape) if empty else self._stored(name, 0)
         chosen = np.arange(self.runs) if runs is None else np.asarray(runs)
-        found = np.empty((len(chosen), *array.shape[1:]), CODES.get(array.kind, object))
+        values = np.empty((len(chosen), *array.shape[1:]), CODES.get(array.kind, object))
         chunks = chosen // array.rows
         for chunk in np.unique(chunks):
-            here = chunks == chunk
-            found[here] = self._stored(name, int(chunk))[chosen[here] - chunk * array.rows]
-        return found
+            mask = chunks == chunk
+            values[mask] = self._stored(name, int(chunk))[chosen[mask] - chunk * array.rows]
+        return values
 
     def replace(self, name: str, runs: np.ndarray, value: Any) -> None:
         """Give some runs another value."""
@@ -210,9 +210,9 @@ class GrowingArrays:
         return self.folder / name / (array or self.arrays[name]).name(chunk)
 
 
-def _checksum(found: Mapping[str, Any]) -> int:
-    attrs = {k: v for k, v in found["attributes"].items() if k != "checksum"}
-    return google_crc32c.value(_json({**found, "attributes": attrs}))
+def _checksum(metadata: Mapping[str, Any]) -> int:
+    attrs = {k: v for k, v in metadata["attributes"].items() if k != "checksum"}
+    return google_crc32c.value(_json({**metadata, "attributes": attrs}))
 
 
 def _json(content: Any) -> bytes:

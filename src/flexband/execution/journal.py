@@ -43,7 +43,7 @@ class Journal:
 
     def read(self, runs: int) -> list[Finished]:
         """Return the records of runs from this number on, without those that are damaged."""
-        found = []
+        records = []
         for file in self._files():
             data, place = read_unlinked(file), 0
             while place + FRAME.size <= len(data):
@@ -51,10 +51,10 @@ class Journal:
                 body = data[place + FRAME.size : place + FRAME.size + length]
                 place += FRAME.size + length
                 if len(body) == length > 0 and google_crc32c.value(body) == checksum:
-                    first, one = _decoded(body)
+                    first, record = _decoded(body)
                     if first >= runs:
-                        found.append(one)
-        return found
+                        records.append(record)
+        return records
 
     def append(self, first: int, finished: Finished, *, sync: bool) -> None:
         """Append a record, whose runs have the numbers from `first` on; perhaps sync the file."""
@@ -95,18 +95,18 @@ def _number(file: Path) -> int:
     return int(end) if end.isdecimal() else 0
 
 
-def _encoded(first: int, one: Finished) -> list[np.ndarray]:
+def _encoded(first: int, record: Finished) -> list[np.ndarray]:
     about = {
         "first": first,
-        "setting": one.setting,
-        "inputs": one.inputs.shape,
-        "values": None if one.values is None else one.values.shape,
-        "reason": one.reason,
-        "seconds": one.seconds,
-        "time": one.time,
+        "setting": record.setting,
+        "inputs": record.inputs.shape,
+        "values": None if record.values is None else record.values.shape,
+        "reason": record.reason,
+        "seconds": record.seconds,
+        "time": record.time,
     }
     header = json.dumps(about).encode()
-    arrays = [one.inputs] if one.values is None else [one.inputs, one.values]
+    arrays = [record.inputs] if record.values is None else [record.inputs, record.values]
     head = np.frombuffer(struct.pack("<I", len(header)) + header, np.uint8)
     return [head, *(np.ascontiguousarray(v, "<f8") for v in arrays)]
 
@@ -120,5 +120,5 @@ def _decoded(body: bytes) -> tuple[int, Finished]:
     values = None
     if about["values"] is not None:
         values = numbers[rows * columns :].reshape(about["values"])
-    own = (about["setting"], inputs, values, about["reason"], about["seconds"], about["time"])
-    return about["first"], Finished(*own)
+    fields = (about["setting"], inputs, values, about["reason"], about["seconds"], about["time"])
+    return about["first"], Finished(*fields)

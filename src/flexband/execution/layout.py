@@ -55,8 +55,8 @@ def check_recordable(labels: xr.DataArray) -> None:
             f"dims and coordinates of a response that is recorded must have other names than "
             f"{', '.join(OWN)} and run; got {taken[0]!r}"
         )
-    for name, one in labels.coords.items():
-        described(str(name), one.values)
+    for name, coordinate in labels.coords.items():
+        described(str(name), coordinate.values)
 
 
 def add_outputs(arrays: GrowingArrays, labels: xr.DataArray) -> None:
@@ -68,10 +68,12 @@ def add_outputs(arrays: GrowingArrays, labels: xr.DataArray) -> None:
         "coordinates": list(map(str, labels.coords)),
     }
     arrays.attrs |= of_runs
-    for name, one in labels.coords.items():
-        kind, values, since = described(str(name), one.values)
-        own = Array(kind, tuple(map(str, one.dims)), values.shape, _plain(one.attrs) | since)
-        arrays.add(str(name), own, values)
+    for name, coordinate in labels.coords.items():
+        kind, values, since = described(str(name), coordinate.values)
+        array = Array(
+            kind, tuple(map(str, coordinate.dims)), values.shape, _plain(coordinate.attrs) | since
+        )
+        arrays.add(str(name), array, values)
     attrs = _plain(labels.attrs) | {"coordinates": " ".join(map(str, labels.coords))}
     arrays.add("outputs", Array("float64", dims, (0, *labels.shape[1:]), attrs))
 
@@ -83,15 +85,15 @@ def stored_labels(arrays: GrowingArrays) -> xr.DataArray | None:
     outputs, attrs = arrays.arrays["outputs"], arrays.attrs
     coords = {}
     for name in attrs["coordinates"]:
-        own = arrays.arrays[name]
-        values, about = arrays.read(name), dict(own.attrs)
+        array = arrays.arrays[name]
+        values, about = arrays.read(name), dict(array.attrs)
         units = str(about.get("units", ""))
-        if own.kind == "int64" and units.startswith("nanoseconds"):
+        if array.kind == "int64" and units.startswith("nanoseconds"):
             values = values.astype("M8[ns]" if "since" in units else "m8[ns]")
             del about["units"]
-        elif own.kind == "string":
+        elif array.kind == "string":
             values = values.astype(str)
-        coords[name] = (own.dims, values, about)
+        coords[name] = (array.dims, values, about)
     empty = np.empty((0, *outputs.shape[1:]))
     dims = ("sample", *outputs.dims[1:])
     return xr.DataArray(empty, coords, dims, attrs["name of outputs"], attrs["attrs of outputs"])
@@ -99,28 +101,30 @@ def stored_labels(arrays: GrowingArrays) -> xr.DataArray | None:
 
 def columns(batch: Sequence[Finished], session: int, shape: Sequence[int] | None) -> dict[str, Any]:
     """Return the entries of finished runs; `shape` is that of one run's outputs, if known."""
-    counts = [len(one.inputs) for one in batch]
+    counts = [len(record.inputs) for record in batch]
 
     def repeated(values: Sequence[Any], dtype: Any) -> np.ndarray:
         return np.repeat(np.array(values, dtype=dtype), counts)
 
-    found = {
-        "inputs": np.concatenate([one.inputs for one in batch]),
-        "setting": repeated([one.setting for one in batch], object),
-        "reason": repeated([one.reason for one in batch], object),
-        "seconds": repeated([one.seconds for one in batch], float),
-        "finished": repeated([one.time for one in batch], float),
+    entries = {
+        "inputs": np.concatenate([record.inputs for record in batch]),
+        "setting": repeated([record.setting for record in batch], object),
+        "reason": repeated([record.reason for record in batch], object),
+        "seconds": repeated([record.seconds for record in batch], float),
+        "finished": repeated([record.time for record in batch], float),
         "session": np.full(sum(counts), session),
-        "status": repeated([FAILED if one.values is None else DONE for one in batch], np.int8),
+        "status": repeated(
+            [FAILED if record.values is None else DONE for record in batch], np.int8
+        ),
     }
     if shape is not None:
-        found["outputs"] = np.concatenate(
+        entries["outputs"] = np.concatenate(
             [
-                np.full((count, *shape), np.nan) if one.values is None else one.values
-                for count, one in zip(counts, batch, strict=True)
+                np.full((count, *shape), np.nan) if record.values is None else record.values
+                for count, record in zip(counts, batch, strict=True)
             ]
         )
-    return found
+    return entries
 
 
 def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:

@@ -44,9 +44,9 @@ class Lock:
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
         holder = folder / HOLDER
         end = time.monotonic() + WAITING
-        while not (mine := _locked(self._handle)) and time.monotonic() < end:
+        while not (has_lock := _locked(self._handle)) and time.monotonic() < end:
             time.sleep(WAITING / 20)
-        if not mine:
+        if not has_lock:
             self.release()
             try:
                 who = read_unlinked(holder).decode()

@@ -94,8 +94,8 @@ class _Worker:
         )
         assert self.process.stdin is not None
         with suppress(BrokenPipeError):
-            own = listener.address, key, os.getpid(), sys.path
-            self.process.stdin.write(cloudpickle.dumps(own))
+            message = listener.address, key, os.getpid(), sys.path
+            self.process.stdin.write(cloudpickle.dumps(message))
             self.process.stdin.close()
         try:
             self.connection: Connection = self._accepted(listener)
@@ -107,23 +107,23 @@ class _Worker:
 
     def _accepted(self, listener: Listener) -> Connection:
         """Return the connection that the process opens, unless it ends before."""
-        found: list[Connection] = []
+        connections: list[Connection] = []
 
         def accept() -> None:
             with suppress(Exception):  # it ended before
-                found.append(listener.accept())
+                connections.append(listener.accept())
 
         accepting = threading.Thread(target=accept, daemon=True)
         accepting.start()
         end = time.monotonic() + START
-        while not found and time.monotonic() < end and self.process.poll() is None:
+        while not connections and time.monotonic() < end and self.process.poll() is None:
             accepting.join(0.1)
-        if not found:
+        if not connections:
             self.process.kill()
             raise RuntimeError(
                 f"a worker process did not start; its exit status is {self.process.wait()}"
             )
-        return found[0]
+        return connections[0]
 
     def end(self) -> str:
         """Kill the process if it lives; return in words how it ended."""
@@ -208,11 +208,13 @@ class _Pool:
     def _ready(self) -> list[_Worker]:
         """Wait until workers have something to say, died, or used up their time; return these."""
         busy = [worker for worker in self.workers if worker.task is not None]
-        left = min(worker.deadline for worker in busy) - time.monotonic()
+        remaining = min(worker.deadline for worker in busy) - time.monotonic()
         connections = [worker.connection for worker in busy]
-        found = wait_for(connections, None if left == float("inf") else max(0.0, left))
+        ready_connections = wait_for(
+            connections, None if remaining == float("inf") else max(0.0, remaining)
+        )
         now = time.monotonic()
-        return [w for w in busy if w.connection in found or w.deadline <= now]
+        return [w for w in busy if w.connection in ready_connections or w.deadline <= now]
 
     def _heard(self, worker: _Worker) -> Outcome | str | None:
         """Return the outcome of a task, or how its process ended; None if it only began."""

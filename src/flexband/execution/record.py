@@ -83,12 +83,12 @@ class RunRecorder:
             self._index(self.arrays.read("setting"), self.arrays.read("inputs"), 0)
         self.arrays.attrs["owner"] = self.owner._asdict()
         sessions = self.arrays.attrs.setdefault("sessions", [])
-        left = self.journal.read(self.arrays.runs)
-        left = [one for one in left if one.values is None or self.labels is not None]
-        if left:  # of a session that was killed
-            self.arrays.append(columns(left, len(sessions) - 1, self._shape))
-            for one in left:
-                self._count(one)
+        records = self.journal.read(self.arrays.runs)
+        records = [record for record in records if record.values is None or self.labels is not None]
+        if records:  # of a session that was killed
+            self.arrays.append(columns(records, len(sessions) - 1, self._shape))
+            for record in records:
+                self._count(record)
         about = {"versions": versions(), "python": platform.python_version()}
         sessions.append({**about, **self.about, "by": this_process(), "started": time.time()})
         self.arrays.commit()
@@ -114,8 +114,8 @@ class RunRecorder:
             self.arrays.replace("status", lost, LOST)
             for name, chunk in chunks:
                 self.arrays.clear(name, chunk) if name != "status" else None
-            told = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
-            warn(f"{told}; those needed are made again")
+            text = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
+            warn(f"{text}; those needed are made again")
 
     @property
     def _shape(self) -> tuple[int, ...] | None:
@@ -127,11 +127,11 @@ class RunRecorder:
             if self.status[k] in (DONE, FAILED):
                 self.rows[_key(setting, row)] = k
 
-    def _count(self, one: Finished) -> None:
-        first, count = len(self.status), len(one.inputs)
-        status = FAILED if one.values is None else DONE
+    def _count(self, record: Finished) -> None:
+        first, count = len(self.status), len(record.inputs)
+        status = FAILED if record.values is None else DONE
         self.status = np.concatenate([self.status, np.full(count, status, np.int8)])
-        self._index([one.setting] * count, one.inputs, first)
+        self._index([record.setting] * count, record.inputs, first)
 
     def find(self, setting: str, inputs: np.ndarray) -> np.ndarray:
         """Return the numbers of the recorded runs with these inputs, −1 for those there are not."""
@@ -150,12 +150,12 @@ class RunRecorder:
             if "outputs" in self.arrays.arrays:
                 values[written] = self.arrays.read("outputs", runs[written])
             reasons[written] = self.arrays.read("reason", runs[written])
-            for one in self._waiting:  # which could not be written
-                here = (runs >= first) & (runs < first + len(one.inputs))
-                reasons[here] = one.reason
-                if one.values is not None:
-                    values[here] = one.values[runs[here] - first]
-                first += len(one.inputs)
+            for record in self._waiting:  # which could not be written
+                mask = (runs >= first) & (runs < first + len(record.inputs))
+                reasons[mask] = record.reason
+                if record.values is not None:
+                    values[mask] = record.values[runs[mask] - first]
+                first += len(record.inputs)
         failed = np.flatnonzero(self.status[runs] == FAILED)
         return values, {int(k): str(reasons[k]) for k in failed}
 
@@ -163,8 +163,8 @@ class RunRecorder:
         """Return the numbers of runs made for other intervals, but the same random inputs."""
         sessions = self.arrays.attrs["sessions"]
         other = [
-            own.get("random") == random and own.get("intervals") not in (None, intervals)
-            for own in sessions
+            session.get("random") == random and session.get("intervals") not in (None, intervals)
+            for session in sessions
         ]
         if not self.arrays.runs or not any(other):
             return np.zeros(0, int)
@@ -196,12 +196,12 @@ class RunRecorder:
             add_outputs(self.arrays, self.labels)
             self.arrays.commit()
 
-    def add(self, one: Finished) -> None:
+    def add(self, record: Finished) -> None:
         """Record runs; warn if that is not possible at present."""
         with self._changed:
-            self._waiting.append(one)
-            self._bytes += _size(one)
-            self._count(one)
+            self._waiting.append(record)
+            self._bytes += _size(record)
+            self._count(record)
             try:
                 self._append_to_journal()
             except OSError as error:
@@ -216,12 +216,12 @@ class RunRecorder:
 
     def _append_to_journal(self) -> None:
         """Append the runs that are not in it yet."""
-        first = len(self.status) - sum(len(one.inputs) for one in self._waiting[self._safe :])
+        first = len(self.status) - sum(len(record.inputs) for record in self._waiting[self._safe :])
         while self._safe < len(self._waiting):
-            one = self._waiting[self._safe]
-            self.journal.append(first, one, sync=one.seconds * len(one.inputs) > SLOW)
+            record = self._waiting[self._safe]
+            self.journal.append(first, record, sync=record.seconds * len(record.inputs) > SLOW)
             self._safe += 1
-            first += len(one.inputs)
+            first += len(record.inputs)
 
     def _write_all(self) -> None:
         """Write to the arrays from time to time; `add` and `close` tell what ends this."""
@@ -297,7 +297,7 @@ class RunRecorder:
         finally:
             self._lock.release()
         if self._error:
-            lost = sum(len(one.inputs) for one in self._waiting)
+            lost = sum(len(record.inputs) for record in self._waiting)
             warn(
                 f"{number_of(lost, 'run')} could not be recorded in {self.store.folder}: "
                 f"{self._error}"
@@ -308,8 +308,8 @@ def _key(setting: str, row: np.ndarray) -> bytes:
     return setting.encode() + b"\0" + (row + 0.0).tobytes()
 
 
-def _size(one: Finished) -> float:
-    return 0.0 if one.values is None else 8.0 * np.size(one.values)
+def _size(record: Finished) -> float:
+    return 0.0 if record.values is None else 8.0 * np.size(record.values)
 
 
 def _remove(files: Sequence[Path]) -> None:

@@ -94,22 +94,22 @@ class Owner(NamedTuple):
     @classmethod
     def of(cls, response: object, version: str, inputs: Sequence[str], fields: str) -> Owner:
         """Return the owner for a response, the names of the numbers it takes, and its fields."""
-        own = fingerprint(response), source_hash("mechanics")[:16]
-        return cls(*own, version, ", ".join(inputs), fields)
+        hashes = fingerprint(response), source_hash("mechanics")[:16]
+        return cls(*hashes, version, ", ".join(inputs), fields)
 
-    def check(self, found: Mapping[str, str] | None, store: Store) -> None:
+    def check(self, owner: Mapping[str, str] | None, store: Store) -> None:
         """Raise `StoreError` if the runs of a store belong to another response."""
-        if found is None or (store.insist and found["inputs"] == self.inputs):
+        if owner is None or (store.insist and owner["inputs"] == self.inputs):
             return
-        differ = [name for name in Owner._fields if found.get(name) != getattr(self, name)]
+        differ = [name for name in Owner._fields if owner.get(name) != getattr(self, name)]
         if differ:
-            told = "; ".join(
-                f"{name}: {found.get(name)!r} before, {getattr(self, name)!r} now"
+            details = "; ".join(
+                f"{name}: {owner.get(name)!r} before, {getattr(self, name)!r} now"
                 for name in ("version", "inputs")
                 if name in differ
             )
             insist = f". If its runs are valid still, {INSIST}"
-            changed = " and ".join(WORDS[name] for name in differ) + f" ({told})" * bool(told)
+            changed = " and ".join(WORDS[name] for name in differ) + f" ({details})" * bool(details)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
                 f"{OTHER_FOLDER}"

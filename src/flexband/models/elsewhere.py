@@ -41,7 +41,7 @@ class Elsewhere:
             coords["output"] = "output", list(self.outputs)
         if self.times is not None:
             coords["time"] = "time", np.array(self.times), {"units": "s"}
-        shape = [0, *(len(one[1]) for one in coords.values())]
+        shape = [0, *(len(coordinate[1]) for coordinate in coords.values())]
         return xr.DataArray(np.empty(shape), coords, ("sample", *coords))
 
     def __call__(self, **values: Any) -> NoReturn:
@@ -76,26 +76,26 @@ def elsewhere(
     >>> import flexband as fb
     >>> response = fb.elsewhere("speed", "load", outputs=["force", "wear"])
     """
-    for one in names:
-        if not isinstance(one, str) or not one.isidentifier():
-            raise InputError(f"names must be those of inputs; got {shown(one)}")
-    own = None if outputs is None else _texts(outputs)
-    for group in (names, own or ()):
+    for name in names:
+        if not isinstance(name, str) or not name.isidentifier():
+            raise InputError(f"names must be those of inputs; got {shown(name)}")
+    output_names = None if outputs is None else _texts(outputs)
+    for group in (names, output_names or ()):
         if len(set(group)) < len(group):
             raise InputError(f"names must differ; got {shown(group)}")
     if not names:
         raise InputError("names must be those of inputs; got none")
     if times is None:
-        return Elsewhere(names, own)
+        return Elsewhere(names, output_names)
     steps = finite("times [s]", times, rank=None)
     if steps.ndim != 1 or np.any(np.diff(steps) <= 0):
         raise InputError(f"times [s] must be numbers that increase; got {shown(times)}")
-    return Elsewhere(names, own, tuple(steps.tolist()))
+    return Elsewhere(names, output_names, tuple(steps.tolist()))
 
 
 def _texts(outputs: Any) -> tuple[str, ...]:
     array = isinstance(outputs, np.ndarray) and outputs.ndim == 1
-    found = tuple(outputs) if array or isinstance(outputs, list | tuple) else ()
-    if not found or not all(isinstance(one, str) and one for one in found):
+    names = tuple(outputs) if array or isinstance(outputs, list | tuple) else ()
+    if not names or not all(isinstance(name, str) and name for name in names):
         raise InputError(f"outputs must be names such as ['force', 'wear']; got {shown(outputs)}")
-    return found
+    return names

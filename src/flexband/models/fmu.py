@@ -82,8 +82,8 @@ class FMU(OneByOne):
             raise InputError(f"FMU outputs must be a list of names; got {self.outputs!r}")
         if self.step is not None:
             positive("FMU step [s]", numbers("FMU step [s]", self.step))
-        own = {"path": path, "times": tuple(times.tolist()), "checksum": _checksum(path)}
-        for name, value in own.items():
+        attributes = {"path": path, "times": tuple(times.tolist()), "checksum": _checksum(path)}
+        for name, value in attributes.items():
             object.__setattr__(self, name, value)
         description = self._description(validate=True)
         names = None if self.outputs is None else list(self.outputs)
@@ -212,10 +212,10 @@ class _Run:
             self.fmu.enterInitializationMode(startTime=begin, stopTime=end)
         self.fmu.exitInitializationMode()
         for name, (variable, value) in given.items():
-            found = self._get(access(self.description, variable), [variable])[0]
-            if differs(value, found):
+            reading = self._get(access(self.description, variable), [variable])[0]
+            if differs(value, reading):
                 raise InputError(
-                    f"{name} cannot be set in this FMU: it was set to {value!r} and is {found!r} "
+                    f"{name} cannot be set in this FMU: it was set to {value!r} and is {reading!r} "
                     "after initialization"
                 )
 
@@ -231,7 +231,7 @@ class _Run:
         values = np.empty(len(variables))
         kinds = [access(self.description, v) for v in variables]
         for kind in dict.fromkeys(kinds):
-            places = [k for k, one in enumerate(kinds) if one == kind]
+            places = [k for k, variable_kind in enumerate(kinds) if variable_kind == kind]
             values[places] = self._get(kind, [variables[k] for k in places])
         return values
 
@@ -250,5 +250,5 @@ def _checksum(path: str | os.PathLike[str]) -> str:
 
 def _shown(messages: list[str]) -> str:
     """Return the last messages of an FMU, as text to append."""
-    last = [f"\n    {one}" for one in messages[-SHOWN_MESSAGES:]]
+    last = [f"\n    {message}" for message in messages[-SHOWN_MESSAGES:]]
     return f". Its last messages:{''.join(last)}" if last else ""

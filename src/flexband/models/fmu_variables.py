@@ -49,16 +49,19 @@ def assigned(description: Any, values: dict[str, Any]) -> dict[str, tuple[Any, A
     """
     possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
     every = {v.name: v for v in description.modelVariables}
-    found: dict[str, tuple[Any, Any]] = {}
+    assignments: dict[str, tuple[Any, Any]] = {}
     for name, value in values.items():
         if name in every and name not in possible:
             raise InputError(f"{name} cannot be set in this FMU: it is {_refusal(every[name])}")
         variable = _named(possible, name, "inputs must be variables of the FMU that can be set")
-        for other, (one, _) in found.items():
-            if (one.valueReference, one.type) == (variable.valueReference, variable.type):
+        for other, (earlier_variable, _) in assignments.items():
+            if (earlier_variable.valueReference, earlier_variable.type) == (
+                variable.valueReference,
+                variable.type,
+            ):
                 raise InputError(f"{other} and {name} are the same variable of the FMU")
-        found[name] = variable, _converted(variable, value)
-    return found
+        assignments[name] = variable, _converted(variable, value)
+    return assignments
 
 
 def access(description: Any, variable: Any) -> str:
@@ -74,18 +77,18 @@ def unit(variable: Any) -> str:
     return variable.unit or declared or ""
 
 
-def differs(value: Any, found: Any) -> bool:
+def differs(value: Any, actual_value: Any) -> bool:
     """Return whether an FMU has another value than it was given."""
     if isinstance(value, str):
-        return value != (found.decode() if isinstance(found, bytes) else found)
-    return abs(found - value) > ROUNDING * abs(value)
+        return value != (actual_value.decode() if isinstance(actual_value, bytes) else actual_value)
+    return abs(actual_value - value) > ROUNDING * abs(value)
 
 
 def _named(possible: dict[str, Any], name: str, rule: str) -> Any:
     if name in possible:
         return possible[name]
     close = get_close_matches(str(name), possible, n=3)
-    names = [*close, *(one for one in possible if one not in close)]
+    names = [*close, *(candidate for candidate in possible if candidate not in close)]
     more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
     listed = ", ".join(names[:MOST_NAMES]) or "nothing"
     raise InputError(f"{rule}: {listed}{more}; got {name!r}")

@@ -59,13 +59,15 @@ class OneByOne(ABC):
         results: list[np.ndarray | xr.DataArray] = []
         while len(results) < rows.count:
             k = len(results)
-            own = rows.row(k)
+            arguments = rows.row(k)
             try:
-                result = result_of_one(self.sample(**own))
+                result = result_of_one(self.sample(**arguments))
                 results.append(_like_first(result, results[0]) if results else result)
             except Exception as error:
                 if rows.count > 1:
-                    numbers = ", ".join(f"{n} = {v}" for n, v in own.items() if not callable(v))
+                    numbers = ", ".join(
+                        f"{n} = {v}" for n, v in arguments.items() if not callable(v)
+                    )
                     error.add_note(f"in sample {k}: {numbers}")
                 raise
         stack = np.stack([np.asarray(result) for result in results])
@@ -84,9 +86,9 @@ class _Rows:
     def __init__(self, values: Mapping[str, Any]):
         self.values = {k: v if callable(v) else np.atleast_1d(v) for k, v in values.items()}
         self.count = 1
-        for name, own in self.values.items():
-            if not callable(own):
-                self._grow(name, len(own))
+        for name, value in self.values.items():
+            if not callable(value):
+                self._grow(name, len(value))
 
     def _grow(self, name: str, count: int) -> None:
         if count != self.count and 1 not in (count, self.count):
@@ -96,15 +98,15 @@ class _Rows:
     def row(self, k: int) -> dict[str, Any]:
         """Return the values of sample k: Python's own numbers and texts, and functions."""
         return {
-            name: self._function(name, own, k) if callable(own) else _one(own, k)
-            for name, own in self.values.items()
+            name: self._function(name, value, k) if callable(value) else _one(value, k)
+            for name, value in self.values.items()
         }
 
     def _function(self, name: str, function: Callable, k: int) -> Callable:
         def of_one(x: Any) -> Any:
-            found = np.asarray(function(x))
-            self._grow(name, len(found))
-            return _one(found, k)
+            values = np.asarray(function(x))
+            self._grow(name, len(values))
+            return _one(values, k)
 
         return of_one
 

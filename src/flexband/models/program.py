@@ -91,12 +91,14 @@ class ExternalProgram(OneByOne):
             instance("keep", self.keep, str | os.PathLike, "the path of a folder")
         instance("files", self.files, Mapping, "a dict of names and texts")
         program, *arguments = [os.fspath(part) for part in self.command]
-        own = {
+        attributes = {
             "command": (_found(program), *arguments),
-            "files": {_checked_name(name): _content(name, one) for name, one in self.files.items()},
+            "files": {
+                _checked_name(name): _content(name, content) for name, content in self.files.items()
+            },
             "keep": None if self.keep is None else os.path.abspath(self.keep),
         }
-        for name, value in own.items():
+        for name, value in attributes.items():
             object.__setattr__(self, name, value)
         if not self.names:
             raise InputError(
@@ -109,15 +111,17 @@ class ExternalProgram(OneByOne):
     @cached_property
     def names(self) -> list[str]:
         """The names of the inputs: those of all placeholders."""
-        return list(dict.fromkeys(n for one in self._templates.values() for n in one.names))
+        return list(
+            dict.fromkeys(n for template in self._templates.values() for n in template.names)
+        )
 
     @property
     def identity(self) -> tuple[object, ...]:
         """What the results depend on: also the content of the program and of files it is given."""
-        found = [shutil.which(self.command[0]), *self.command[1:]]
+        command = [shutil.which(self.command[0]), *self.command[1:]]
         content = tuple(
             sha256(Path(part).read_bytes()).hexdigest() if part and os.path.isfile(part) else ""
-            for part in found
+            for part in command
         )
         files = tuple(sorted(self.files.items()))
         return self.command, content, files, self.standard_input, self.read
@@ -127,7 +131,11 @@ class ExternalProgram(OneByOne):
         """Return all texts with placeholders, by what they are."""
         texts: dict[tuple[str, object], Any] = {
             **{("argument", k): text for k, text in enumerate(self.command) if k},
-            **{("file", name): own for name, own in self.files.items() if isinstance(own, str)},
+            **{
+                ("file", name): content
+                for name, content in self.files.items()
+                if isinstance(content, str)
+            },
             ("standard input", ""): self.standard_input,
         }
         return {of: Template(text, f"{of[0]} {of[1]}".strip()) for of, text in texts.items()}
@@ -227,10 +235,10 @@ class ExternalProgram(OneByOne):
 
 def _found(program: str) -> str:
     """Return a program as it is found from any folder; raise `InputError` if there is none."""
-    found = shutil.which(program)
-    if found is None:
+    path = shutil.which(program)
+    if path is None:
         raise InputError(f"command must begin with a program that exists; got {program!r}")
-    return program if os.path.isabs(found) else os.path.abspath(found)
+    return program if os.path.isabs(path) else os.path.abspath(path)
 
 
 def _checked_name(name: object) -> str:
@@ -262,5 +270,7 @@ def _last_lines(folder: Path) -> str:
             file.seek(max(0, size - 200 * SHOWN_LINES))
             lines = file.read().decode(errors="replace").strip().splitlines()[-SHOWN_LINES:]
             if lines:
-                return "\n".join([f". The last lines of {name}:", *(f"    {one}" for one in lines)])
+                return "\n".join(
+                    [f". The last lines of {name}:", *(f"    {line}" for line in lines)]
+                )
     return ""

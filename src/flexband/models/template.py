@@ -44,7 +44,7 @@ class Template:
                     f"{written} must be the name of an input in braces; a literal ${{ is written "
                     "$${"
                 )
-            if all(_formatted(one, spec) is None for one in (1.0, 1, "a")):
+            if all(_formatted(value, spec) is None for value in (1.0, 1, "a")):
                 raise InputError(f"{written} must have a format of Python, such as .6e")
 
     def _placeholders(self) -> list[re.Match[str]]:

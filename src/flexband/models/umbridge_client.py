@@ -88,7 +88,7 @@ class UMBridgeModel(OneByOne):
         if not self._ask("ModelInfo", of_model).get("support", {}).get("Evaluate"):
             raise InputError(f"name must be a model that can be evaluated; got {self.name!r}")
         of_model |= {"config": dict(self.config)}
-        own = {
+        attributes = {
             "url": self.url.rstrip("/"),
             "inputs": inputs,
             "input_sizes": self._sizes("InputSizes", of_model),
@@ -96,8 +96,8 @@ class UMBridgeModel(OneByOne):
             "times": None if self.times is None else _times(self.times),
         }
         if self.outputs is not None:
-            own["outputs"] = _names("outputs", self.outputs)
-        for name, value in own.items():
+            attributes["outputs"] = _names("outputs", self.outputs)
+        for name, value in attributes.items():
             object.__setattr__(self, name, value)
         self._check_sizes()
         kind = inspect.Parameter.KEYWORD_ONLY
@@ -153,10 +153,10 @@ class UMBridgeModel(OneByOne):
         asked = {"name": self.name, "input": vectors, "config": dict(self.config)}
         output = self._ask("Evaluate", asked).get("output")
         try:
-            vectors = [np.array(one, dtype=float) for one in output or ()]
+            vectors = [np.array(vector, dtype=float) for vector in output or ()]
         except (TypeError, ValueError):
             vectors = []
-        if [one.shape for one in vectors] != [(size,) for size in self.output_sizes]:
+        if [vector.shape for vector in vectors] != [(size,) for size in self.output_sizes]:
             raise ModelError(
                 f"{self.name} of {self.url} must return vectors of lengths "
                 f"{list(self.output_sizes)}; got {shown(output)}"
@@ -190,14 +190,14 @@ class UMBridgeModel(OneByOne):
         except OSError as error:
             raise ModelError(f"no answer from {url}: {error}") from error
         try:
-            found = json.loads(body)
+            content = json.loads(body)
         except ValueError:
-            found = None
-        if not isinstance(found, dict):
+            content = None
+        if not isinstance(content, dict):
             raise ModelError(f"the answer of {url} must be JSON; got {shown(body.decode())}")
-        if "error" in found:
-            raise ModelError(f"{self.name} of {self.url} reports {found['error']}")
-        return found
+        if "error" in content:
+            raise ModelError(f"{self.name} of {self.url} reports {content['error']}")
+        return content
 
     def _sizes(self, path: str, asked: dict[str, Any]) -> tuple[int, ...]:
         sizes = self._ask(path, asked).get(f"{path[0].lower()}{path[1:]}")

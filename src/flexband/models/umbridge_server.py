@@ -56,14 +56,14 @@ class _Offered:
         """Return the values of the response, shape (vectors, entries)."""
         values, begin = {}, 0
         for name, like in self.inputs.items():
-            own = numbers[begin : begin + like.size]
-            values[name] = own if like.ndim == 0 else own[None]
+            entries = numbers[begin : begin + like.size]
+            values[name] = entries if like.ndim == 0 else entries[None]
             begin += like.size
         with self.lock:  # a response need not be one for several threads
-            found = self.response(**values)
-        if isinstance(found, xr.DataArray) and "sample" in found.dims:
-            found = found.transpose("sample", ...)
-        result = np.asarray(found, dtype=float)
+            outputs = self.response(**values)
+        if isinstance(outputs, xr.DataArray) and "sample" in outputs.dims:
+            outputs = outputs.transpose("sample", ...)
+        result = np.asarray(outputs, dtype=float)
         if result.shape[:1] != (1,):
             raise InputError(
                 f"the response must return shape (1, ...); got shape {result.shape}. A function of "
@@ -119,7 +119,7 @@ class _Offered:
             raise _RefusedError(
                 "InvalidOutput", f"the model fails: {kind}: {error}", 500
             ) from error
-        if [len(one) for one in outputs] != self.output_sizes or not np.isfinite(outputs).all():
+        if [len(row) for row in outputs] != self.output_sizes or not np.isfinite(outputs).all():
             raise _RefusedError(
                 "InvalidOutput", f"the model must return finite vectors of lengths "
                 f"{self.output_sizes}; got {shown(outputs.tolist())}", 500,
@@ -145,8 +145,11 @@ class _Handler(BaseHTTPRequestHandler):
         size = int(text) if text.isdecimal() and len(text) < 10 else MAX_BYTES + 1
         if size > MAX_BYTES:  # which is not read, so that nothing can follow
             self.close_connection = True
-            kind, told = "InvalidInput", f"Content-Length must be {MAX_BYTES} or less; got {text}"
-            self._answer(413, {"error": {"type": kind, "message": shown(told)}})
+            kind, message = (
+                "InvalidInput",
+                f"Content-Length must be {MAX_BYTES} or less; got {text}",
+            )
+            self._answer(413, {"error": {"type": kind, "message": shown(message)}})
             return
         self._reply(self.rfile.read(size))
 
@@ -176,8 +179,8 @@ class _Handler(BaseHTTPRequestHandler):
         host = self.headers.get("Host", listening).rpartition(":")
         name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)
         if listening in LOOPBACK and name not in LOOPBACK:
-            told = f"the host must be {' or '.join(LOOPBACK)}; got {shown(name)}"
-            raise _RefusedError("InvalidInput", told, 403)
+            message = f"the host must be {' or '.join(LOOPBACK)}; got {shown(name)}"
+            raise _RefusedError("InvalidInput", message, 403)
 
     def _answer(self, status: int, answer: Any) -> None:
         data = json.dumps(answer).encode()
@@ -233,7 +236,7 @@ class UMBridgeServer:
             raise InputError(f"response must be a function or a surrogate; got {shown(response)}")
         if not isinstance(inputs, Mapping) or not inputs:
             raise InputError(f"inputs must be a dict of names and values; got {shown(inputs)}")
-        if not all(isinstance(one, str) for one in inputs):
+        if not all(isinstance(input_name, str) for input_name in inputs):
             raise InputError(f"names of inputs must be texts; got {shown(list(inputs))}")
         values = {k: finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
         try:
@@ -242,7 +245,7 @@ class UMBridgeServer:
             raise InputError(f"inputs must be the arguments of the response: {error}") from None
         offered = _Offered(name, function, values)
         first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))
-        offered.output_sizes.extend(len(one) for one in first)
+        offered.output_sizes.extend(len(vector) for vector in first)
         self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered, host))
         self._server.daemon_threads = True
         self.url = f"http://{host}:{self._server.server_port}"

@@ -26,13 +26,13 @@ def column_names(labels: xr.DataArray) -> list[str]:
         [_text(value) for value in (labels[dim].values if dim in labels.coords else range(size))]
         for dim, size in zip(dims, labels.shape[1:], strict=True)
     ]
-    found = []
+    names = []
     for place in np.ndindex(*labels.shape[1:]):
-        own = {dim: texts[k][place[k]] for k, dim in enumerate(dims)}
-        name = own.pop("output", str(labels.name or "response"))
-        other = ", ".join(f"{dim}={text}" for dim, text in own.items())
-        found.append(f"{name}[{other}]" if other else name)
-    return found
+        coordinates = {dim: texts[k][place[k]] for k, dim in enumerate(dims)}
+        name = coordinates.pop("output", str(labels.name or "response"))
+        other = ", ".join(f"{dim}={text}" for dim, text in coordinates.items())
+        names.append(f"{name}[{other}]" if other else name)
+    return names
 
 
 def _text(value: Any) -> str:
@@ -41,12 +41,12 @@ def _text(value: Any) -> str:
 
 def different(names: Sequence[str]) -> list[str]:
     """Return names that all differ: later ones that are taken get an underscore."""
-    found: list[str] = []
+    unique_names: list[str] = []
     for name in names:
-        while name in found:
+        while name in unique_names:
             name += "_"  # noqa: PLW2901
-        found.append(name)
-    return found
+        unique_names.append(name)
+    return unique_names
 
 
 def write_csv(file: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

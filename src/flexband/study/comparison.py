@@ -50,15 +50,15 @@ class Comparison:
         return self.bands.attrs["runs"] - self.bands.attrs["runs_repeated"]
 
 
-def relative_error(found: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
+def relative_error(bounds: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
     """Return ∫|Δ| dt / ∫|reference| dt over both bounds, for every output.
 
     The integral runs over all dims except "output". Outputs that are zero up to round-off, compared
     with the largest output, have the error NaN.
     """
-    dims = [d for d in found.dims if d != "output"]
+    dims = [d for d in bounds.dims if d != "output"]
     size = abs(reference).sum(dims)
-    return (abs(found - reference).sum(dims) / size).where(size > ROUND_OFF_SHARE * size.max())
+    return (abs(bounds - reference).sum(dims) / size).where(size > ROUND_OFF_SHARE * size.max())
 
 
 def compare(
@@ -98,9 +98,9 @@ def compare(
     instance("methods", methods, list | tuple, "a list of methods")
     for method in (reference, *methods):
         check_method(method)
-    for name, own in (("progress", progress), ("finished", finished)):
-        if own is not None:
-            function(name, own)
+    for name, callback in (("progress", progress), ("finished", finished)):
+        if callback is not None:
+            function(name, callback)
     study = study.located()
     space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
     check_runs(reference, space, count=count)
@@ -131,19 +131,19 @@ def usual_methods(
     the other scanning methods have a quarter of the samples of the reference, if any input is
     random.
     """
-    found: list[Method] = [kind(k, q) for kind in (PCCI, ImprovedPCCI) for k, q in orders]
-    found += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI()]
-    found += [RegressionPCCI(p) for p in dict.fromkeys(max(own) for own in orders)]
-    found += [PerturbationChebyshev(q) for q in dict.fromkeys(q for _, q in orders)]
+    methods: list[Method] = [kind(k, q) for kind in (PCCI, ImprovedPCCI) for k, q in orders]
+    methods += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI()]
+    methods += [RegressionPCCI(p) for p in dict.fromkeys(max(pair) for pair in orders)]
+    methods += [PerturbationChebyshev(q) for q in dict.fromkeys(q for _, q in orders)]
     if Space(first_case(study.located().inputs)).random_dimension:
         fewer = max(2, reference.samples // 4)
         kinds = (LHSScanning, SobolScanning, MonteCarlo)
-        found += [
+        methods += [
             kind(fewer, reference.points, reference.seed)
             for kind in kinds
             if not isinstance(reference, kind)
         ]
-    return found
+    return methods
 
 
 def _affordable(method: Method, space: Space, count: int) -> bool:

@@ -85,7 +85,9 @@ class StudyFolder:
             other = runs.attrs["owner"]["response"] != response
             failed = DONE not in runs["status"].values
             return (
-                other and failed and all(one.values is None for one in Journal(self.runs).read(0))
+                other
+                and failed
+                and all(record.values is None for record in Journal(self.runs).read(0))
             )
         return False
 
@@ -99,11 +101,11 @@ class StudyFolder:
         """
         file = self.path / STUDY
         try:
-            found = json.loads(read_unlinked(file))
-            newest = int(found["format"])
+            content = json.loads(read_unlinked(file))
+            newest = int(content["format"])
             for name, kind in KINDS.items():
-                if not isinstance(found.get(name), kind | None):
-                    raise ValueError(f"{name!r} is {shown(found[name])}")
+                if not isinstance(content.get(name), kind | None):
+                    raise ValueError(f"{name!r} is {shown(content[name])}")
         except FileNotFoundError:
             return {}
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
@@ -116,7 +118,7 @@ class StudyFolder:
                 f"{file} was written by a newer version of flexband (format {newest}, this one "
                 f"reads {FORMAT})"
             )
-        return found
+        return content
 
     @property
     def begun(self) -> bool:
@@ -204,8 +206,10 @@ class StudyFolder:
             If there are results of another study.
         """
         before = self._claimed()
-        own = {"file": file, "response": response}
-        same = not before or any(value and before.get(name) == value for name, value in own.items())
+        claim = {"file": file, "response": response}
+        same = not before or any(
+            value and before.get(name) == value for name, value in claim.items()
+        )
         if not same and not (insist if self.recorded else replace):
             other = "`flexband run --replace` deletes its runs" if self.recorded else "--replace"
             raise StoreError(
@@ -215,18 +219,18 @@ class StudyFolder:
 
     def claim(self, file: str, response: str) -> None:
         """Have the folder for the results of the study in a file, which `check_claim` allows."""
-        own = {"file": file, "response": response}
-        if self._claimed() != own:
+        claim = {"file": file, "response": response}
+        if self._claimed() != claim:
             with replaced(self.path / OWNER) as partial:
-                partial.write_text(json.dumps(own), encoding="utf-8")
+                partial.write_text(json.dumps(claim), encoding="utf-8")
 
     def _claimed(self) -> dict[str, Any]:
         """Return whose results are here; nothing if there are none."""
         with suppress(OSError, ValueError, TypeError):
             return dict(json.loads(read_unlinked(self.path / OWNER)))
         with suppress(StoreError):
-            if found := self.read():
-                return {"file": found.get("file")}
+            if content := self.read():
+                return {"file": content.get("file")}
         return {"file": "a study that is not known"} if (self.path / REPORT).exists() else {}
 
     def delete_runs(self) -> None:

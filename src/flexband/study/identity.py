@@ -28,18 +28,22 @@ def identity(study: Study, *options: object) -> str:
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
     limits = tuple(map(str, study.limits))
-    told = texts, study.sigmas, limits, options, versions(), source_hash(*COMPUTING)
-    found = hashlib.sha256(repr(told).encode())
+    settings = texts, study.sigmas, limits, options, versions(), source_hash(*COMPUTING)
+    digest = hashlib.sha256(repr(settings).encode())
     named = tuple(sorted(inputs.items()))
-    for one in (study.response, study.method, named, study.limits):
-        found.update(fingerprint(one).encode())
-    found.update(_values(study).tobytes())
-    return found.hexdigest()[:32]
+    for part in (study.response, study.method, named, study.limits):
+        digest.update(fingerprint(part).encode())
+    digest.update(_values(study).tobytes())
+    return digest.hexdigest()[:32]
 
 
 def _values(study: Study) -> np.ndarray:
     """Return some values of all inputs but fields: objects of other packages show no parameters."""
-    inputs = {k: one for k, one in first_case(study.inputs).items() if not isinstance(one, Field)}
+    inputs = {
+        k: uncertain_input
+        for k, uncertain_input in first_case(study.inputs).items()
+        if not isinstance(uncertain_input, Field)
+    }
     space = Space(inputs)
     rng = np.random.default_rng(0)
     points = (

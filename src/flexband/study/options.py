@@ -20,9 +20,9 @@ def method_classes(public: Iterable[object]) -> dict[str, Any]:
     """
     words = r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
     return {
-        re.sub(words, "-", one.__name__).lower(): one
-        for one in public
-        if isinstance(one, type) and callable(getattr(one, "solve", None))
+        re.sub(words, "-", candidate.__name__).lower(): candidate
+        for candidate in public
+        if isinstance(candidate, type) and callable(getattr(candidate, "solve", None))
     }
 
 
@@ -40,10 +40,10 @@ def method_options(methods: Mapping[str, type]) -> dict[str, tuple[type, dict[st
     options: dict[str, tuple[type, dict[str, Any]]] = {}
     for name, method in methods.items():
         hints = get_type_hints(method)
-        for one in fields(method):
-            allowed = get_args(hints[one.name]) or (hints[one.name],)
+        for field in fields(method):
+            allowed = get_args(hints[field.name]) or (hints[field.name],)
             for kind in [kind for kind in allowed if kind in (bool, int, float)][:1]:
-                options.setdefault(one.name, (kind, {}))[1][name] = one.default
+                options.setdefault(field.name, (kind, {}))[1][name] = field.default
     return options
 
 
@@ -56,13 +56,13 @@ def with_options(method: Method, values: Mapping[str, object]) -> Method:
         If the method does not have a field of this name.
     """
     given = {name: value for name, value in values.items() if value is not None}
-    known = [one.name for one in fields(method)] if is_dataclass(method) else []
+    known = [field.name for field in fields(method)] if is_dataclass(method) else []
     for name in given:
         if name not in known:
-            allowed, got = (
+            allowed, requested = (
                 f"--{', --'.join(names)}".replace("_", "-") for names in (known, [name])
             )
             raise InputError(
-                f"options of {method.name} are {allowed if known else 'none'}; got {got}"
+                f"options of {method.name} are {allowed if known else 'none'}; got {requested}"
             )
     return replace(method, **given) if given else method  # type: ignore[type-var]

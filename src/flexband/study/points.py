@@ -43,9 +43,9 @@ class RequestedPoints:
         """Return the points in a folder; raise `StoreError` if the file is damaged."""
         file = folder / LEDGER
         try:
-            found = json.loads(read_unlinked(file))
-            asked = [(str(setting), tuple(map(float, row))) for setting, row in found["asked"]]
-            return cls(folder, list(found["names"]), asked)
+            content = json.loads(read_unlinked(file))
+            asked = [(str(setting), tuple(map(float, row))) for setting, row in content["asked"]]
+            return cls(folder, list(content["names"]), asked)
         except FileNotFoundError:
             return cls(folder, [], [])
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -79,8 +79,8 @@ class RequestedPoints:
         InputError
             If it is no table of results of points that were asked for: see `docs/studies.md`.
         """
-        found = _netcdf(file, labels) if file.suffix == ".nc" else self._table(file, labels)
-        numbers = [number for number, _, _ in found]
+        entries = _netcdf(file, labels) if file.suffix == ".nc" else self._table(file, labels)
+        numbers = [number for number, _, _ in entries]
         wrong = [k for k in numbers if not 1 <= k <= len(self.asked)]
         if wrong:
             raise InputError(
@@ -91,7 +91,7 @@ class RequestedPoints:
             twice = next(k for k in numbers if numbers.count(k) > 1)
             raise InputError(f"{file} must have each number once; {twice} is there twice")
         results = []
-        for number, values, reason in found:
+        for number, values, reason in entries:
             setting, inputs = self.asked[number - 1]
             good = bool(np.isfinite(values).all())
             why = "" if good else reason or f"{file.name} has no values for it"
@@ -107,7 +107,7 @@ class RequestedPoints:
                 f"{file} must have the columns number and {_some(columns)}; {missing[0]!r} is "
                 "missing"
             )
-        found = []
+        entries = []
         for k, row in enumerate(rows, start=2):
             place = f"{file}, row {k}"
             number = _number(f"{place}: number", row["number"])
@@ -117,17 +117,17 @@ class RequestedPoints:
                 self._check_inputs(place, row, int(number))
             values = [_number(f"{place}: {name}", row[name], blank=True) for name in columns]
             shaped = np.reshape(values, labels.shape[1:])
-            found.append((int(number), shaped, row.get("reason", "").strip()))
-        return found
+            entries.append((int(number), shaped, row.get("reason", "").strip()))
+        return entries
 
     def _check_inputs(self, place: str, row: Mapping[str, str], number: int) -> None:
         """Refuse a row whose inputs are those of another point."""
         for name, value in zip(self.names, self.asked[number - 1][1], strict=True):
             if name in row:
-                own = _number(f"{place}: {name}", row[name])
-                if abs(own - value) > SAME * max(abs(value), abs(own)):
+                cell = _number(f"{place}: {name}", row[name])
+                if abs(cell - value) > SAME * max(abs(value), abs(cell)):
                     raise InputError(
-                        f"{place}: {name} must be {value!r}, as point {number} has it; got {own!r}"
+                        f"{place}: {name} must be {value!r}, as point {number} has it; got {cell!r}"
                     )
 
 
@@ -159,28 +159,32 @@ class Result:
 
 def _options(inputs: Mapping[str, Any], setting: str) -> dict[str, str]:
     """Return the inputs of a combination of options that are texts."""
-    own = cases(inputs).get(setting, {})
+    case = cases(inputs).get(setting, {})
     return {
-        name: one.constant
-        for name, one in own.items()
-        if isinstance(one, Constant) and isinstance(one.constant, str)
-    } | {name: one for name, one in own.items() if isinstance(one, str)}
+        name: option.constant
+        for name, option in case.items()
+        if isinstance(option, Constant) and isinstance(option.constant, str)
+    } | {name: option for name, option in case.items() if isinstance(option, str)}
 
 
 def _netcdf(file: Path, labels: xr.DataArray) -> list[tuple[int, np.ndarray, str]]:
     try:
         with xr.open_dataset(file, engine="scipy", decode_timedelta=False) as opened:
-            found = opened.load()
-        outputs, numbers = found["outputs"], found["number"].values
-        own = aligned(outputs.rename({str(found["number"].dims[0]): "sample"}), labels)
-        own = own.transpose(*labels.dims)
+            dataset = opened.load()
+        outputs, numbers = dataset["outputs"], dataset["number"].values
+        aligned_outputs = aligned(
+            outputs.rename({str(dataset["number"].dims[0]): "sample"}), labels
+        )
+        aligned_outputs = aligned_outputs.transpose(*labels.dims)
     except InputError:
         raise
     except Exception as error:  # whatever the reader raises for other files
         raise InputError(
             f"{file} must be a NetCDF 3 file with the variables number and outputs: {error}"
         ) from None
-    return [(int(number), row, "") for number, row in zip(numbers, own.values, strict=True)]
+    return [
+        (int(number), row, "") for number, row in zip(numbers, aligned_outputs.values, strict=True)
+    ]
 
 
 def _number(name: str, text: str, *, blank: bool = False) -> float:

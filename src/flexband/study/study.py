@@ -154,8 +154,8 @@ class Study:
 
     def _check_limits(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if a limit does not fit the outputs."""
-        for one in self.limits:
-            one.corridor(labels)
+        for limit in self.limits:
+            limit.corridor(labels)
 
     def using(self, method: Method) -> Study:
         """Return the same study with another method."""
@@ -173,9 +173,9 @@ class Study:
         """
         space = Space(first_case(self.located().inputs))
         nominal = space.nominal()
-        found = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)
-        assert found.values is not None
-        return found.values.isel(sample=0)
+        evaluation = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)
+        assert evaluation.values is not None
+        return evaluation.values.isel(sample=0)
 
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""
@@ -185,7 +185,11 @@ class Study:
 def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:
     """Return the units of inputs; members of correlated inputs may have their own."""
     instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
-    members = (one.members for one in inputs.values() if isinstance(one, Correlated))
+    members = (
+        uncertain_input.members
+        for uncertain_input in inputs.values()
+        if isinstance(uncertain_input, Correlated)
+    )
     names = [*inputs, *chain.from_iterable(members)]
     for name, unit in units.items():
         known("units", name, names)
@@ -205,16 +209,16 @@ def load_study(file: Path) -> Study:
         raise InputError(f"file must be a Python file that exists; got {str(file)!r}")
     sys.path.insert(0, str(file.resolve().parent))
     try:
-        found = runpy.run_path(str(file))
+        variables = runpy.run_path(str(file))
     except (Exception, SystemExit) as error:
         frames = traceback.extract_tb(error.__traceback__)
         lines = [f", line {frame.lineno}" for frame in frames if frame.filename == str(file)]
         reason = error if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         raise InputError(f"{file}{lines[-1] if lines else ''}: {reason}") from error
-    study = found.get("study")
+    study = variables.get("study")
     if not isinstance(study, Study):
-        near = [name for name, one in found.items() if isinstance(one, Study)]
-        told = f"{study!r}" if study is not None else "no `study`"
+        near = [name for name, value in variables.items() if isinstance(value, Study)]
+        description = f"{study!r}" if study is not None else "no `study`"
         hint = f"; {near[0]!r} is one, call it study" if near else ""
-        raise InputError(f"{file} must define `study`, a flexband.Study; got {told}{hint}")
+        raise InputError(f"{file} must define `study`, a flexband.Study; got {description}{hint}")
     return study

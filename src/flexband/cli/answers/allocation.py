@@ -79,33 +79,35 @@ def allocate(
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
     options = runs_in(place, purpose, trust=trust) if confirm else {}
-    found = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)
+    allocation = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)
     check_folder(place)
-    try_write(lambda: write_netcdf(found, answer_file(place, "allocation")))
-    draw(lambda: allocation_figure(found), place / "allocation.png")
+    try_write(lambda: write_netcdf(allocation, answer_file(place, "allocation")))
+    draw(lambda: allocation_figure(allocation), place / "allocation.png")
     if as_json:
         dims = {"name", "sizing", "limit", "binding", "input"}
-        plain = {k: v.values.tolist() for k, v in found.variables.items() if set(v.dims) <= dims}
-        print_json({str(k): v for k, v in (plain | found.attrs).items()})
+        plain = {
+            k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims
+        }
+        print_json({str(k): v for k, v in (plain | allocation.attrs).items()})
         return
-    print_table("Tolerances", allocation_table(found))
-    print_text(found.attrs["verdict"])
+    print_table("Tolerances", allocation_table(allocation))
+    print_text(allocation.attrs["verdict"])
 
 
 def costs_of(texts: list[str]) -> dict[str, Any]:
     """Return the cost of each tolerance; raise `UsageError` if a text is none of the forms."""
-    found: dict[str, Any] = {}
+    costs: dict[str, Any] = {}
     for text in texts:
         name, _, value = text.partition("=")
-        pairs = [tuple(one.split(":")) for one in value.split(",")]
-        if name in found:
+        pairs = [tuple(grade.split(":")) for grade in value.split(",")]
+        if name in costs:
             raise UsageError(f"--cost must be given once for {name}")
-        one = len(pairs) == 1 and len(pairs[0]) == 1
+        is_number = len(pairs) == 1 and len(pairs[0]) == 1
         try:
-            own = float(value) if one else {t: (float(t), float(c)) for t, c in pairs}
+            cost = float(value) if is_number else {t: (float(t), float(c)) for t, c in pairs}
         except ValueError:
             forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
             raise UsageError(f"--cost must be {forms}; got {text!r}") from None
         with usage():
-            found[name] = fb.Grades(own) if isinstance(own, dict) else own
-    return found
+            costs[name] = fb.Grades(cost) if isinstance(cost, dict) else cost
+    return costs

@@ -77,24 +77,24 @@ def derived(
     surrogate, place = saved(folder)
     made_of = _output(output or [], labels_of(surrogate))
     with usage():
-        found = fb.derived(
+        bounds = fb.derived(
             surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
             samples=samples, seed=seed,
         )  # fmt: skip
     check_folder(place)
-    try_write(lambda: write_netcdf(found, answer_file(place, "derived")))
+    try_write(lambda: write_netcdf(bounds, answer_file(place, "derived")))
     figure = place / "derived.png"
-    draw(lambda: derived_figure(found), figure, wanted=found["range"].ndim == 2)
+    draw(lambda: derived_figure(bounds), figure, wanted=bounds["range"].ndim == 2)
     if as_json:
         names = ("mean", "error_bar", "range")
-        ends = {k: [float(found[k][0].min()), float(found[k][1].max())] for k in names}
-        errors = {k: float(found[k].max()) for k in map(str, found) if k.endswith("_error")}
-        print_json(ends | errors | {str(k): v for k, v in found.attrs.items()})
+        ends = {k: [float(bounds[k][0].min()), float(bounds[k][1].max())] for k in names}
+        errors = {k: float(bounds[k].max()) for k in map(str, bounds) if k.endswith("_error")}
+        print_json(ends | errors | {str(k): v for k, v in bounds.attrs.items()})
         return
-    unit = found["mean"].attrs.get("units")
+    unit = bounds["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
-    print_table(title, derived_table(found))
+    print_table(title, derived_table(bounds))
     print_text(f"Written: {place / 'derived.nc'}")
 
 

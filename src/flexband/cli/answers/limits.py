@@ -82,7 +82,9 @@ def limits(
     surrogate, place = saved(folder)
     with usage():
         checked_sigmas(sigmas)
-    wanted = limits_of(below or [], above or [], during, place, surrogate, only or [], trust=trust)
+    requested_limits = limits_of(
+        below or [], above or [], during, place, surrogate, only or [], trust=trust
+    )
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
         raise UsageError(
@@ -98,7 +100,7 @@ def limits(
         if runs:
             options["progress"] = task("new runs")
         options["of_study"] = not (below or above or only)
-        check = check_limits_in(place, surrogate, wanted, sigmas=sigmas, **options)
+        check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
     draw_limits(check, place)
     checked, probability = check.margins, check.probability
     if as_json:
@@ -135,33 +137,33 @@ def limits_of(
                 value = float(number)
             except ValueError:
                 raise UsageError(f"--{side} must be OUTPUT=NUMBER; got {text!r}") from None
-            own = sides.setdefault(name or None, {})
-            if side in own:
+            known_limits = sides.setdefault(name or None, {})
+            if side in known_limits:
                 raise UsageError(f"--{side} must be given once for {name or 'the output'}")
-            own[side] = value
+            known_limits[side] = value
     if not sides:
         known = during is None and (place / STUDY).is_file()
-        if known and (own := plan_in(place, trust=trust).study().limits):
-            return selected(own, only)
+        if known and (known_limits := plan_in(place, trust=trust).study().limits):
+            return selected(known_limits, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )
     with usage():
-        found = [fb.Limit(name, during=during, **own) for name, own in sides.items()]
-        corridors(found, next(iter(surrogates_of(surrogate).values())).labels)
-    return found
+        output_limits = [fb.Limit(name, during=during, **bounds) for name, bounds in sides.items()]
+        corridors(output_limits, next(iter(surrogates_of(surrogate).values())).labels)
+    return output_limits
 
 
 def selected(limits: Sequence[fb.Limit], only: list[str]) -> list[fb.Limit]:
     """Return the limits of some outputs, all if none is named; raise `UsageError` for others."""
-    names = dict.fromkeys(one.output or "response" for one in limits)
+    names = dict.fromkeys(limit.output or "response" for limit in limits)
     for name in only:
         if name not in names:
             raise UsageError(
                 f"--only must be an output with a limit in the study: {', '.join(names)}; "
                 f"got {name!r}"
             )
-    return [one for one in limits if not only or (one.output or "response") in only]
+    return [limit for limit in limits if not only or (limit.output or "response") in only]
 
 
 def as_rows(result: xr.Dataset | None) -> Any:
@@ -169,5 +171,7 @@ def as_rows(result: xr.Dataset | None) -> Any:
     if result is None:
         return None
     dims = {"limit", "bound", "input"}
-    own = {str(k): v.values.tolist() for k, v in result.variables.items() if set(v.dims) <= dims}
-    return own | {str(k): v for k, v in result.attrs.items()}
+    variables = {
+        str(k): v.values.tolist() for k, v in result.variables.items() if set(v.dims) <= dims
+    }
+    return variables | {str(k): v for k, v in result.attrs.items()}

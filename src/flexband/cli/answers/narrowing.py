@@ -81,12 +81,14 @@ def narrow(
     if not isinstance(surrogate, fb.Surrogate):
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
     with usage():
-        wanted = changes_of(surrogate, changes)
-        both = surrogate, surrogate.narrowed(**wanted)
-        before, after = (one.bands(sigmas) for one in both)
+        new_inputs = changes_of(surrogate, changes)
+        both = surrogate, surrogate.narrowed(**new_inputs)
+        before, after = (expansion.bands(sigmas) for expansion in both)
     limits = limits_before_and_after(both, study_limits(place, trust=trust), likely=probability)
     check_folder(place)
-    changed = "; ".join(f"{name}: {known_of(name, one)[1]}" for name, one in wanted.items())
+    changed = "; ".join(
+        f"{name}: {known_of(name, new_input)[1]}" for name, new_input in new_inputs.items()
+    )
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")
     if earlier is not None and earlier.attrs.get("changes") != changed:
@@ -98,10 +100,10 @@ def narrow(
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
     if as_json:
-        own = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
+        mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
         print_json(
-            {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **own,
-             "expected_error": error, "limits": {one.pop("limit"): one for one in limits}}
+            {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **mean_widths,
+             "expected_error": error, "limits": {row.pop("limit"): row for row in limits}}
         )  # fmt: skip
         return
     pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
@@ -117,8 +119,8 @@ def narrow(
     print_table(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))
     if limits:
         print_table("Limits, margins of μ ± 3σ", limits_table(limits))
-    told = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
-    print_text(f"{changed}\n{told}\nWritten: {place / 'narrowed.nc'}")
+    sentence = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
+    print_text(f"{changed}\n{sentence}\nWritten: {place / 'narrowed.nc'}")
 
 
 def limits_before_and_after(
@@ -134,20 +136,21 @@ def limits_before_and_after(
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")
     if not limits:
         return []
-    checked = [fb.check_limits(one, limits) for one in both]
+    checked = [fb.check_limits(surrogate, limits) for surrogate in both]
     rows = [
-        {"limit": str(name), "least_margin": [float(own["least_margin"][k]) for own in checked],
-         "verdict": [str(own["verdict"][k].values) for own in checked]}
+        {"limit": str(name), "least_margin": [float(check["least_margin"][k]) for check in checked],
+         "verdict": [str(check["verdict"][k].values) for check in checked]}
         for k, name in enumerate(checked[0]["limit"].values)
     ]  # fmt: skip
     if likely:
-        found = [fb.failure_probability(one, limits) if has_probability(one) else None
-                 for one in both]  # fmt: skip
+        risks = [fb.failure_probability(surrogate, limits) if has_probability(surrogate) else None
+                 for surrogate in both]  # fmt: skip
         rows += [{"limit": "any limit"}] * (len(limits) > 1)
         for k, row in enumerate(rows):
             for name in ("probability", "confidence_high"):
                 row[name] = [
-                    None if own is None else float(own[name].sel(bound="upper")[k]) for own in found
+                    None if risk is None else float(risk[name].sel(bound="upper")[k])
+                    for risk in risks
                 ]
     return rows
 
@@ -158,13 +161,13 @@ def limits_table(limits: list[dict[str, Any]]) -> tuple[list[str], list[list[str
     likely = "probability" in limits[0]
     header += ["probability, at most", "narrowed"] * likely
     rows = []
-    for one in limits:
-        margins = [number(v) for v in one.get("least_margin", [])] or ["", ""]
-        before, after = one.get("verdict", ["", ""])
+    for entry in limits:
+        margins = [number(v) for v in entry.get("least_margin", [])] or ["", ""]
+        before, after = entry.get("verdict", ["", ""])
         changed = before if before == after else f"{before} → {after}"
-        row = [one["limit"], *margins, changed]
+        row = [entry["limit"], *margins, changed]
         if likely:
-            pairs = zip(one["probability"], one["confidence_high"], strict=True)
+            pairs = zip(entry["probability"], entry["confidence_high"], strict=True)
             row += [_likely(*pair) for pair in pairs]
         rows.append(row)
     return header, rows
@@ -195,48 +198,55 @@ def tolerance(
     """
     surrogate, _ = saved(folder)
     with usage():
-        found = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
+        tolerances = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
     names = ("width", "least_width", "factor", "tolerance")
-    if found["width"].ndim > ("output" in found.dims):
-        raise InputError(f"tolerance takes outputs over time alone; got dims {found['width'].dims}")
-    own = {one: [float(select(found[k], one)) for k in names] for one in outputs_of(found)}
+    if tolerances["width"].ndim > ("output" in tolerances.dims):
+        raise InputError(
+            f"tolerance takes outputs over time alone; got dims {tolerances['width'].dims}"
+        )
+    table = {
+        output: [float(select(tolerances[k], output)) for k in names]
+        for output in outputs_of(tolerances)
+    }
     if as_json:
-        told = {"share": share, "sigmas": sigmas}
-        found = {one: dict(zip(names, values, strict=True)) for one, values in own.items()}
-        print_json({one: values | told for one, values in found.items()})
+        options = {"share": share, "sigmas": sigmas}
+        tolerances = {
+            output: dict(zip(names, values, strict=True)) for output, values in table.items()
+        }
+        print_json({output: values | options for output, values in tolerances.items()})
         return
-    still = [one for one in own if not bool(select(found["varies"], one))]
-    reached = [one for one in own if np.isfinite(own[one][3]) and one not in still]
+    still = [output for output in table if not bool(select(tolerances["varies"], output))]
+    reached = [output for output in table if np.isfinite(table[output][3]) and output not in still]
     header = ["output", "largest width", "without its uncertainty", "part of the width"]
     if reached:
         header += [f"tolerance for {percent_to_tenth(share)}", "part of the present one"]
     rows = []
-    for output, (width, least, factor, size) in own.items():
+    for output, (width, least, factor, size) in table.items():
         if output in still:
             rows.append([output or "response", CONSTANT, *[""] * (len(header) - 2)])
             continue
-        left = percent_to_tenth(least / width)
-        row = [output or "response", *(number(v, scale=width) for v in (width, least)), left]
+        least_share = percent_to_tenth(least / width)
+        row = [output or "response", *(number(v, scale=width) for v in (width, least)), least_share]
         if reached:
             row += [number(size), percent_to_tenth(factor)] if output in reached else ["none", ""]
         rows.append(row)
     largest = ", the largest over time" * (axes_of(labels_of(surrogate)).time is not None)
     title = (
         f"Tolerance of {name}, all others as they are; widths are those of μ ± "
-        f"{deviations(found)}{largest}"
+        f"{deviations(tolerances)}{largest}"
     )
     print_table(title, (header, rows))
-    moving = {output: values for output, values in own.items() if output not in still}
+    moving = {output: values for output, values in table.items() if output not in still}
     if len(reached) < len(moving):
         print_text(out_of_reach(name, share, moving))
 
 
-def out_of_reach(name: str, share: float, own: dict[str, list[float]]) -> str:
+def out_of_reach(name: str, share: float, table: dict[str, list[float]]) -> str:
     """Return how narrow the error bars become that no tolerance of an input makes narrow enough."""
-    lost = {k: v[1] / v[0] for k, v in own.items() if np.isnan(v[3])}
+    lost = {k: v[1] / v[0] for k, v in table.items() if np.isnan(v[3])}
     narrowest = min(lost, key=lambda output: lost[output])
     which = "no error bar becomes"
-    if len(lost) < len(own):
+    if len(lost) < len(table):
         which = f"the error bar of {', '.join(lost)} does not become"
         if len(lost) > 1:
             which = f"the error bars of {', '.join(lost)} do not become"
@@ -249,7 +259,7 @@ def out_of_reach(name: str, share: float, own: dict[str, list[float]]) -> str:
 
 def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
     """Return narrower inputs; raise `InputError` if a text is none of the allowed forms."""
-    found: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
     given: set[str] = set()
     inputs = surrogate.space.inputs
     for text in texts:
@@ -266,34 +276,42 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
             raise InputError(f"a change must be given once for {name}; got {text!r}")
         given.add(name)
         owner, _, parameter = name.rpartition(".")
-        one: Any = inputs.get(owner)
-        names = [own.name for own in fields(one) if own.init] if is_dataclass(one) else []
-        if name not in inputs and one is not None and names and parameter not in names:
-            raise InputError(f"{narrowed_by(owner, one, names)}; got {text!r}")
+        uncertain_input: Any = inputs.get(owner)
+        names = (
+            [field.name for field in fields(uncertain_input) if field.init]
+            if is_dataclass(uncertain_input)
+            else []
+        )
+        if name not in inputs and uncertain_input is not None and names and parameter not in names:
+            raise InputError(f"{narrowed_by(owner, uncertain_input, names)}; got {text!r}")
         if name not in inputs and parameter in names:
             changed: dict[str, Any] = {parameter: numbers[0]}
             if parameter in SPREADS:  # one of them alone is given
                 changed = dict.fromkeys(SPREADS & {*names}) | changed
-            found[owner] = replace(found.get(owner, one), **changed)
+            changes[owner] = replace(changes.get(owner, uncertain_input), **changed)
         else:
-            found[name] = fb.Interval(*numbers) if dots else numbers[0]
-    return found
+            changes[name] = fb.Interval(*numbers) if dots else numbers[0]
+    return changes
 
 
-def narrowed_by(name: str, one: Any, names: Sequence[str]) -> str:
+def narrowed_by(name: str, uncertain_input: Any, names: Sequence[str]) -> str:
     """Return in words how an input is narrowed; `names` are its parameters."""
-    if isinstance(one, Score):
+    if isinstance(uncertain_input, Score):
         return f"{name} cannot be narrowed, since it is correlated with others"
-    own = one.distribution if isinstance(one, PBox) else one
-    kind = f"{name} is {with_article(type(own).__name__)}"
+    distribution = (
+        uncertain_input.distribution if isinstance(uncertain_input, PBox) else uncertain_input
+    )
+    kind = f"{name} is {with_article(type(distribution).__name__)}"
     fixed = f"{name}=NUMBER fixes it"
-    if one.intervals:
-        ends = " and ".join(f"{name}.{parameter}=LOWER..UPPER" for parameter in one.intervals)
+    if uncertain_input.intervals:
+        ends = " and ".join(
+            f"{name}.{parameter}=LOWER..UPPER" for parameter in uncertain_input.intervals
+        )
         return f"{kind} with parameters that are intervals, which are narrowed by {ends}"
-    if isinstance(one, fb.Distribution):
+    if isinstance(uncertain_input, fb.Distribution):
         each = " or ".join(f"{name}.{field}=NUMBER" for field in names)
         return f"{kind}, which is narrowed by {each}; {fixed}"
-    if isinstance(one, fb.RandomField):
+    if isinstance(uncertain_input, fb.RandomField):
         return f"{kind}, which is narrowed by its standard deviation alone, {name}.std=NUMBER"
     return f"{kind}, which is narrowed by its two ends, {name}=LOWER..UPPER; {fixed}"
 

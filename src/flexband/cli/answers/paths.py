@@ -43,28 +43,28 @@ def path(
     surrogate, place = saved(folder)
     k = one_of(sigmas, probability, 1.0)
     with usage():
-        found = fb.path(
+        regions = fb.path(
             surrogate, x, y, sigmas=k, probability=probability, directions=directions
         )  # fmt: skip
     check_folder(place)
-    try_write(lambda: write_netcdf(found, answer_file(place, "path")))
-    try_write(lambda: write_figure(path_figure(found), place / "path.png", dpi=120))
-    radius = found["radius"]
+    try_write(lambda: write_netcdf(regions, answer_file(place, "path")))
+    try_write(lambda: write_figure(path_figure(regions), place / "path.png", dpi=120))
+    radius = regions["radius"]
     widest, last = int(np.argmax(radius.values)), str(radius.dims[0])
-    at = float(found[last][widest]) if last in found.coords else float(widest)
-    error = float(found["expected_error"].max()) if "expected_error" in found else None
+    at = float(regions[last][widest]) if last in regions.coords else float(widest)
+    error = float(regions["expected_error"].max()) if "expected_error" in regions else None
     if as_json:
         about = {"sigmas": k} if probability is None else {"probability": probability}
         content = {"largest_radius": float(radius[widest]), "at": at, "expected_error": error}
         print_json(content | about | {"directions": directions})
         return
     unit = f" {radius.attrs['units']}" if "units" in radius.attrs else ""
-    inside = f"μ ± {deviations(found)}"
+    inside = f"μ ± {deviations(regions)}"
     if probability is not None:
         inside = f"a box of probability {probability:g}"
     text = (
         f"Within {inside}, the point is at most {float(radius[widest]):.4g}{unit} from its nominal "
         f"path, at {last} {at:.4g}, by regions with {directions} vertices"
     )
-    told = f"; the largest expected error is {error:.2g}{unit}" if error is not None else ""
-    print_text(f"{text}{told}\nWritten: {answer_file(place, 'path')}")
+    remark = f"; the largest expected error is {error:.2g}{unit}" if error is not None else ""
+    print_text(f"{text}{remark}\nWritten: {answer_file(place, 'path')}")

@@ -42,11 +42,11 @@ def quantiles(
     p = probability or [0.05, 0.5, 0.95]
     surrogate, place = saved(folder)
     with usage():
-        found = fb.quantiles(surrogate, p, samples=samples, seed=seed)
+        bounds = fb.quantiles(surrogate, p, samples=samples, seed=seed)
     title = (
         f"Quantiles: lowest and highest over the interval inputs, {number_of(samples, 'sample')}"
     )
-    tell(found, "quantiles", title, place, as_json=as_json)
+    tell(bounds, "quantiles", title, place, as_json=as_json)
 
 
 @app.command("range")
@@ -64,9 +64,9 @@ def value_range(
     """
     surrogate, place = saved(folder)
     with usage():
-        found = fb.value_range(surrogate, probability)
+        bounds = fb.value_range(surrogate, probability)
     title = f"Range of values, random inputs in a box of probability {probability:g}"
-    tell(found, "range", title, place, as_json=as_json)
+    tell(bounds, "range", title, place, as_json=as_json)
 
 
 @app.command("p-box")
@@ -90,13 +90,13 @@ def p_box(
     """
     surrogate, place = saved(folder)
     with usage():
-        found = fb.p_box(surrogate, output, time, samples=samples, seed=seed)
+        bounds = fb.p_box(surrogate, output, time, samples=samples, seed=seed)
     title = "Distribution function: lowest and highest probability of values up to"
-    tell(found, "distribution", title, place, as_json=as_json, file="p_box")
+    tell(bounds, "distribution", title, place, as_json=as_json, file="p_box")
 
 
 def tell(
-    found: xr.Dataset, name: str, title: str, place: Path, *, as_json: bool, file: str = ""
+    bounds: xr.Dataset, name: str, title: str, place: Path, *, as_json: bool, file: str = ""
 ) -> None:
     """Print the bounds of a variable; write the answer and its figure beside the surrogate."""
     from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
@@ -104,17 +104,23 @@ def tell(
 
     check_folder(place)
     data, picture = answer_file(place, file or name), place / f"{file or name}.png"
-    written = [data] * try_write(lambda: write_netcdf(found, data))
-    one = found[name]
-    wanted = drawable_outputs(one.isel(probability=0) if "probability" in one.dims else one)
-    written += [picture] * draw(lambda: bounds_figure(found, name), picture, wanted=bool(wanted))
-    header, rows = value_table(found) if "value" in found[name].dims else bounds_table(found, name)
-    remark = found.attrs.get("surrogate_not_reliable")
+    written = [data] * try_write(lambda: write_netcdf(bounds, data))
+    variable = bounds[name]
+    outputs_to_draw = drawable_outputs(
+        variable.isel(probability=0) if "probability" in variable.dims else variable
+    )
+    written += [picture] * draw(
+        lambda: bounds_figure(bounds, name), picture, wanted=bool(outputs_to_draw)
+    )
+    header, rows = (
+        value_table(bounds) if "value" in bounds[name].dims else bounds_table(bounds, name)
+    )
+    remark = bounds.attrs.get("surrogate_not_reliable")
     if as_json:
         content = {
             "title": title,
             "bounds": [dict(zip(header, row, strict=True)) for row in rows],
-            "attrs": {str(k): v for k, v in found.attrs.items()},
+            "attrs": {str(k): v for k, v in bounds.attrs.items()},
             "written": [str(file) for file in written],
         }
         print_json(content)
@@ -124,35 +130,35 @@ def tell(
     print_text("\n".join([*lines, *(f"Written: {file}" for file in written)]))
 
 
-def bounds_table(found: xr.Dataset, name: str) -> tuple[list[str], list[list[str]]]:
+def bounds_table(bounds: xr.Dataset, name: str) -> tuple[list[str], list[list[str]]]:
     """Return the lowest and the highest bounds of each output, and their largest errors."""
     from flexband.report.tables import outputs_of, select  # noqa: PLC0415
 
     header = ["output", "probability", "lowest", "highest", "sampling error", "expected error"]
     rows: list[list[str]] = []
-    for output in outputs_of(found[name]):
-        one = select(found, output)
-        unit = f" [{one['unit'].values}]" if "unit" in one.coords else ""
+    for output in outputs_of(bounds[name]):
+        selection = select(bounds, output)
+        unit = f" [{selection['unit'].values}]" if "unit" in selection.coords else ""
         several: Sequence[Any] = [None]
-        if "probability" in one[name].dims:
-            several = one["probability"].values.tolist()
+        if "probability" in selection[name].dims:
+            several = selection["probability"].values.tolist()
         for p in several:
-            own = one if p is None else one.sel(probability=p)
+            row_bounds = selection if p is None else selection.sel(probability=p)
             errors = [
-                number(own[k].max(), 2) if k in own else ""
+                number(row_bounds[k].max(), 2) if k in row_bounds else ""
                 for k in ("sampling_error", "expected_error")
             ]
-            level = f"{found.attrs.get('probability', 1):g}" if p is None else f"{p:g}"
-            scale = float(abs(one[name]).max())
-            ends = [number(v, 5, scale) for v in (own[name].min(), own[name].max())]
+            level = f"{bounds.attrs.get('probability', 1):g}" if p is None else f"{p:g}"
+            scale = float(abs(selection[name]).max())
+            ends = [number(v, 5, scale) for v in (row_bounds[name].min(), row_bounds[name].max())]
             rows.append([f"{output or 'response'}{unit}", level, *ends, *errors])
     return header, rows
 
 
-def value_table(found: xr.Dataset) -> tuple[list[str], list[list[str]]]:
+def value_table(bounds: xr.Dataset) -> tuple[list[str], list[list[str]]]:
     """Return some values, and the bounds of the probability of values up to these."""
-    some = found.isel(value=slice(None, None, max(1, found.sizes["value"] // ROWS)))
-    unit = found["value"].attrs.get("units")
+    some = bounds.isel(value=slice(None, None, max(1, bounds.sizes["value"] // ROWS)))
+    unit = bounds["value"].attrs.get("units")
     header = [f"value [{unit}]" if unit else "value", "lowest", "highest", "sampling error"]
     errors = some["sampling_error"].max("bound").values
     columns = zip(some["value"].values, *some["distribution"].values, errors, strict=True)

@@ -42,26 +42,26 @@ def contributions(
 
     surrogate, place = saved(folder)
     with usage():
-        found = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
+        ranking = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
     check_folder(place)
-    try_write(lambda: write_netcdf(found, place / CONTRIBUTIONS))
+    try_write(lambda: write_netcdf(ranking, place / CONTRIBUTIONS))
     kinds, drawn = ["mean_share", "share_at_widest"], "contribution"
-    title = f"How much narrower μ ± {deviations(found)} is with the input at its nominal value"
+    title = f"How much narrower μ ± {deviations(ranking)} is with the input at its nominal value"
     if shapley:
         kinds, drawn = [f"shapley_{kind}" for kind in kinds], "shapley"
-        title = f"Parts of the width of μ ± {deviations(found)} by Shapley's values"
-        own = found[kinds[0]]
-        largest = own.max([dim for dim in own.dims if dim != "name"]).values
-        found = found.isel(name=np.argsort(-largest, kind="stable"))
+        title = f"Parts of the width of μ ± {deviations(ranking)} by Shapley's values"
+        share = ranking[kinds[0]]
+        largest = share.max([dim for dim in share.dims if dim != "name"]).values
+        ranking = ranking.isel(name=np.argsort(-largest, kind="stable"))
     figure = place / CONTRIBUTIONS_PICTURE
-    draw(lambda: contributions_figure(found, drawn), figure, wanted=over_time(found))
-    names = [str(name) for name in found["name"].values]
-    shares = {kind: _by_output(found[kind].where(found["varies"])) for kind in kinds}
+    draw(lambda: contributions_figure(ranking, drawn), figure, wanted=over_time(ranking))
+    names = [str(name) for name in ranking["name"].values]
+    shares = {kind: _by_output(ranking[kind].where(ranking["varies"])) for kind in kinds}
     if as_json:
         print_json({"sigmas": sigmas, "inputs": names, **shares})
         return
     mean, widest = shares.values()
-    if over_time(found):
+    if over_time(ranking):
         parts = {"mean over time": mean, "where the bar is widest": widest}
     else:
         parts = {"": mean}
@@ -83,16 +83,19 @@ def _print_tables(title: str, names: list[str], parts: dict[str, dict], cell: Ca
     """
     outputs = list(next(iter(parts.values())))
     if len(outputs) == 1 and len(parts) > 1:
-        columns = {kind: own[outputs[0]] for kind, own in parts.items()}
+        columns = {kind: by_output[outputs[0]] for kind, by_output in parts.items()}
         tables = {title: columns}
     else:
         tables = {
-            f"{title}, {kind}".rstrip(", "): {of or "response": own[of] for of in outputs}
-            for kind, own in parts.items()
+            f"{title}, {kind}".rstrip(", "): {of or "response": by_output[of] for of in outputs}
+            for kind, by_output in parts.items()
         }
-    for told, columns in tables.items():
-        rows = [[name, *(cell(own[k]) for own in columns.values())] for k, name in enumerate(names)]
-        print_table(told, (["input", *columns], rows))
+    for heading, columns in tables.items():
+        rows = [
+            [name, *(cell(column[k]) for column in columns.values())]
+            for k, name in enumerate(names)
+        ]
+        print_table(heading, (["input", *columns], rows))
 
 
 def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
@@ -100,7 +103,9 @@ def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
     others = [dim for dim in share.dims if dim != "name"]
     flat = share.transpose("name", *others).values.reshape(share.sizes["name"], -1)
     labels = share.stack(own=others)["own"].values if others else [""]
-    names = [", ".join(map(str, one)) if isinstance(one, tuple) else str(one) for one in labels]
+    names = [
+        ", ".join(map(str, label)) if isinstance(label, tuple) else str(label) for label in labels
+    ]
     return {name: flat[:, k].tolist() for k, name in enumerate(names)}
 
 
@@ -118,34 +123,34 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
-    found = fb.sobol_indices(surrogate)
+    indices = fb.sobol_indices(surrogate)
     check_folder(place)
-    try_write(lambda: write_netcdf(found, answer_file(place, "sobol")))
-    wanted = found["defined"].ndim and drawable_outputs(found["total"].isel(name=0))
-    draw(lambda: bounds_figure(found, "total"), place / "sobol.png", wanted=bool(wanted))
-    names = [str(name) for name in found["name"].values]
+    try_write(lambda: write_netcdf(indices, answer_file(place, "sobol")))
+    outputs_to_draw = indices["defined"].ndim and drawable_outputs(indices["total"].isel(name=0))
+    draw(lambda: bounds_figure(indices, "total"), place / "sobol.png", wanted=bool(outputs_to_draw))
+    names = [str(name) for name in indices["name"].values]
     kinds = ("first_order", "total")
     ends = {
         kind: {
-            output: _where_widest(select(found[kind], output), select(found["std"], output))
-            for output in outputs_of(found["defined"])
+            output: _where_widest(select(indices[kind], output), select(indices["std"], output))
+            for output in outputs_of(indices["defined"])
         }
         for kind in kinds
     }
     if as_json:
-        print_json({"inputs": names, **ends, "undefined": found.attrs["undefined"]})
+        print_json({"inputs": names, **ends, "undefined": indices.attrs["undefined"]})
         return
     if len(names) == 1:
-        print_text(only_one(found))
+        print_text(only_one(indices))
         return
-    where = ", where it is largest" if found["defined"].ndim else ""
-    spaces = [one.space for one in surrogates_of(surrogate).values()]
+    where = ", where it is largest" if indices["defined"].ndim else ""
+    spaces = [case_surrogate.space for case_surrogate in surrogates_of(surrogate).values()]
     intervals = any(space.interval_dimension for space in spaces)
     span = "; lowest to highest for any values of the interval inputs" * intervals
     title = f"Part of the variance due to each random input{where}{span}"
     parts = {"alone": ends["first_order"], "with interactions": ends["total"]}
     _print_tables(title, names, parts, _from_to)
-    print_text("\n".join(found.attrs[k] for k in ("sampling", "undefined") if k in found.attrs))
+    print_text("\n".join(indices.attrs[k] for k in ("sampling", "undefined") if k in indices.attrs))
 
 
 def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:

@@ -34,15 +34,15 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     """
     stored = dataset.assign_attrs(_attributes(dataset.attrs))
     for name, values in stored.variables.items():
-        kind, own = values.dtype.kind, values.copy(deep=False)
+        kind, variable = values.dtype.kind, values.copy(deep=False)
         if kind == "O":
-            own = values.astype(str)
+            variable = values.astype(str)
         elif (
             kind in "iu" and values.size and np.abs(values.values.astype(float)).max() >= 2**31
         ) or (kind == "f" and values.dtype.itemsize not in (4, 8)):
-            own = values.astype(float)
-        own.attrs, own.encoding = _attributes(values.attrs), {}
-        stored[name] = own
+            variable = values.astype(float)
+        variable.attrs, variable.encoding = _attributes(values.attrs), {}
+        stored[name] = variable
     with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
         target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
         with closing(target):

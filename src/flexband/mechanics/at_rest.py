@@ -68,7 +68,7 @@ class AtRest:
         """
         samples = max((np.size(v) for v in values.values() if not callable(v)), default=1)
         try:
-            found = self.outputs(self.mechanism(values), values)
+            outputs = self.outputs(self.mechanism(values), values)
         except RunError as error:
             lines = [
                 str(error),
@@ -76,9 +76,9 @@ class AtRest:
                 *shown_inputs(values, error.failures),
             ]
             raise type(error)("\n".join(lines), error.failures, error.results) from None
-        if "sample" not in found.dims:
-            found = found.expand_dims(sample=samples)
-        return found
+        if "sample" not in outputs.dims:
+            outputs = outputs.expand_dims(sample=samples)
+        return outputs
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """Return the mechanism of values, with its elements divided."""
@@ -117,15 +117,15 @@ class StaticResponse(AtRest):
     def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
         """Return the outputs of the sensors."""
         check_sensors(mechanism.sensors)
-        found = equilibrium(mechanism, steps=self.steps, time=self.time, threads=self.threads)
-        unstable = int(np.sum(~np.atleast_1d(found["stable"].values)))
+        outputs = equilibrium(mechanism, steps=self.steps, time=self.time, threads=self.threads)
+        unstable = int(np.sum(~np.atleast_1d(outputs["stable"].values)))
         if unstable:
             raise InputError(
-                f"the equilibrium of {unstable} of {number_of(found['stable'].size, 'run')} is "
+                f"the equilibrium of {unstable} of {number_of(outputs['stable'].size, 'run')} is "
                 "not stable, so "
                 "that bands would mix different ones; start nearer to the stable one"
             )
-        return found.drop_vars("stable").drop_attrs(deep=False)
+        return outputs.drop_vars("stable").drop_attrs(deep=False)
 
 
 def static_response(

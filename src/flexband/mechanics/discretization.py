@@ -105,7 +105,7 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     size = abs(motion).max("time")
     units, angle = Units.along(motion, ("output",)), size["unit"].values == "rad"
     sizes = np.maximum(size.values, angle).reshape(-1, len(angle))
-    least = [units.least_variation(own, SMALLEST_SCALE) for own in sizes]
+    least = [units.least_variation(sample_sizes, SMALLEST_SCALE) for sample_sizes in sizes]
     scale = np.maximum(motion.std("time").values, np.reshape(least, size.shape))
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 

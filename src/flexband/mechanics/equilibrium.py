@@ -93,21 +93,23 @@ def equilibrium(
     at_rest = Spin(0.0, np.zeros(system.structure.state.coordinates))
 
     def settle(block: int) -> int:
-        own = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
-        rows, failure, balances, start = rest(system, packed(block), steps, [at_rest] * len(own))
-        firsts[:, own] = start[:, : len(own)]
+        samples = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
+        rows, failure, balances, start = rest(
+            system, packed(block), steps, [at_rest] * len(samples)
+        )
+        firsts[:, samples] = start[:, : len(samples)]
         started = np.where(failure[0] > 0, np.nan, start)
-        require_inertia(system, packed(block), started[:, : len(own)], own)
+        require_inertia(system, packed(block), started[:, : len(samples)], samples)
         with np.errstate(all="ignore" if failure[0].any() else None):
-            outputs[own] = derive(system, rows.transpose(1, 0, 2))[:, -1].T[: len(own)]
-        failures[own] = failure.T[: len(own)]
-        for sample, balance in zip(own, balances, strict=True):
+            outputs[samples] = derive(system, rows.transpose(1, 0, 2))[:, -1].T[: len(samples)]
+        failures[samples] = failure.T[: len(samples)]
+        for sample, balance in zip(samples, balances, strict=True):
             if failures[sample, 0] == 0:
                 stable[sample] = balance.stable
                 states[0, :, sample] = balance.z[: len(states[0])]
                 if balance.redundant:
                     redundant[sample] = balance.z
-        return len(own)
+        return len(samples)
 
     if not statics.signatures:
         while_compiling(lambda: rest(system, packed(0), 1, [at_rest]))

@@ -117,13 +117,13 @@ class Form:
         if factor.polar or any((i, j) != (0, 0) for i, j, _ in factor.terms):
             raise ValueError("an angle or length in a form can be multiplied by c f(t) only")
         return Form({}, tuple(
-            own._replace(c=own.c * c, f=_key((), f, own.f)[2])
-            for own in scaled.polar for (_, _, f), c in factor.terms.items()
+            term._replace(c=term.c * c, f=_key((), f, term.f)[2])
+            for term in scaled.polar for (_, _, f), c in factor.terms.items()
         ))  # fmt: skip
 
     def with_variables(self, numbers: Iterator[int]) -> Form:
         """Return the form with variables of these numbers in place of its angles and lengths."""
-        variables = (Form({(0, next(numbers), own.f): own.c}) for own in self.polar)
+        variables = (Form({(0, next(numbers), term.f): term.c}) for term in self.polar)
         return sum(variables, Form(self.terms))
 
     def at(self, z: Sequence[ArrayLike]) -> np.ndarray:
@@ -222,10 +222,10 @@ def constraint_force(rows: Sequence[Form], multipliers: Sequence[Form]) -> Gener
     force: GeneralizedForce = {}
     for row, multiplier in zip(rows, multipliers, strict=True):
         for (i, j, f), c in row.terms.items():
-            for one, other in ((i, j), (j, i)):
-                if one > 0:
+            for variable, other in ((i, j), (j, i)):
+                if variable > 0:
                     part = multiplier * Form({(0, other, f): -c})
-                    force[one] = force[one] + part if one in force else part
+                    force[variable] = force[variable] + part if variable in force else part
     return force
 
 

@@ -120,17 +120,17 @@ class Mechanism:
     def _check_points(self, joint: Joint) -> None:
         """Raise `InputError` if a joint is between points that cannot move against each other."""
         points = list(joint.points)
-        owners = {one.partition(".")[0] if isinstance(one, str) else "" for one in points}
+        owners = {point.partition(".")[0] if isinstance(point, str) else "" for point in points}
         if len(points) < 2 or len(owners) > 1:
             return
         (owner,) = owners
         body = self.bodies.get(owner)
-        told, kind = " and ".join(map(shown, points)), with_article(type(joint).__name__)
+        text, kind = " and ".join(map(shown, points)), with_article(type(joint).__name__)
         if not owner:
-            raise InputError(f"its points {told} are both of the ground; one must be of a body")
+            raise InputError(f"its points {text} are both of the ground; one must be of a body")
         if body is not None and (len(body.nodes) == 1 or len(set(points)) == 1):
             raise InputError(
-                f"its points {told} are both of body {owner!r}; {kind} is between two bodies, or a "
+                f"its points {text} are both of body {owner!r}; {kind} is between two bodies, or a "
                 "body and the ground, whose points are pairs (X, Y)"
             )
 
@@ -191,14 +191,14 @@ class Mechanism:
     @cached_property
     def turning(self) -> list[tuple[str, Vector]]:
         """A vector that turns with each body, and the rods of joints, with the part's name."""
-        found = []
+        vectors = []
         for name, body in self.bodies.items():
             if body.size > 2:
                 row = self.first_coordinates[name] + body.nodes[0] + 2
-                found.append((f"body {name!r}", (Form.variable(row), Form.variable(row + 1))))
+                vectors.append((f"body {name!r}", (Form.variable(row), Form.variable(row + 1))))
         for name, joint in self.joints.items():
-            found += [(f"joint {name!r}", rod) for rod in joint.rods(self.frame)]
-        return found
+            vectors += [(f"joint {name!r}", rod) for rod in joint.rods(self.frame)]
+        return vectors
 
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""
@@ -241,7 +241,10 @@ class Mechanism:
     @cached_property
     def given(self) -> list[np.ndarray]:
         """The guess [1, q] for the start, as the bodies state it."""
-        return [np.ones(()), *(c for _, own in self._of_bodies("coordinates") for c in own)]
+        return [
+            np.ones(()),
+            *(c for _, coordinates in self._of_bodies("coordinates") for c in coordinates),
+        ]
 
     @cached_property
     def guess(self) -> list[np.ndarray]:
@@ -286,7 +289,7 @@ class Mechanism:
     @cached_property
     def springs(self) -> list[tuple[str, SpringEntry]]:
         """The springs as the engine numbers them, each with the name of its load."""
-        springs = [(name, own) for name, e in self.entries.items() for own in e.springs]
+        springs = [(name, entry) for name, e in self.entries.items() for entry in e.springs]
         return sorted(springs, key=lambda spring: spring[1].torsion)
 
     @cached_property
@@ -371,8 +374,8 @@ class Mechanism:
             rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
                     if o == f"joint {part!r}"]  # fmt: skip
             force = constraint_force(rows, multipliers)
-            return [(own, Form.variable(j)) for j, own in force.items()]
-        pairs = [(own, Form.variable(j)) for j, own in self.forces(part).items()]
+            return [(form, Form.variable(j)) for j, form in force.items()]
+        pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)
@@ -383,7 +386,7 @@ class Mechanism:
         for p, frame in enumerate(frames, start=first):
             moved = (*frame.position, Form.variable(angle + p))
             row = self.state.law + 3 * p
-            pairs += [(Form.variable(row + axis), own) for axis, own in enumerate(moved)]
+            pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
         return pairs
 
     # --- inertia ----------------------------------------------------------------------------

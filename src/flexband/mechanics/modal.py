@@ -45,7 +45,7 @@ class Followed(NamedTuple):
 
     def take(self, samples: np.ndarray) -> Followed:
         """Return those of some samples."""
-        return Followed(*(own[samples] for own in self))
+        return Followed(*(array[samples] for array in self))
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,9 @@ class ModalResponse(AtRest):
     @property
     def identity(self) -> tuple[object, ...]:
         """What the frequencies depend on."""
-        nominal = tuple(sorted(self.nominal.items(), key=lambda one: one[0]))
-        own = self.modes, nominal, self.about
-        return "modal", self.builder, self.steps, self.element_parts, *own
+        nominal = tuple(sorted(self.nominal.items(), key=lambda entry: entry[0]))
+        settings = self.modes, nominal, self.about
+        return "modal", self.builder, self.steps, self.element_parts, *settings
 
     def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
         """Return the frequencies, dims (sample, output)."""
@@ -84,15 +84,15 @@ class ModalResponse(AtRest):
                 f"nominal values, {first[close[0]]:g} Hz, so that their shapes are arbitrary; "
                 "choose other nominal values"
             )
-        found = self._found(mechanism)
-        reference = start.take(np.zeros(len(found.frequency), dtype=int))
-        reference = Followed(*(own[..., : self.modes] for own in reference))
-        near = {k: _broadcast(v, len(found.frequency)) for k, v in self.nominal.items()}
-        far = {k: _broadcast(v, len(found.frequency)) for k, v in values.items()}
-        followed, lost = self._followed(near, reference, far, found, HALVINGS)
+        modes = self._found(mechanism)
+        reference = start.take(np.zeros(len(modes.frequency), dtype=int))
+        reference = Followed(*(array[..., : self.modes] for array in reference))
+        near = {k: _broadcast(v, len(modes.frequency)) for k, v in self.nominal.items()}
+        far = {k: _broadcast(v, len(modes.frequency)) for k, v in values.items()}
+        followed, lost = self._followed(near, reference, far, modes, HALVINGS)
         if lost:
             warn(
-                f"modes of {lost} of {number_of(len(found.frequency), 'run')} agree with none by "
+                f"modes of {lost} of {number_of(len(modes.frequency), 'run')} agree with none by "
                 "shape; the "
                 "frequencies of the nearest ones are taken"
             )
@@ -105,14 +105,14 @@ class ModalResponse(AtRest):
 
     def _found(self, mechanism: Mechanism) -> Followed:
         """Return the modes of lowest frequency of every sample."""
-        _, found, unbalanced = found_modes(mechanism, self.modes + BEYOND, self.about, self.steps)
+        _, results, unbalanced = found_modes(mechanism, self.modes + BEYOND, self.about, self.steps)
         if unbalanced:
             raise InputError("about must be 'equilibrium' where loads are not in balance")
-        least = min(one.vectors.shape[1] for one, _, _ in found)
+        least = min(modes.vectors.shape[1] for modes, _, _ in results)
         return Followed(
-            np.stack([one.frequency[:least] for one, _, _ in found]),
-            np.stack([one.vectors[:, :least] for one, _, _ in found]),
-            np.stack([momenta[:, :least] for _, _, momenta in found]),
+            np.stack([modes.frequency[:least] for modes, _, _ in results]),
+            np.stack([modes.vectors[:, :least] for modes, _, _ in results]),
+            np.stack([momenta[:, :least] for _, _, momenta in results]),
         )
 
     def _followed(
@@ -136,14 +136,16 @@ class ModalResponse(AtRest):
         unclear = np.flatnonzero(~clear)
         if not len(unclear) or not halvings:
             return result, len(unclear)
-        ends = [{k: _part(v, unclear) for k, v in own.items()} for own in (near, far)]
+        ends = [{k: _part(v, unclear) for k, v in values.items()} for values in (near, far)]
         middle = {k: _middle(ends[0][k], ends[1][k]) for k in far}
         there = self._found(self.mechanism(middle))
         if len(there.frequency) < len(unclear):
             there = there.take(np.zeros(len(unclear), dtype=int))
         half, _ = self._followed(ends[0], reference.take(unclear), middle, there, halvings - 1)
-        own, lost = self._followed(middle, half, ends[1], found.take(unclear), halvings - 1)
-        for joint, part in zip(result, own, strict=True):
+        unclear_modes, lost = self._followed(
+            middle, half, ends[1], found.take(unclear), halvings - 1
+        )
+        for joint, part in zip(result, unclear_modes, strict=True):
             joint[unclear] = part
         return result, lost
 
@@ -156,7 +158,7 @@ def _matched(reference: Followed, found: Followed) -> tuple[np.ndarray, np.ndarr
     agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), found.vectors)) ** 2
     sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
     agreement = agreement / sizes[:, :, None]
-    chosen = np.stack([linear_sum_assignment(-one)[1] for one in agreement])
+    chosen = np.stack([linear_sum_assignment(-matrix)[1] for matrix in agreement])
     frequency = np.take_along_axis(found.frequency, chosen, axis=1)
     same = np.abs(found.frequency[:, None] - frequency[..., None]) <= EQUAL * np.abs(
         frequency[..., None]
@@ -175,8 +177,8 @@ def _part(value: Any, samples: np.ndarray) -> Any:
         return value[samples]
 
     def own(x: np.ndarray) -> np.ndarray:
-        found = np.asarray(value(x))
-        return found[samples] if found.ndim > np.ndim(x) else found
+        values = np.asarray(value(x))
+        return values[samples] if values.ndim > np.ndim(x) else values
 
     return own
 
@@ -187,7 +189,7 @@ def _middle(a: Any, b: Any) -> Any:
         return (a + b) / 2
 
     def mean(x: np.ndarray) -> np.ndarray:
-        values = [one(x) if callable(one) else one[:, None] for one in (a, b)]
+        values = [value(x) if callable(value) else value[:, None] for value in (a, b)]
         return (np.asarray(values[0]) + np.asarray(values[1])) / 2
 
     return mean

@@ -126,8 +126,8 @@ def modes(
     instance("mechanism", mechanism, Mechanism)
     count, steps = whole("count", count, 1), whole("steps", steps, 1, MOST_STEPS)
     thickness = flag("thickness", thickness)
-    system, found, unbalanced = found_modes(mechanism, count, about, steps, thickness)
-    result = _dataset(system, [(one, shapes) for one, shapes, _ in found])
+    system, all_modes, unbalanced = found_modes(mechanism, count, about, steps, thickness)
+    result = _dataset(system, [(sample_modes, shapes) for sample_modes, shapes, _ in all_modes])
     if unbalanced:
         result.attrs["unbalanced"] = unbalanced
     return result if system.samples > 1 else result.isel(sample=0)
@@ -152,17 +152,26 @@ def found_modes(
     packed = pack(system, AT_START)
     sections = Thickness(mechanism)
     failures = np.zeros((system.samples, 4))
-    found, unbalanced, moving = [], [], False
+    all_modes, unbalanced, moving = [], [], False
     for block in range(-(-system.samples // WIDTH)):
-        own = np.arange(system.samples)[block * WIDTH :][:WIDTH]
-        own_spins = None if spins is None else spins[own[0] : own[-1] + 1]
+        numbers = np.arange(system.samples)[block * WIDTH :][:WIDTH]
+        own_spins = None if spins is None else spins[numbers[0] : numbers[-1] + 1]
         solve = partial(
-            _solve, system, packed(block), about, steps, own, own_spins, count, sections, thickness
+            _solve,
+            system,
+            packed(block),
+            about,
+            steps,
+            numbers,
+            own_spins,
+            count,
+            sections,
+            thickness,
         )
         wait = interruptible if statics.signatures else while_compiling
         failure, results, forced, moves = wait(solve)
-        failures[own] = failure.T[: len(own)]
-        found += results
+        failures[numbers] = failure.T[: len(numbers)]
+        all_modes += results
         unbalanced += forced
         moving = moving or moves
     raise_failures(failures, system, np.zeros(1))
@@ -171,7 +180,7 @@ def found_modes(
             "the mechanism moves at the start; modes(about='equilibrium') are those at rest. "
             "For a rotation give about=SteadyRotation(rate)"
         )
-    return system, found, unbalanced
+    return system, all_modes, unbalanced
 
 
 def _spins(
@@ -235,11 +244,11 @@ def _solve(
         require_inertia(system, balance.equations.values, z[:, None], own[lane : lane + 1])
         linear = linear._replace(M=balance.equations.mass)
         share = partial(sections.share, sample, z)
-        found = _eigenmodes(linear, balance, share, count, thickness)
+        sample_modes = _eigenmodes(linear, balance, share, count, thickness)
         if spins is not None and spins[lane].rate:
-            check_rotation(system, sample, balance, found, spins[lane])
-        shapes = _shapes(balance.equations, z, found.vectors)
-        results.append((found, shapes, linear.M @ found.vectors))
+            check_rotation(system, sample, balance, sample_modes, spins[lane])
+        shapes = _shapes(balance.equations, z, sample_modes.vectors)
+        results.append((sample_modes, shapes, linear.M @ sample_modes.vectors))
     return failure, results, unbalanced, moving
 
 
@@ -256,12 +265,12 @@ def _eigenmodes(
     """
     asked = count
     while True:
-        found = eigenmodes(linear, balance.basis, asked)
-        across = share(found.vectors) > 0.5
-        found = found._replace(thickness=across)
+        candidates = eigenmodes(linear, balance.basis, asked)
+        across = share(candidates.vectors) > 0.5
+        candidates = candidates._replace(thickness=across)
         listed = np.flatnonzero(thickness | ~across)
-        if len(listed) >= count or len(found.s) < asked:
-            return found.selected(listed[:count])
+        if len(listed) >= count or len(candidates.s) < asked:
+            return candidates.selected(listed[:count])
         asked *= 2
 
 
@@ -276,8 +285,8 @@ def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndar
         for lane, step in enumerate((1.0, -1.0, 1.0j, -1.0j)):
             work.z[equations.q, lane] += (step.conjugate() * size * vector).real
         run(SENSE, system, equations.values, work, rows[None], equations.failure)
-        found = derive(system, rows[:, None].copy())[:, 0]
-        parts = [(found[:, k] - found[:, k + 1]) / (2 * size) for k in (0, 2)]
+        outputs = derive(system, rows[:, None].copy())[:, 0]
+        parts = [(outputs[:, k] - outputs[:, k + 1]) / (2 * size) for k in (0, 2)]
         shapes.append(parts[0] + 1j * parts[1] if np.iscomplexobj(vectors) else parts[0])
     return np.stack(shapes)
 
@@ -296,14 +305,14 @@ def _dataset(system: System, found: list[tuple[Eigenmodes, np.ndarray]]) -> xr.D
     variables = {}
     for name, (kind, of, attrs) in kinds.items():
         array = np.full((len(found), most), False if kind is bool else np.nan, dtype=kind)
-        for own, (modes, _) in zip(array, found, strict=True):
-            own[: len(modes.s)] = of(modes)
+        for row, (modes, _) in zip(array, found, strict=True):
+            row[: len(modes.s)] = of(modes)
         variables[name] = (("sample", "mode"), array, attrs)
     shape = np.full(
         (len(found), most, len(system.outputs)), np.nan, dtype=complex if complex_shapes else float
     )
-    for own, (_, shapes) in zip(shape, found, strict=True):
-        own[: len(shapes)] = shapes
+    for row, (_, shapes) in zip(shape, found, strict=True):
+        row[: len(shapes)] = shapes
     return xr.Dataset(
         {**variables, "shape": (("sample", "mode", "output"), shape)},
         coords={"output": system.outputs, "unit": ("output", system.units)},

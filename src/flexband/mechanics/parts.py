@@ -60,34 +60,34 @@ def owned_parts(kinds: str, parts: object) -> Fixed:
     """
     kind, base = KINDS[kinds]
     instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
-    own = {}
+    copies = {}
     for name, part in parts.items():  # type: ignore[attr-defined]
         if not isinstance(name, str) or not name or (kind == "body" and "." in name):
             allowed = "non-empty text" + " without a dot" * (kind == "body")
             raise InputError(f"the name of a {kind} must be {allowed}; got {shown(name)}")
         if isinstance(part, type) or not isinstance(part, base):
             raise InputError(f"{kinds}[{name!r}] must be a {kind}; got {shown(part)}")
-        own[name] = _owned(part)
+        copies[name] = _owned(part)
         if type(part).__module__.startswith("flexband.") and hasattr(part, "__post_init__"):
-            naming(f"{kind} {name!r}", methodcaller("__post_init__"), own[name])  # as it is now
-    return Fixed(own)
+            naming(f"{kind} {name!r}", methodcaller("__post_init__"), copies[name])  # as it is now
+    return Fixed(copies)
 
 
 def _owned(value: Any) -> Any:
     """Return a copy of data and of the data in it; functions and other objects are kept."""
     if isinstance(value, np.ndarray):
-        own = value.copy()
-        own.flags.writeable = False
-        return own
+        duplicate = value.copy()
+        duplicate.flags.writeable = False
+        return duplicate
     if isinstance(value, Mapping):
-        return Fixed({key: _owned(one) for key, one in value.items()})
+        return Fixed({key: _owned(element) for key, element in value.items()})
     if type(value) in (list, tuple):
         return tuple(map(_owned, value))
     if is_dataclass(value) and not isinstance(value, type):
-        own = copy.copy(value)
+        duplicate = copy.copy(value)
         for field in fields(value):
-            object.__setattr__(own, field.name, _owned(getattr(value, field.name)))
-        return own
+            object.__setattr__(duplicate, field.name, _owned(getattr(value, field.name)))
+        return duplicate
     with_numbers = hasattr(value, "__array__") and not isinstance(value, np.generic | type)
     return copy.deepcopy(value) if with_numbers else value
 

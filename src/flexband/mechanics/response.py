@@ -89,8 +89,8 @@ class DynamicResponse:
         count = min(MOST_PARTS, int(MOST_TIMES * self.output_step / self.duration))
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
         most = max((k for k in parts if k <= count), default=parts[0])
-        step, own = self.output_step / most, self.step_parts // most
-        return replace(self, output_step=step, step_parts=own, given=self.given or self)
+        step, step_parts = self.output_step / most, self.step_parts // most
+        return replace(self, output_step=step, step_parts=step_parts, given=self.given or self)
 
     def left_out(self, **values: Any) -> list[str]:
         """Return which of "step" and "elements" were not given, so that a study chooses them."""
@@ -197,8 +197,8 @@ class DynamicResponse:
             return ""
         parts = round(self.given.step / self.step), self.element_parts
         words = zip(("steps", "elements"), parts, strict=True)
-        told = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
-        return f" with {told}" if told else ""
+        text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
+        return f" with {text}" if text else ""
 
 
 def dynamic_response(
@@ -261,8 +261,13 @@ def quantities_of(mechanism: Mechanism) -> list[str]:
 def tensors_of(mechanism: Mechanism) -> list[str]:
     """Return which of the `quantities_of` a mechanism are tensors."""
     sensors = mechanism.sensors.items()
-    own = [f"{name} [{unit}]" for name, one in sensors if one.tensor for _, unit in one.outputs()]
-    return list(dict.fromkeys(own))
+    names = [
+        f"{name} [{unit}]"
+        for name, sensor in sensors
+        if sensor.tensor
+        for _, unit in sensor.outputs()
+    ]
+    return list(dict.fromkeys(names))
 
 
 def shown_inputs(values: Mapping[str, Any], samples: Iterable[int]) -> list[str]:

@@ -150,8 +150,8 @@ def simulated(
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
-        for own, new in zip(batch.strains, finer.strains, strict=True):
-            own[..., again] = new
+        for strains, new in zip(batch.strains, finer.strains, strict=True):
+            strains[..., again] = new
     errors = rounding_attributes(rounding_errors(system, step / substeps))
     result = xr.DataArray(
         batch.outputs,
@@ -225,14 +225,14 @@ def _numbers_per_time(system: System, threads: int, substeps: int) -> float:
 def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:
     """Return the number of steps; raise `InputError` if it is not whole, or cannot be afforded."""
     given = (("duration [s]", duration), (f"{name} [s]", step))
-    length, one = (float(positive(own, numbers(own, value))) for own, value in given)
-    ratio = length / one
+    length, size = (float(positive(label, numbers(label, value))) for label, value in given)
+    ratio = length / size
     count = ratio * substeps
-    affordable(f"duration [s] {length:g} with {name} {one:g}, {count:.3g} steps,", 5.0 * count)
+    affordable(f"duration [s] {length:g} with {name} {size:g}, {count:.3g} steps,", 5.0 * count)
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(
-            f"duration [s] must be a whole multiple of {name}; got {length:g} with {name} {one:g}"
+            f"duration [s] must be a whole multiple of {name}; got {length:g} with {name} {size:g}"
         )
     return steps
 

@@ -38,16 +38,16 @@ class LawTable:
         self.groups, self.place, point = [], [[0] * len(group) for group in groups], 0
         for law in laws:
             points = range(point, point + len(law.points))
-            own = [first + p for p in points for first in (angle, position)]
-            self.groups.append(sorted({j for a in own for j in groups[a]}))
-            for a in own:
+            vectors = [first + p for p in points for first in (angle, position)]
+            self.groups.append(sorted({j for a in vectors for j in groups[a]}))
+            for a in vectors:
                 self.place[a] = [self.groups[-1].index(j) for j in groups[a]]
             point += len(points)
 
     @property
     def functions(self) -> Sequence[TimeFunction | None]:
-        own = [p for p in self.parameters if callable(p)]
-        return [time, *own] if self.laws else []
+        functions = [p for p in self.parameters if callable(p)]
+        return [time, *functions] if self.laws else []
 
     def couples(self) -> Couples:
         return pairs_of(self.groups)
@@ -62,7 +62,7 @@ class LawTable:
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
-            place=indices(k for own in self.place for k in own),
+            place=indices(k for vector_places in self.place for k in vector_places),
             slot=places.square(self.groups),
             memory=max(map(_memory, self.laws, self.groups), default=0),
         )

@@ -39,8 +39,8 @@ class _FormTable:
 
     def columns(self, places: Places) -> list[np.ndarray]:
         """Return row, i, j and number of the function of each product."""
-        found = [indices(term[k] for term in self.terms) for k in range(3)]
-        return [*found, indices(places.functions[term.f] for term in self.terms)]
+        numbers = [indices(term[k] for term in self.terms) for k in range(3)]
+        return [*numbers, indices(places.functions[term.f] for term in self.terms)]
 
     def values(self) -> np.ndarray:
         return stack([term.c for term in self.terms])

@@ -27,10 +27,12 @@ def rounding_errors(system: System, h: float = np.inf) -> dict[str, float]:
     springs = [spring for _, spring in mechanism.springs]
     forces = [mass * size / h**2]
     forces += [np.max(np.abs(v.stiffness)) * np.max(v.inverse_length) for v in members]
-    forces += [np.max(one.stiffness) * size ** (-1 if one.torsion else 1) for one in springs]
+    forces += [
+        np.max(spring.stiffness) * size ** (-1 if spring.torsion else 1) for spring in springs
+    ]
     force = max(forces)
     size_of = {
         "m": size, "rad": 1.0, "m/s": size / h, "rad/s": 1 / h, "m/s²": size / h**2,
         "N": force, "N m": force * size, "J": force * size,
     }  # fmt: skip
-    return {unit: float(RELATIVE_ROUNDING * one) for unit, one in size_of.items()}
+    return {unit: float(RELATIVE_ROUNDING * unit_size) for unit, unit_size in size_of.items()}

@@ -28,7 +28,7 @@ class SpringTable:
         groups: Sequence[Sequence[int]],
     ):
         self.springs, self.numbers = springs, numbers
-        self.groups = [[i for a in own for i in groups[a]] for own in numbers]
+        self.groups = [[i for a in vectors for i in groups[a]] for vectors in numbers]
         self.pulls, self.functions = [], []
         for spring in springs:
             (((_, _, f), c),) = spring.pull.terms.items() or [((0, 0, None), 0.0)]
@@ -42,7 +42,7 @@ class SpringTable:
         return Springs(
             translational=sum(not spring.torsion for spring in self.springs),
             f=indices(places.functions[f] for f in self.functions),
-            vector=indices(a for own in self.numbers for a in own),
+            vector=indices(a for vectors in self.numbers for a in vectors),
             slot=places.square(self.groups),
         )
 

@@ -229,14 +229,14 @@ def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:
     following forces and what turns with bodies and rods come after them.
     """
     owned = [
-        (mechanism.state.multiplier + k, own)
+        (mechanism.state.multiplier + k, polar)
         for k, (_, row) in enumerate(mechanism.constraints)
-        for own in row.polar
+        for polar in row.polar
     ]
     springs = [spring for _, spring in mechanism.springs]
     points = [frame for law in mechanism.laws for frame in law.points]
     parts = [
-        [own.vector for _, own in owned],
+        [polar.vector for _, polar in owned],
         [vector for spring in springs if spring.torsion for vector in spring.vectors],
         [frame.normal for frame in points],
         [moment.direction for moment in mechanism.moments],
@@ -250,7 +250,7 @@ def _vector_tables(mechanism: Mechanism) -> dict[str, Table]:
         [v for part in parts for v in part],
         straight,
         [k for k, _ in owned],
-        [own.length for _, own in owned],
+        [polar.length for _, polar in owned],
         direction,
         turning,
     )

@@ -48,8 +48,8 @@ class Places:
         """Return the rows of the pairs in each group, shape (groups, longest, longest)."""
         longest = max(map(len, groups), default=0)
         slots = np.full((len(groups), longest, longest), self.nowhere)
-        for own, group in zip(slots, groups, strict=True):
-            own[: len(group), : len(group)] = [[self.slot(i, j) for j in group] for i in group]
+        for block, group in zip(slots, groups, strict=True):
+            block[: len(group), : len(group)] = [[self.slot(i, j) for j in group] for i in group]
         return slots
 
 

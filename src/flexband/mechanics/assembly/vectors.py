@@ -58,14 +58,16 @@ class VectorTable:
             yield from ((k, i) for i in group)
 
     def structure(self, places: Places) -> Vectors:
-        own = self.turned[: len(self.multipliers)]
-        multiplier_slot = np.full((len(own), max(map(len, own), default=0)), places.nowhere)
-        for row, k, group in zip(multiplier_slot, self.multipliers, own, strict=True):
+        groups = self.turned[: len(self.multipliers)]
+        multiplier_slot = np.full((len(groups), max(map(len, groups), default=0)), places.nowhere)
+        for row, k, group in zip(multiplier_slot, self.multipliers, groups, strict=True):
             row[: len(group)] = [places.slot(k, i) for i in group]
         return Vectors(
             start=starts(self.groups),
             coordinate=indices(i for group in self.groups for i in group),
-            length=np.array([*self.lengths, *[False] * (len(self.turned) - len(own))], dtype=bool),
+            length=np.array(
+                [*self.lengths, *[False] * (len(self.turned) - len(groups))], dtype=bool
+            ),
             direction=self.direction,
             turning=self.turning,
             slot=places.square(self.turned),
@@ -74,5 +76,8 @@ class VectorTable:
 
     def values(self) -> VectorValues:
         return VectorValues(
-            *(stack([c[axis] for own in self.vectors for c in own.values()]) for axis in range(2))
+            *(
+                stack([c[axis] for vector in self.vectors for c in vector.values()])
+                for axis in range(2)
+            )
         )

@@ -31,7 +31,7 @@ def interpolation(points: Sequence[float], xi: np.ndarray | float) -> np.ndarray
     """Return the Lagrange polynomials of some points at ξ, shape (points, …)."""
     xi = np.asarray(xi, dtype=float)
     factors = [[(xi - b) / (a - b) for b in points if b != a] for a in points]
-    return np.stack([np.prod(own, axis=0) for own in factors])
+    return np.stack([np.prod(point_factors, axis=0) for point_factors in factors])
 
 
 def bending(xi: np.ndarray | float) -> np.ndarray:

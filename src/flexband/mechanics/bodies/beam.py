@@ -154,16 +154,16 @@ class Beam(CentreLine):
         return self.section
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
-        own = [
+        properties = [
             ("Beam density [kg/m³]", self.density, positive),
             ("Beam youngs_modulus [Pa]", self.youngs_modulus, positive),
             ("Beam poissons_ratio", self.poissons_ratio, poissons_ratio),
         ]
         if self.shear_factor is not None:
-            own.append(("Beam shear_factor", self.shear_factor, positive))
+            properties.append(("Beam shear_factor", self.shear_factor, positive))
         if self.rotary_inertia is not None:
-            own.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, positive))
-        return own
+            properties.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, positive))
+        return properties
 
     @property
     def counts(self) -> tuple[int, int]:
@@ -315,14 +315,14 @@ class Beam(CentreLine):
         if self.integration is not None:
             return self._continuum_strains(q, xi, length, initial, SectionStiffness(*section))
         now, (EA, _, kGA) = self.element_strains(q, length), section
-        own = now - initial
-        axial, bent, shear, thickness = own[:3], own[3:5], kGA / EA * own[5:7], own[7:]
+        change = now - initial
+        axial, bent, shear, thickness = change[:3], change[3:5], kGA / EA * change[5:7], change[7:]
         pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
         pull = 5 * (pulls[1] - pulls[0])
         return (
             axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull),
             np.tensordot(bending(xi), bent, 1) / length,
-            interpolated(ENDS, own[5:7], xi),
+            interpolated(ENDS, change[5:7], xi),
             interpolated(ENDS, thickness, xi),
         )
 

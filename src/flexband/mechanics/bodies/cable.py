@@ -131,7 +131,7 @@ class Cable(CentreLine):
     ) -> Sequence[np.ndarray]:
         """Return ε, κ − κ₀ [1/m] and its derivative by length [1/m²], see `CentreLine.strains`."""
         now, (EA, EI) = self.element_strains(q, length), section
-        own = now - initial
-        by_length = np.sqrt(3) * own[4] / length**2
-        axial = axial_strain(xi, own[:3], now[3:], -EI / EA * by_length, 0.0)
-        return axial, np.tensordot(bending(xi), own[3:], 1) / length, by_length
+        change = now - initial
+        by_length = np.sqrt(3) * change[4] / length**2
+        axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0)
+        return axial, np.tensordot(bending(xi), change[3:], 1) / length, by_length

@@ -46,9 +46,12 @@ def _orientation(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return the sign of the turn from a over b to c, points of shape (2, …): 1 is to the left."""
     (ax, ay), (bx, by), (cx, cy) = a, b, c
     with np.errstate(all="ignore"):
-        left, right = (bx - ax) * (cy - ay), (by - ay) * (cx - ax)
-        sign = np.sign(left - right)
-        unsure = ~(np.abs(left - right) > ROUNDING * (np.abs(left) + np.abs(right)) + 1e-290)
+        first_product, second_product = (bx - ax) * (cy - ay), (by - ay) * (cx - ax)
+        sign = np.sign(first_product - second_product)
+        unsure = ~(
+            np.abs(first_product - second_product)
+            > ROUNDING * (np.abs(first_product) + np.abs(second_product)) + 1e-290
+        )
     unsure &= ~(((bx == ax) | (cy == ay)) & ((by == ay) | (cx == ax)))  # 0 − 0
     points = [np.broadcast_to(v, sign.shape)[unsure] for v in (ax, ay, bx, by, cx, cy)]
     sign[unsure] = [_exact(*map(Fraction, numbers)) for numbers in zip(*points, strict=True)]

@@ -171,10 +171,10 @@ class RigidBody(Body):
         turn = np.sign(area)
         per_area = thickness * rho
         positive("area enclosed by the polygon vertices [m²]", area * turn)
-        own = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
-        met = touching_edges(*(v[own].reshape(len(own), -1) for v in (x, y)))
+        edge_starts = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
+        met = touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
         if met is not None:
-            edges = " and ".join(f"from vertex {own[k]}" for k in met)
+            edges = " and ".join(f"from vertex {edge_starts[k]}" for k in met)
             raise InputError(f"polygon vertices must not cross: the edges {edges} meet")
         cx = ((x + x2) * doubled).sum(axis=0) / (6 * area)
         cy = ((y + y2) * doubled).sum(axis=0) / (6 * area)

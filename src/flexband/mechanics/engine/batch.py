@@ -95,38 +95,40 @@ def run_samples(
     impulses: list[Impulse] = []
 
     def simulate(block: int) -> int:
-        here = slice(block * WIDTH, (block + 1) * WIDTH)
-        own = chosen[here]
+        places = slice(block * WIDTH, (block + 1) * WIDTH)
+        numbers = chosen[places]
         values = packed(block)
         own_run = system, method, tolerance, values, rounds
         series, failure, first, work = march_block(*own_run, under_way)
         started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
-        require_inertia(system, values, started[:, : len(own)], own)
+        require_inertia(system, values, started[:, : len(numbers)], numbers)
         work.reached[:] = rounds - 1
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
-        lanes = np.minimum(np.arange(here.start, here.stop), len(chosen) - 1)
+        lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
         conditions = series[:, system.sensed - len(system.conditions) :]
         if not schedule.is_regular:
-            impulses.extend(_impulses(schedule, lanes[: len(own)], own, derived))
+            impulses.extend(_impulses(schedule, lanes[: len(numbers)], numbers, derived))
             last, lane = schedule.lanes(schedule.last, lanes), np.arange(WIDTH)
             derived = derived[:, last, lane]
             conditions = conditions[last, :, lane].transpose(0, 2, 1)
-        outputs[here] = derived[:, ::every].transpose(2, 0, 1)[: len(own)]
-        failures[here] = _with_branches(conditions, failure).T[: len(own)]
-        turned[here] = work.turned.T[: len(own)].reshape(len(own), *turned.shape[1:])
+        outputs[places] = derived[:, ::every].transpose(2, 0, 1)[: len(numbers)]
+        failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
+        turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             strains[block] = members.largest(states, chosen[lanes])
-        firsts[:, here] = first[:, : len(own)]
-        if failure[3, : len(own)].any():
-            starts[int(own[0])] = first[:, 0].copy()
-        return len(own)
+        firsts[:, places] = first[:, : len(numbers)]
+        if failure[3, : len(numbers)].any():
+            starts[int(numbers[0])] = first[:, 0].copy()
+        return len(numbers)
 
     if not dynamics.signatures:
         while_compiling(lambda: march_block(system, method, tolerance, packed(0), rounds=1))
     steps = blocks * (rounds - 1)
-    pace = Pace(rounds - 1, lambda: sum(float(own[0, 0]) for own in under_way[:]) / steps)
+    pace = Pace(
+        rounds - 1, lambda: sum(float(block_rounds[0, 0]) for block_rounds in under_way[:]) / steps
+    )
     in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
     pace.end()
     largest = Largest.joined(strains, len(chosen))

@@ -59,9 +59,9 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
         step *= LONGEST_STEP / np.maximum(largest, LONGEST_STEP)
         moved = z.copy()
         _move(system, moved, step[:, :, 0].T, 1 / inverse)
-        left = inverse * _constraints(system, values, c, moved)
-        nearer = apart & ((left**2).sum(axis=0) < (misfit**2).sum(axis=0))
-        z, misfit = np.where(nearer, moved, z), np.where(nearer, left, misfit)
+        next_misfit = inverse * _constraints(system, values, c, moved)
+        nearer = apart & ((next_misfit**2).sum(axis=0) < (misfit**2).sum(axis=0))
+        z, misfit = np.where(nearer, moved, z), np.where(nearer, next_misfit, misfit)
         damping = np.where(
             nearer,
             np.maximum(damping / DAMPED, LEAST_DAMPING),
@@ -125,9 +125,9 @@ def _constraints(system: System, values: Values, c: np.ndarray, z: np.ndarray) -
     """Return Φ, shape (multipliers, lanes), after the angles in z have been updated."""
     _update_angles(system, values, z)
     terms, state = system.structure.terms, system.structure.state
-    found = np.zeros((state.angle - state.multiplier, z.shape[1]))
-    np.add.at(found, terms.k - state.multiplier, c * z[terms.i] * z[terms.j])
-    return found
+    Phi = np.zeros((state.angle - state.multiplier, z.shape[1]))
+    np.add.at(Phi, terms.k - state.multiplier, c * z[terms.i] * z[terms.j])
+    return Phi
 
 
 def _update_angles(system: System, values: Values, z: np.ndarray) -> None:

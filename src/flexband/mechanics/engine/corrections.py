@@ -58,13 +58,13 @@ def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Correctio
             rate = _cross(given, given_v, first) / _dot(given, given, first)
             now = _cross(q, v, first) / _dot(q, q, first)
             rates[b] = _relative(np.abs(now - rate), np.abs(rate))
-    found = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
+    changes = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
     turned = np.flatnonzero(turns.max(axis=0) > BRANCH_TURN)
     if len(turned):
         guess = np.zeros((len(z), len(turned)))
         guess[: len(given)] = _of(samples[turned], system.values.start)
-        found.reversed[turned] = _reversed(system, guess, z[:, turned], samples[turned])
-    return found
+        changes.reversed[turned] = _reversed(system, guess, z[:, turned], samples[turned])
+    return changes
 
 
 def report(system: System, found: Corrections) -> dict[str, str | float]:
@@ -131,9 +131,9 @@ def _reversed(system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndar
         np.einsum("kqs,qbs->skb", jacobian(system, at, samples), rigid_motions(system, at, size))
         for at in (guess, z)
     )
-    found = np.zeros(len(samples), dtype=bool)
+    reversals = np.zeros(len(samples), dtype=bool)
     for s, (J0, J1) in enumerate(zip(before, after, strict=True)):
         U, singular, V = np.linalg.svd(J0, full_matrices=False)
         rank = int(np.sum(singular > RANK * singular[0]))
-        found[s] = np.linalg.det(U[:, :rank].T @ J1 @ V[:rank].T) < 0
-    return found
+        reversals[s] = np.linalg.det(U[:, :rank].T @ J1 @ V[:rank].T) < 0
+    return reversals

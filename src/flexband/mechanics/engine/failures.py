@@ -31,14 +31,14 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
     A law that failed after its lane had failed for another reason is not to blame. `step` is that
     of the run [s], or 0 where there is only one time.
     """
-    for found in take_failures():
-        time = round(found.time / step) if step else 0
-        if failure[0, found.lane] == 0 or time <= failure[1, found.lane]:
+    for law_failure in take_failures():
+        time = round(law_failure.time / step) if step else 0
+        if failure[0, law_failure.lane] == 0 or time <= failure[1, law_failure.lane]:
             number = next(system.numbers)
-            loads = [repr(name) for name, law in system.laws if law is found.law]
-            text = f"the law of load {' or '.join(dict.fromkeys(loads))} {found.reason}"
+            loads = [repr(name) for name, law in system.laws if law is law_failure.law]
+            text = f"the law of load {' or '.join(dict.fromkeys(loads))} {law_failure.reason}"
             system.law_failures[number] = text
-            failure[:3, found.lane] = LAW_FAILED, time, number
+            failure[:3, law_failure.lane] = LAW_FAILED, time, number
 
 
 def raise_failures(
@@ -52,7 +52,7 @@ def raise_failures(
     failed = np.flatnonzero(code)
     if not len(failed):
         return
-    terms, found = system.structure.terms, {}
+    terms, causes = system.structure.terms, {}
     driven = terms.k[terms.f > 0] - system.structure.state.multiplier
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
@@ -84,8 +84,8 @@ def raise_failures(
             "a dead centre; give it mass and inertia",
             OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
-        found[int(sample)] = (float(times[int(number[sample])]), reason)
-    lines = [f"{len(found)} of {number_of(len(failures), 'run')} failed", *_causes(found)]
+        causes[int(sample)] = (float(times[int(number[sample])]), reason)
+    lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
     if DIVERGED in code[failed]:
         lines.append(SHORTER)
     apart = np.flatnonzero(np.isin(code, (NOT_ASSEMBLED, SINGULAR_START)))
@@ -93,8 +93,8 @@ def raise_failures(
         lines.append(_advice(system, int(apart[0])))
     text = "\n".join(lines)
     if np.any(number[failed] == 0):
-        raise AssemblyError(text, found)
-    raise SimulationError(text, found)
+        raise AssemblyError(text, causes)
+    raise SimulationError(text, causes)
 
 
 def _massless(system: System) -> str:
@@ -102,12 +102,12 @@ def _massless(system: System) -> str:
     mass, first = system.structure.mass, system.mechanism.first_coordinates
     rows = mass.i[mass.massless]
     bodies = system.mechanism.bodies.items()
-    own = [
+    names = [
         name
         for name, body in bodies
         if np.any((rows - first[name] >= 0) & (rows - first[name] < body.size))
     ]
-    return f"a body without mass or inertia ({', '.join(map(repr, own))})"
+    return f"a body without mass or inertia ({', '.join(map(repr, names))})"
 
 
 def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
@@ -116,10 +116,10 @@ def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
     for sample, (time, reason) in found.items():
         samples.setdefault(f"t = {time:g} s: {reason}", []).append(sample)
     lines = []
-    for cause, own in list(samples.items())[:MOST_SHOWN]:
-        more = f" and {len(own) - MOST_SHOWN} more" if len(own) > MOST_SHOWN else ""
-        numbers = ", ".join(map(str, own[:MOST_SHOWN]))
-        lines.append(f"{'sample' if len(own) == 1 else 'samples'} {numbers}{more}, {cause}")
+    for cause, group in list(samples.items())[:MOST_SHOWN]:
+        more = f" and {len(group) - MOST_SHOWN} more" if len(group) > MOST_SHOWN else ""
+        numbers = ", ".join(map(str, group[:MOST_SHOWN]))
+        lines.append(f"{'sample' if len(group) == 1 else 'samples'} {numbers}{more}, {cause}")
     if len(samples) > MOST_SHOWN:
         lines.append(f"... and {len(samples) - MOST_SHOWN} more")
     return lines

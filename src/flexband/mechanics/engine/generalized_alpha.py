@@ -253,8 +253,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
             store(rate, 0, where(active, change / previous, load(rate, 0)))
         previous, first = change, False
         q = maximum(load(rate, 0), filled(1e-3))
-        left = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-        active = where(less(left, tolerance), none, where(solved, none, active))
+        error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
+        active = where(less(error, tolerance), none, where(solved, none, active))
         if any_true(active) and age < most:
             continue
         solved = where(active, none, pending)

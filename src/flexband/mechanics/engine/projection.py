@@ -211,9 +211,9 @@ def project(structure, method, values, now, work, solved, moved):
         largest = maximum(largest, magnitude(load(r, i)) * load(values.inverse_scale, i))
     inexact = less(filled(INEXACT), method.step * largest * moved)
     inexact = where(less(moved, filled(LARGE_STEP)), inexact, filled(1.0))
-    here = where(inexact, none, solved)
+    mask = where(inexact, none, solved)
     for i in range(1, state.coordinates + 1):
-        store(z, velocity + i, load(z, velocity + i) + where(here, load(r, i), none))
+        store(z, velocity + i, load(z, velocity + i) + where(mask, load(r, i), none))
     clear(r, velocity)
     clear(s, velocity)
     subtract_acceleration_errors(structure, values, now, z, a, r, s)
@@ -221,11 +221,11 @@ def project(structure, method, values, now, work, solved, moved):
     refine(structure, values, work, r)
     refine(structure, values, work, s)
     for i in range(1, state.coordinates + 1):
-        store(z, acceleration + i, load(z, acceleration + i) + where(here, load(r, i), none))
-        store(a, i, load(a, i) + where(here, load(s, i), none))
+        store(z, acceleration + i, load(z, acceleration + i) + where(mask, load(r, i), none))
+        store(a, i, load(a, i) + where(mask, load(s, i), none))
     for k in range(state.multiplier, state.angle):
-        store(z, k, load(z, k) + where(here, load(r, k), none))
-    return here
+        store(z, k, load(z, k) + where(mask, load(r, k), none))
+    return mask
 
 
 @compiled

@@ -32,14 +32,16 @@ def find_out_of_reach(
         return
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=2)
     for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MOST_EXAMINED]:
-        number, own = int(failures[place, 1]), np.full(WIDTH, samples[place])
-        packed = pack(system, times, own)
+        number, lane_samples = int(failures[place, 1]), np.full(WIDTH, samples[place])
+        packed = pack(system, times, lane_samples)
         values = packed(0)
         work, failure = begin(system, values)
         rounds = int(packed.schedule.last[number - 1, 0]) + 1
         series = np.zeros((rounds, system.sensed, WIDTH))
         run(MARCH, system, values, work, series, failure, method, float(integrator.tolerance))
-        here = pack(system, times[number:] if number + 1 < len(times) else times[-2:], own)(0)
-        run(START, system, here, work, failure=failure)
+        next_values = pack(
+            system, times[number:] if number + 1 < len(times) else times[-2:], lane_samples
+        )(0)
+        run(START, system, next_values, work, failure=failure)
         if failure[0, 0]:
             failures[place, 0] = OUT_OF_REACH

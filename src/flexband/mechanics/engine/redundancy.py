@@ -64,12 +64,12 @@ def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.n
     entries = system.structure.mass.massless
     if not len(entries):
         return
-    here, coordinates = slice(z.shape[1]), slice(1, 1 + system.structure.state.coordinates)
-    massless = (values.mass != values.regular_mass)[entries, here]
+    lanes, coordinates = slice(z.shape[1]), slice(1, 1 + system.structure.state.coordinates)
+    massless = (values.mass != values.regular_mass)[entries, lanes]
     places = system.structure.mass.i[entries] - 1
-    c = (values.terms * values.functions[system.structure.terms.f])[:, here]
-    x, y = (v[:, here] for v in values.vectors)
-    Phi = derivatives(system, c, x, y, z) / values.inverse_scale[coordinates, here]
+    c = (values.terms * values.functions[system.structure.terms.f])[:, lanes]
+    x, y = (v[:, lanes] for v in values.vectors)
+    Phi = derivatives(system, c, x, y, z) / values.inverse_scale[coordinates, lanes]
     for lane, sample in enumerate(samples):
         free, motion = places[massless[:, lane]], np.zeros(Phi.shape[1])
         matrix = _unit_rows(Phi[:, :, lane])[:, free]
@@ -153,7 +153,7 @@ def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
 
 def warn_of_shared(system: System, joints: list[str]) -> list[str]:
     """Warn of sensors of joints that share their forces; return these joints."""
-    joint_of = {k: getattr(own, "joint", None) for k, own in system.mechanism.sensors.items()}
+    joint_of = {k: getattr(sensor, "joint", None) for k, sensor in system.mechanism.sensors.items()}
     read = [f"sensor {k!r}" for k, joint in joint_of.items() if f"joint {joint!r}" in joints]
     if read:
         warn(

@@ -198,17 +198,17 @@ def worst_vibration(
     tonal = (band > CONTRAST * beside) & free[k] & varies[:, None]
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
     total = (window @ window) * count / 2 * np.maximum(scale**2, 1e-300)
-    found = []
+    vibrations = []
     rough = np.sqrt(weight.max(axis=-1) / total)
     for o in np.argsort(-rough)[:CANDIDATES]:
         if rough[o] < LARGEST_ERROR / 2:
             break
         at = k[np.argmax(weight[o])]
-        here = slice(*_edges(np.array([at]), energy.shape[-1], 1).ravel())
-        frequency = np.average(np.arange(energy.shape[-1])[here], weights=energy[o, here])
+        peak_band = slice(*_edges(np.array([at]), energy.shape[-1], 1).ravel())
+        frequency = np.average(np.arange(energy.shape[-1])[peak_band], weights=energy[o, peak_band])
         omega = 2 * np.pi * frequency / (count * dt)
         spectrum = np.zeros(count, dtype=complex)
-        spectrum[here] = 2 * np.fft.fft(moved[o] * window)[here]
+        spectrum[peak_band] = 2 * np.fft.fft(moved[o] * window)[peak_band]
         middle = np.flatnonzero(window > MIDDLE)
         inside = np.clip(np.arange(count), middle[0], middle[-1])
         amplitude = (np.abs(np.fft.ifft(spectrum)) / np.maximum(window, MIDDLE))[inside]
@@ -216,8 +216,8 @@ def worst_vibration(
         share = amplitude / 2**0.5 / scale[o]
         error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
         steps = 2 * np.pi / (omega * h) * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / WANTED)
-        found.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))
-    return max(found, key=lambda one: one.error, default=None)
+        vibrations.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))
+    return max(vibrations, key=lambda vibration: vibration.error, default=None)
 
 
 def bands(energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -236,12 +236,12 @@ def not_driven(functions: np.ndarray) -> np.ndarray:
     window = np.hanning(count)
     series = [functions - functions.mean(axis=-1, keepdims=True), np.exp(1j * functions)]
     free = np.ones(count // 2 + 1, dtype=bool)
-    for one in series:
-        spectrum = np.abs(np.fft.fft(one * window)) ** 2
+    for signal in series:
+        spectrum = np.abs(np.fft.fft(signal * window)) ** 2
         energy = spectrum[:, : len(free)].copy()
         energy[:, 1:] += spectrum[:, -1 : -len(free) : -1]
-        own = energy > DRIVEN * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
-        for line in np.flatnonzero(own.any(axis=0)):
+        peaks = energy > DRIVEN * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
+        for line in np.flatnonzero(peaks.any(axis=0)):
             if line < FEWEST_TURNS:
                 continue
             for m in range(1, HARMONICS + 1):

@@ -58,13 +58,13 @@ class Members:
     @cached_property
     def bending(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Turns of elements at the start, and the strain per further turn, (elements, n or 1)."""
-        found = []
+        pairs = []
         for body in self.own.values():
             half = np.zeros((1, body.elements))  # a cable has no height
             if isinstance(body, Beam):
                 half = body.profile.across(body.at_gauss_points).mean(axis=-1) / 2
-            found.append((np.diff(body.axis()[2]).T, (half / body.element_lengths).T))
-        return found
+            pairs.append((np.diff(body.axis()[2]).T, (half / body.element_lengths).T))
+        return pairs
 
     def largest(self, states: np.ndarray, samples: np.ndarray) -> Largest:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
@@ -79,14 +79,14 @@ class Members:
                 gx[:, i] * gx[:, i + 1] + gy[:, i] * gy[:, i + 1],
             )
             start, per_turn = (
-                own[:, samples] if own.shape[1] > 1 else own for own in self.bending[m]
+                values[:, samples] if values.shape[1] > 1 else values for values in self.bending[m]
             )
-            for kind, own in enumerate((np.hypot(gx, gy) - 1, (turn - start) * per_turn)):
-                size = np.abs(own).max(axis=1)
+            for kind, strains in enumerate((np.hypot(gx, gy) - 1, (turn - start) * per_turn)):
+                size = np.abs(strains).max(axis=1)
                 kept[m, kind] = size.argmax(axis=0)
-                here = own[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
-                place = np.abs(here).argmax(axis=1)
-                strain[m, kind] = here[np.arange(len(samples)), place]
+                peaks = strains[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
+                place = np.abs(peaks).argmax(axis=1)
+                strain[m, kind] = peaks[np.arange(len(samples)), place]
         return Largest(strain, kept)
 
 

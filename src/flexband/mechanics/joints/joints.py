@@ -92,10 +92,10 @@ class Weld(PairJoint):
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return the moments of the angle between the sections, and of that between the axes."""
         first, second = frame(self.first), frame(self.second)
-        found = [couple(multipliers[2], (first, first.normal), (second, second.normal))]
+        couples = [couple(multipliers[2], (first, first.normal), (second, second.normal))]
         if self.axis:
-            found.append(couple(multipliers[3], (first, first.x), (second, second.x)))
-        return found
+            couples.append(couple(multipliers[3], (first, first.x), (second, second.x)))
+        return couples
 
 
 @frozen()

@@ -34,7 +34,7 @@ def placed(
     rows : constraints, of which those that places have no influence on are left out.
     """
     column = {
-        n + axis: 2 * b + axis for b, own in enumerate(bodies) for n in own for axis in (0, 1)
+        n + axis: 2 * b + axis for b, nodes in enumerate(bodies) for n in nodes for axis in (0, 1)
     }
     rows = [row for row in rows if _is_influenced(row, column)]
     samples = _samples(guess, rows)
@@ -66,14 +66,14 @@ def placed(
 
 def _is_influenced(row: Form, column: Mapping[int, int]) -> bool:
     """Return whether a row changes with the places, polynomially."""
-    polar = {j for own in row.polar for form in own.vector for _, j, _ in form.terms}
+    polar = {j for term in row.polar for form in term.vector for _, j, _ in form.terms}
     return polar.isdisjoint(column) and any({i, j} & column.keys() for i, j, _ in row.terms)
 
 
 def _samples(guess: Sequence[np.ndarray], rows: Sequence[Form]) -> int | None:
     """Return the number of samples, or None if numbers do not fit, which assembly refuses."""
     functions = [f for row in rows for _, _, f in row.terms if f is not None]
-    functions += [own.f for row in rows for own in row.polar if own.f is not None]
+    functions += [term.f for row in rows for term in row.polar if term.f is not None]
     parts = [*guess, *(c for row in rows for c in row.terms.values())]
     try:
         parts += [np.asarray(returned(f, 0.0)) for f in functions]

@@ -103,12 +103,12 @@ def add_angle_tangent(
 ):
     """Add the angles' part of Φ_q, and `weight` times moment × θ_qq."""
     for t in range(terms.polynomials, len(terms.k)):
-        a, own = terms.j[t] - state.angle, t - terms.polynomials
+        a, row = terms.j[t] - state.angle, t - terms.polynomials
         x, y = vector(vectors, values, z, 0, a)
         c = load(coefficient, t) * load(functions, now + terms.f[t])
         for p in range(vectors.start[a], vectors.start[a + 1]):
             entry = c * _gradient(vectors, values, a, p, x, y)
-            add_to(matrix, vectors.multiplier_slot[own, p - vectors.start[a]], entry)
+            add_to(matrix, vectors.multiplier_slot[row, p - vectors.start[a]], entry)
     for a in range(state.velocity - state.angle):
         x, y = vector(vectors, values, z, 0, a)
         square = x * x + y * y

@@ -56,7 +56,7 @@ def factorize(pattern, matrix, smallest, x):
     magnitudes of its terms. A solution has zero for such a multiplier, as if it had no constraint.
     Returns how many there are as a lane.
     """
-    redundant, one, below = filled(0.0), filled(1.0), pattern.below
+    redundant, unity, below = filled(0.0), filled(1.0), pattern.below
     for k in range(pattern.columns):
         diagonal, first, multiplier = pattern.start[k], pattern.first[k], pattern.is_multiplier[k]
         a, _, b, d = load_rows(matrix, 4 * diagonal, 4)
@@ -83,14 +83,14 @@ def factorize(pattern, matrix, smallest, x):
         if multiplier:
             sound = less(smallest * size_a, magnitude(a))
             inverse_a = where(sound, inverse_a, filled(0.0))
-            redundant += where(sound, filled(0.0), one)
+            redundant += where(sound, filled(0.0), unity)
         ratio = b * inverse_a
         d -= ratio * b
         inverse_d = 1.0 / d
         if multiplier:
             sound = less(smallest * (size_d + magnitude(ratio * b)), magnitude(d))
             inverse_d = where(sound, inverse_d, filled(0.0))
-            redundant += where(sound, filled(0.0), one)
+            redundant += where(sound, filled(0.0), unity)
         i01 = -ratio * inverse_d
         store_rows(matrix, 4 * diagonal, (inverse_a - ratio * i01, i01, i01, inverse_d))
         for tile in range(diagonal + 1, pattern.start[k + 1]):

@@ -53,9 +53,9 @@ class _LaneModel(models.PrimitiveModel):
 
 def filled_vector(builder, value):
     """Return a vector that holds `value` for every sample."""
-    one = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), value, ir.IntType(32)(0))
+    vector = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), value, ir.IntType(32)(0))
     places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), None)
-    return builder.shuffle_vector(one, ir.Constant(VECTOR, ir.Undefined), places)
+    return builder.shuffle_vector(vector, ir.Constant(VECTOR, ir.Undefined), places)
 
 
 @lower_cast(types.Float, LaneType)

@@ -107,7 +107,7 @@ def analyse(
     first = [pairs[p][0] for p in order]
 
     def ordered(rows: Mapping[int, list[tuple[int, int]]]) -> Rows:
-        inner = [own for row in rows.values() for own in row]
+        inner = [entry for row in rows.values() for entry in row]
         return Rows(
             first=_indices([first[k] for k in rows]),
             start=_indices(np.cumsum([0] + [len(row) for row in rows.values()])),
@@ -148,9 +148,9 @@ def _reached(
     """Return the rows that depend on the multipliers' right-hand side, without other columns."""
     among = {}
     for k, multiplier in enumerate(is_multiplier):
-        own = [(t, c) for t, c in rows[k] if c in among]
-        if own or multiplier:
-            among[k] = own
+        entries = [(t, c) for t, c in rows[k] if c in among]
+        if entries or multiplier:
+            among[k] = entries
     return among
 
 

@@ -96,8 +96,8 @@ def reduced(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 def _pivoted(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return R of a QR factorization with exchanged columns, and their order."""
-    found: Any = qr(matrix, mode="economic", pivoting=True)
-    return found[1], found[2]
+    factors: Any = qr(matrix, mode="economic", pivoting=True)
+    return factors[1], factors[2]
 
 
 def is_symmetric(loads: np.ndarray) -> bool:
@@ -171,14 +171,14 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
 def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: bool):
     """Solve (s² M + s D + K) φ = 0, shifted to the modes of low frequency and inverted."""
     n = len(M)
-    one, none = np.eye(n), np.zeros((n, n))
+    identity, none = np.eye(n), np.zeros((n, n))
     unit = np.sqrt(np.abs(np.linalg.solve(M, K)).max()) or 1.0
     below = [-np.linalg.solve(M, K) / unit, -np.linalg.solve(M, D)]
-    far = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * one], below]))))
+    far = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * identity], below]))))
     shift = 1.3 * far[min(2 * count, len(far)) - 1] + np.finfo(float).tiny
     M, D = shift**2 * M, shift * D
     upper = [-np.linalg.solve(M + D + K, part) for part in (M + D, M)]
-    inverse, y = np.linalg.eig(np.block([upper, [one + upper[0], upper[1]]]))
+    inverse, y = np.linalg.eig(np.block([upper, [identity + upper[0], upper[1]]]))
     resolved = np.abs(inverse) > RESOLVED
     s, y = shift * (1 + 1 / inverse[resolved]), y[:n, resolved]
     kept = np.imag(s) >= 0
@@ -194,8 +194,8 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     keep = np.flatnonzero(~resting)
     if resting.any():  # a motion that is free has the eigenvalue 0 twice, with one vector
         R, order = _pivoted(vectors[:, resting])
-        own = np.abs(np.diag(R)) > 1e-3 * abs(R[0, 0])
-        keep = np.append(np.flatnonzero(resting)[order[: len(own)][own]], keep)
+        mask = np.abs(np.diag(R)) > 1e-3 * abs(R[0, 0])
+        keep = np.append(np.flatnonzero(resting)[order[: len(mask)][mask]], keep)
     return s[keep], vectors[:, keep]
 
 

@@ -153,9 +153,9 @@ class Equations:
         springs, vectors = self.system.structure.springs, self.system.structure.vectors
         wrong, part = False, np.zeros(self.state.coordinates)
         for s in range(springs.translational):
-            own = slice(vectors.start[springs.vector[s]], vectors.start[springs.vector[s] + 1])
-            columns = vectors.coordinate[own]
-            x, y = self.values.vectors.x[own, 0], self.values.vectors.y[own, 0]
+            entries = slice(vectors.start[springs.vector[s]], vectors.start[springs.vector[s] + 1])
+            columns = vectors.coordinate[entries]
+            x, y = self.values.vectors.x[entries, 0], self.values.vectors.y[entries, 0]
             d = np.array([x @ z[columns], y @ z[columns]])
             length = self.work.z[self.state.elongation + s, 0]
             tension = self.work.z[self.state.tension + s, 0]
@@ -200,9 +200,9 @@ class Equations:
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
         """Return ∂Q/∂q and ∂Q/∂v by central differences, four columns at a time."""
         n, structure = self.state.coordinates, self.system.structure
-        found = np.zeros((2, n, n))
+        derivatives = np.zeros((2, n, n))
         if not (len(structure.forces.row) or len(structure.laws.address)):
-            return found[0], found[1]
+            return derivatives[0], derivatives[1]
         half = WIDTH // 2
         pace = NUDGE * max(1.0, abs(spin.rate))
         for part, first, steps in (
@@ -218,8 +218,8 @@ class Equations:
                 width = states[place, lanes] - states[place, half + lanes]  # as rounded
                 Q = self.loads(states)
                 with np.errstate(invalid="ignore"):  # where a force law fails
-                    found[part][:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
-        return found[0], found[1]
+                    derivatives[part][:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
+        return derivatives[0], derivatives[1]
 
 
 def _copies(column: np.ndarray) -> np.ndarray:

@@ -50,13 +50,16 @@ def check_rotation(
             raise InputError(f"{refused}{owner} does not turn with it")
         if later.excess > UNBALANCED:
             raise InputError(f"{refused}its loads depend on its angle")
-        one, other = (
+        reference, other = (
             (part.linear, _rotated(found.vectors, turn))
             for part, turn in ((balance, 0.0), (later, signed))
         )
         stiffness, damping = (
-            np.abs(_seen(b, other[1]) - _seen(a, one[1]))
-            for a, b in ((one[0].K + one[0].L, other[0].K + other[0].L), (one[0].D, other[0].D))
+            np.abs(_seen(b, other[1]) - _seen(a, reference[1]))
+            for a, b in (
+                (reference[0].K + reference[0].L, other[0].K + other[0].L),
+                (reference[0].D, other[0].D),
+            )
         )
         allowed = DIFFERENCE * np.outer(pace, pace) + np.outer(noise, noise)
         if np.any(stiffness > allowed) or np.any(damping > DIFFERENCE * np.add.outer(pace, pace)):

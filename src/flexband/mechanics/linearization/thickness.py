@@ -48,6 +48,6 @@ def _directions(shapes: np.ndarray, q: np.ndarray, rows: np.ndarray) -> np.ndarr
     components = []
     for places, sign in DIRECTION:
         signs = np.where(np.arange(6) < 4, sign, 1)
-        own = signs[:, None, None] * q[rows + np.array(places)[:, None]]
-        components.append(np.einsum("aeg,aem->egm", shapes, own))
+        coordinates = signs[:, None, None] * q[rows + np.array(places)[:, None]]
+        components.append(np.einsum("aeg,aem->egm", shapes, coordinates))
     return np.stack(components)

@@ -57,8 +57,8 @@ class LawFailure(NamedTuple):
 
 def take_failures() -> list[LawFailure]:
     """Return the first failure of each law and lane in this thread, and forget them."""
-    found = _own.__dict__.pop("failures", {})
-    return list(found.values())
+    failures = _own.__dict__.pop("failures", {})
+    return list(failures.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def compiled_law(law: Law, points: int, parameters: int) -> CompiledLaw:
 
 
 def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> CompiledLaw:
-    one = _checked(law, {})
+    dispatcher = _checked(law, {})
     size = points * AXES
     start_x = 1 + parameters
     start_v, start_force, rows = start_x + size, start_x + 2 * size, start_x + 3 * size
@@ -112,7 +112,7 @@ def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> Compile
         memory = (ctypes.c_double * (rows * WIDTH)).from_address(address)
         column = np.array(memory).reshape(rows, WIDTH)[:, lane]
         x, v = (column[k : k + size].reshape(points, AXES) for k in (start_x, start_v))
-        reason = _reason(one.py_func, kind, float(column[0]), x, v, column[1:start_x])
+        reason = _reason(dispatcher.py_func, kind, float(column[0]), x, v, column[1:start_x])
         failures = _own.__dict__.setdefault("failures", {})
         failures.setdefault((id(done), lane), LawFailure(done, lane, float(column[0]), reason))
 
@@ -131,7 +131,7 @@ def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> Compile
                 known = known and np.isfinite(x.flat[k]) and np.isfinite(v.flat[k])
             if known:  # not after the run of this lane has failed
                 try:
-                    one(lanes[0, lane], x, v, p, force)
+                    dispatcher(lanes[0, lane], x, v, p, force)
                     ran = True
                 except Exception:
                     ran = False
@@ -142,7 +142,7 @@ def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> Compile
                 report(lanes.ctypes.data, lane, NOT_FINITE if ran else RAISED)
 
     code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
-    returned = {str(signature.return_type) for signature in one.nopython_signatures}
+    returned = {str(signature.return_type) for signature in dispatcher.nopython_signatures}
     if returned != {"none"}:
         raise InputError(
             f"the law {law!r} must fill `force` and return nothing; it returns {returned.pop()}"
@@ -183,30 +183,30 @@ def _meaning(value: Any, kept: list[Any], within: tuple[Any, ...]) -> Any:
 
     `kept` collects objects that are known by their identity, `within` holds the functions around.
     """
-    inner, own = within, ()
+    inner, parts = within, ()
     if isinstance(value, Dispatcher):
-        options = repr(sorted(value.targetoptions.items(), key=lambda item: item[0]))
+        options = repr(sorted(value.targetoptions.items(), key=lambda option: option[0]))
         return "compiled", options, _meaning(value.py_func, kept, within)
     if isinstance(value, FunctionType):
         if any(value is outer for outer in within):
             raise InputError(f"a law must not call itself; {value.__qualname__} does")
-        inner, own = (*within, value), _read_by(value)
+        inner, parts = (*within, value), _read_by(value)
         about: Any = value.__code__
     elif isinstance(value, ModuleType):
         about = "module", value.__name__
         if value.__name__.partition(".")[0] not in LIBRARIES:
             names = sorted(set().union(*(_names(outer.__code__) for outer in within)))
-            own = tuple((name, vars(value)[name]) for name in names if name in vars(value))
+            parts = tuple((name, vars(value)[name]) for name in names if name in vars(value))
     elif isinstance(value, np.ndarray):
         about = value.dtype.str, value.shape, value.strides, sha256(value.tobytes()).digest()
     elif isinstance(value, tuple | list):
-        about, own = type(value), tuple(enumerate(value))
+        about, parts = type(value), tuple(enumerate(value))
     elif value is None or isinstance(value, bool | int | float | complex | str | np.generic):
         about = type(value), repr(value)
     else:
         kept.append(value)
         about = id(value)
-    return about, tuple((name, _meaning(one, kept, inner)) for name, one in own)
+    return about, tuple((name, _meaning(part, kept, inner)) for name, part in parts)
 
 
 def _read_by(function: FunctionType) -> tuple[tuple[str, Any], ...]:

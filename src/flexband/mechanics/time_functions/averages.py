@@ -70,16 +70,16 @@ class ChordMiss(NamedTuple):
             inner = (times[block, None] + h * part[:, 0]).ravel()
             f = at(inner).reshape(number, per, -1)
             low, high = np.minimum(low, f.min(axis=(0, 1))), np.maximum(high, f.max(axis=(0, 1)))
-            left, right = values[:-1][block, None], values[1:][block, None]
+            starts, ends = values[:-1][block, None], values[1:][block, None]
             beyond[block] = np.maximum(
-                f.max(axis=1) - np.maximum(left, right)[:, 0],
-                np.minimum(left, right)[:, 0] - f.min(axis=1),
+                f.max(axis=1) - np.maximum(starts, ends)[:, 0],
+                np.minimum(starts, ends)[:, 0] - f.min(axis=1),
             )
             middle, half = f[:, per // 2, None], 2 * part[: per // 2]
-            chord[block] = np.abs(f - (left + part * (right - left))).max(axis=1)
+            chord[block] = np.abs(f - (starts + part * (ends - starts))).max(axis=1)
             half_chord[block] = np.maximum(
-                np.abs(f[:, : per // 2] - (left + half * (middle - left))).max(axis=1),
-                np.abs(f[:, per // 2 :] - (middle + half * (right - middle))).max(axis=1),
+                np.abs(f[:, : per // 2] - (starts + half * (middle - starts))).max(axis=1),
+                np.abs(f[:, per // 2 :] - (middle + half * (ends - middle))).max(axis=1),
             )
         spread, largest = np.maximum(high - low, 1e-300), np.maximum(high, -low)
         return ChordMiss(chord, half_chord, beyond, spread, largest)

@@ -223,12 +223,12 @@ def _narrowed(
         place = differences.argmax(axis=1)
         size = differences.max(axis=1)
         late = ROUNDING_OF_TIME * np.abs(after[k]) / (x[:, 1] - x[:, 0])
-        seen = size > np.maximum(noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1))
-        sizes[level, k] = np.where(seen, size, 0.0)
-        narrower, row = k[seen], np.flatnonzero(seen)
+        mask = size > np.maximum(noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1))
+        sizes[level, k] = np.where(mask, size, 0.0)
+        narrower, row = k[mask], np.flatnonzero(mask)
         before[narrower], after[narrower] = x[row, place[row]], x[row, place[row] + order]
         wide = after[k] - before[k] > ROUNDING * np.maximum(np.abs(after[k]), after[k] - x[:, 0])
-        going[k] = seen & wide
+        going[k] = mask & wide
     levels = np.count_nonzero(sizes, axis=0)
     first = np.maximum(levels - LATEST_LEVELS, 0)
     k = np.flatnonzero(levels > 1)

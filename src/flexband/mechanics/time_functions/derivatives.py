@@ -30,8 +30,8 @@ def derivatives(values: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray
     rounding = 6 * np.finfo(float).eps * np.abs(values).max(initial=0.0)
     apart = 1
     while True:
-        found = _differences(values, apart)
-        curved = np.abs(found[:, 1]).max(initial=0.0)
+        differences = _differences(values, apart)
+        curved = np.abs(differences[:, 1]).max(initial=0.0)
         if rounding <= NOISE * curved or 2 * apart > WIDEST * len(values):
             break
         apart *= 2
@@ -39,22 +39,22 @@ def derivatives(values: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray
     place = half * np.arange(0, len(values), 2)
     edge = np.minimum(place, half * (len(values) - 1) - place)
     reach = np.where(edge < 2 * spacing, 6 * spacing, 2 * spacing)
-    return found / spacing ** np.arange(1, 3)[:, None], reach, spacing
+    return differences / spacing ** np.arange(1, 3)[:, None], reach, spacing
 
 
 def _differences(values: np.ndarray, apart: int) -> np.ndarray:
     """Return f′ and f″ from values so far apart, in units of their distance."""
     last, count = len(values) - 1, (len(values) + 1) // 2
-    found = np.empty((count, 2, values.shape[1]))
+    differences = np.empty((count, 2, values.shape[1]))
     places = 2 * np.arange(count)
     inner = (places >= 2 * apart) & (places <= last - 2 * apart)
     centre = [np.roll(values, -k * apart, axis=0)[places[inner]] for k in range(-2, 3)]
-    found[inner] = np.einsum("dk,ktn->tdn", _weights(5, 2.0), np.array(centre))
+    differences[inner] = np.einsum("dk,ktn->tdn", _weights(5, 2.0), np.array(centre))
     for n in np.flatnonzero(~inner):
         first = min(max(places[n] - 3 * apart, 0), last - 6 * apart)
         around = values[first : first + 6 * apart + 1 : apart]
-        found[n] = _weights(7, (places[n] - first) / apart) @ around
-    return found
+        differences[n] = _weights(7, (places[n] - first) / apart) @ around
+    return differences
 
 
 def _weights(count: int, at: float) -> np.ndarray:

@@ -51,10 +51,10 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
             if np.abs(ends[1] - ends[0]).max() <= allowed:
                 break
             inner = np.linspace(a, b, PARTS + 1)
-            found = np.array([np.ravel(returned(function, time)) for time in inner.tolist()])
-            changes = np.diff(found, axis=0)
+            inner_values = np.array([np.ravel(returned(function, time)) for time in inner.tolist()])
+            changes = np.diff(inner_values, axis=0)
             part = np.argmax(np.abs(changes - np.median(changes, axis=0)).max(axis=1))
-            (a, b), ends = inner[part : part + 2], found[part : part + 2]
+            (a, b), ends = inner[part : part + 2], inner_values[part : part + 2]
         else:
             raise InputError(
                 f"{name} must be prescribed by a continuous function of time; it jumps at "

@@ -81,19 +81,19 @@ class Schedule:
         """Return the rounds of the samples with these numbers."""
         if samples is None or self.parts.shape[1] == 1:
             return self
-        return Schedule(*(own[:, samples] for own in vars(self).values()))
+        return Schedule(*(array[:, samples] for array in vars(self).values()))
 
 
 def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Schedule:
     """Return the rounds of a run with the breakpoints of its functions, over equidistant times."""
-    counts = [len(own.points.column) for own in breaks]
+    counts = [len(function_breaks.points.column) for function_breaks in breaks]
     if not sum(counts):
         return Schedule.regular(times)
     column, before, after, _ = map(
-        np.concatenate, zip(*(own.points for own in breaks), strict=True)
+        np.concatenate, zip(*(function_breaks.points for function_breaks in breaks), strict=True)
     )
-    impulsive = np.concatenate([own.impulsive for own in breaks])
-    common = np.repeat([own.columns == 1 for own in breaks], counts)
+    impulsive = np.concatenate([function_breaks.impulsive for function_breaks in breaks])
+    common = np.repeat([function_breaks.columns == 1 for function_breaks in breaks], counts)
     runs = []
     for sample in range(1 if common.all() else samples):
         chosen = common | (column == sample)

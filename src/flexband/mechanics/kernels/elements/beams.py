@@ -284,7 +284,7 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
     ((tx, ty), length, cos, sin), bent_1, bent_2 = element
     _, _, (eix, eiy), (nix, niy), (tix, tiy), _, along_i, across_i = node_i[0:8]
     _, _, (ejx, ejy), (njx, njy), (tjx, tjy), _, along_j, across_j = node_j[0:8]
-    zero, one = 0.0 * length, 1.0 + 0.0 * length
+    zero, unity = 0.0 * length, 1.0 + 0.0 * length
     none = (zero, zero)
 
     ax, ay, half = cos * tx, cos * ty, 0.5 * length * sin
@@ -300,7 +300,7 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
     )
     add_row(0, row, times(c[0], row), blocks)
     change = change_row(bent_1, bent_2) + none
-    row = plus((zero, zero, zero, zero, zero, zero, -one, one), c[7], change)
+    row = plus((zero, zero, zero, zero, zero, zero, -unity, unity), c[7], change)
     add_row(1, row, times(c[6], row), blocks)
     add_row(2, change, times(c[8], change), blocks)
 
@@ -314,8 +314,8 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
         0.5 * tiy - 0.25 * py,
         0.5 * tjx - 0.25 * px,
         0.5 * tjy - 0.25 * py,
-        -0.5 * one,
-        -0.5 * one,
+        -0.5 * unity,
+        -0.5 * unity,
     )
     add_row(3, row, times(-N * length * cos, row), blocks)
     sum_products(4, VARIABLES, blocks)

@@ -153,10 +153,10 @@ def line_resultants(c, strain):
 
 
 @compiled
-def add_row(place, left, right, blocks):
+def add_row(place, left_row, right_row, blocks):
     """Store a pair of rows, whose product L Rᵀ is a part of the tangent."""
-    store_rows(blocks, 2 * VARIABLES * place, left)
-    store_rows(blocks, 2 * VARIABLES * place + VARIABLES, right)
+    store_rows(blocks, 2 * VARIABLES * place, left_row)
+    store_rows(blocks, 2 * VARIABLES * place + VARIABLES, right_row)
 
 
 @compiled

@@ -93,7 +93,7 @@ class Adaptation:
     def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
         """Make the first runs, `most` is the budget."""
         self.space, self.evaluate, self.most = space, evaluate, most
-        self.told = f" ({told})" if (told := in_words(evaluate)) else ""
+        self.told = f" ({text})" if (text := in_words(evaluate)) else ""
         doing(f"the first runs{self.told}")
         m, families = space.interval_dimension, space.families
         spare = most - fewest_fitted(m + len(families))
@@ -182,8 +182,8 @@ class Adaptation:
             del self.choice, self.error  # the memory of what they missed is free
         F = self.made.all.values
         fits = list(map(self._fit, self._split(F)))  # one by one: a stage takes more than the runs
-        own = self.fitted, self.held, self.generic, self.rare, self.design.weights
-        self.choice = BestFits.of([*fits, *in_use], *own)
+        arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
+        self.choice = BestFits.of([*fits, *in_use], *arguments)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
         self.error = ExpectedError.of(self.choice, *of)
@@ -210,10 +210,10 @@ class Adaptation:
 
         A batch is kept for runs at extremes.
         """
-        known, left = len(self.design), self.left - BATCH
-        if left < 1:
+        known, budget = len(self.design), self.left - BATCH
+        if budget < 1:
             return StopReason.BUDGET_USED
-        design = self.design.extended(min(self._batch, left), self._parts())
+        design = self.design.extended(min(self._batch, budget), self._parts())
         if len(design) == known:
             return StopReason.ORDERS_USED
         xi, eta = (v[known:] for v in design.points)
@@ -276,14 +276,14 @@ class Adaptation:
         if not len(weight):
             return False
         try:
-            found = series(self.evaluate(xi, eta))
+            responses = series(self.evaluate(xi, eta))
         except (RunError, InputError):
             alone = [values.which(slice(k, k + 1)) for k in range(len(weight))]
             return len(alone) > 1 and sum(map(self._run_rare, alone)) > 0
-        good = np.isfinite(found).all(axis=(1, 2))
+        good = np.isfinite(responses).all(axis=(1, 2))
         if not good.any():
             return False
-        new = ResponseRuns(xi[good], eta[good], found[good])
+        new = ResponseRuns(xi[good], eta[good], responses[good])
         weight = np.concatenate([self.rare.weight, weight[good]])
         self.rare = RareRuns(ResponseRuns.joined(self.rare.runs, new), weight)
         return True

@@ -79,14 +79,14 @@ class BestFits(NamedTuple):
         """
         shape = held.values.shape
         thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
-        seen = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
+        all_runs = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
         later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
         least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
         closest, fewest, doubted = 0, np.inf, None
         size, equal = np.maximum(rms(held.values), 1e-300), np.full(shape[0], 1 / shape[0])
         for k, fit in enumerate(fits):
-            far, values = fit.overshoot(seen, places, rare, thin)
+            far, values = fit.overshoot(all_runs, places, rare, thin)
             far = at_all_times(far, thin, shape[-1])
             of_held = np.sqrt(fit.mean_square_missed(held, equal))
             after = np.sqrt(fit.missed_later(fitted, weights))
@@ -118,12 +118,12 @@ class BestFits(NamedTuple):
         Neither the runs nor the fits can be used afterwards.
         """
         linear = [fit for fit in self.fits if isinstance(fit.parts, Interpolation)]
-        found = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
+        expansions = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
         if linear:
             outputs = np.sort(np.concatenate([fit.outputs for fit in linear]))
             parts = [fit.parts for fit in linear if isinstance(fit.parts, Interpolation)]
-            found.append(expansion_of(outputs, in_place(parts), linear[0].columns))
-        return found
+            expansions.append(expansion_of(outputs, in_place(parts), linear[0].columns))
+        return expansions
 
     @property
     def carriers(self) -> np.ndarray:

@@ -41,17 +41,19 @@ def discretization_error(
     """
     carriers, times = np.minimum(choice.carriers, len(stages) - 1), stages[0].base.shape[-1]
     thin = slice(None, None, -(-times // MOST_TIMES))
-    here, there = [], []
+    coarse_expansions, fine_expansions = [], []
     for k in np.unique(carriers):
         stage = stages[k].at(thin)
         fit = PartsFit.of(design, stage)
         before, after = stage.runs(slice(fine.stop - fine.start)), stage.runs(fine)
         moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
         finer = fit._replace(parts=fit.formed + moved)
-        own = np.flatnonzero(carriers == k)
-        here.append(fit.of_outputs(own).expansion)
-        there.append(finer.of_outputs(own).expansion)
-    bounds = (stacked(extremes_of(own)) for own in (here, there))
+        outputs = np.flatnonzero(carriers == k)
+        coarse_expansions.append(fit.of_outputs(outputs).expansion)
+        fine_expansions.append(finer.of_outputs(outputs).expansion)
+    bounds = (
+        stacked(extremes_of(expansions)) for expansions in (coarse_expansions, fine_expansions)
+    )
     return RICHARDSON * at_all_times(apart(*bounds), thin, times)
 
 
@@ -72,7 +74,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
     None are returned if one fails, which is an error where the discretization is left to the
     method.
     """
-    found: dict[str, np.ndarray] = {}
+    runs: dict[str, np.ndarray] = {}
     try:
         for name, response in refinements(evaluate).items():
             doing(
@@ -80,10 +82,10 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
                 f"({in_words(response)})"
             )
             finer = ResponseRuns(xi, eta, series(response(xi, eta)))
-            found[name] = succeeded(finer, len(xi)).values
+            runs[name] = succeeded(finer, len(xi)).values
     except RunError as error:
         if getattr(evaluate, "left_out", []):
             raise
         warn(f"the discretization error is not estimated: {error}")
         return {}
-    return found
+    return runs

@@ -60,8 +60,10 @@ class ExpectedError:
         n, m = len(families), self.extremes[0].places.shape[-1]
         xi = of_normals(np.concatenate([np.eye(n), -np.eye(n)]), families)
         at = xi, np.zeros((2 * n, m))
-        found = joined(self.expansions, [own.evaluate(*at) for own in self.expansions], 1)
-        differences = (found[:n] - found[n:]) / 2 / self.width[:, None]
+        values = joined(
+            self.expansions, [expansion.evaluate(*at) for expansion in self.expansions], 1
+        )
+        differences = (values[:n] - values[n:]) / 2 / self.width[:, None]
         return differences.reshape(n, -1)
 
     def reached(self, eta: np.ndarray) -> np.ndarray:
@@ -69,8 +71,8 @@ class ExpectedError:
         if not len(eta):
             lowest = np.full(self.extremes[0].values.shape[1:], np.inf)
             return np.stack([lowest, -lowest])
-        found = zip(*(expansion.moments(eta) for expansion in self.expansions), strict=True)
-        mean, std = (joined(self.expansions, own, 1) for own in found)
+        moments = zip(*(expansion.moments(eta) for expansion in self.expansions), strict=True)
+        mean, std = (joined(self.expansions, values, 1) for values in moments)
         return np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)])
 
     @cached_property
@@ -140,7 +142,7 @@ class ExpectedError:
         quantities : of which each output is a component.
         """
         groups = np.split(choice.missed, [generic])
-        squares = [np.mean(own**2, axis=0) for own in groups if len(own)]
+        squares = [np.mean(group**2, axis=0) for group in groups if len(group)]
         missed = np.max([*squares, choice.later**2], axis=0)
         size, times = rms(F), F.shape[-1]
         values = share(m) * np.hypot(np.sqrt(missed), choice.overshoot)
@@ -150,7 +152,7 @@ class ExpectedError:
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
         of_runs = choice.missed, choice.later[None]
-        missed = np.max([missed_part(own, F, units, quantities) for own in of_runs], axis=0)
+        missed = np.max([missed_part(errors, F, units, quantities) for errors in of_runs], axis=0)
         return ExpectedError(choice, values, size, window, missed, quantities)
 
 

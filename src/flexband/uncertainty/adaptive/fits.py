@@ -115,15 +115,15 @@ class PartsFit(NamedTuple):
     def missed(self, runs: ResponseRuns) -> Iterator[tuple[slice, np.ndarray]]:
         """Yield batches of runs and what it misses of them, shape (runs, outputs, times)."""
         for k in range(0, len(runs.values), BATCH):
-            own = slice(k, k + BATCH)
-            some = runs.which(own)
-            yield own, some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
+            rows = slice(k, k + BATCH)
+            some = runs.which(rows)
+            yield rows, some.values[:, self.outputs] - self.evaluate(some.xi, some.eta)
 
     def mean_square_missed(self, runs: ResponseRuns, weights: np.ndarray) -> np.ndarray:
         """Return the weighted sum of squares of what it misses of runs, shape (outputs, times)."""
         square = np.zeros((len(self.outputs), runs.values.shape[2]))
-        for own, missed in self.missed(runs):
-            square += np.einsum("p,pot->ot", weights[own], missed**2)
+        for rows, missed in self.missed(runs):
+            square += np.einsum("p,pot->ot", weights[rows], missed**2)
         return square
 
     def missed_later(self, fitted: ResponseRuns, weights: Weights | None) -> np.ndarray:
@@ -136,13 +136,13 @@ class PartsFit(NamedTuple):
         return self.mean_square_missed(later, counts)
 
     def overshoot(
-        self, seen: ResponseRuns, places: Sequence[np.ndarray], rare: RareRuns, thin: slice
+        self, runs: ResponseRuns, places: Sequence[np.ndarray], rare: RareRuns, thin: slice
     ) -> tuple[np.ndarray, RareValues]:
         """Return how far it leaves the range of all runs at rare values of random variables.
 
         Parameters
         ----------
-        seen, thin : all runs at some of the times, and which these are.
+        runs, thin : all runs at some of the times, and which these are.
         places : groups of η, shapes (places, m). The one where it is farthest outside counts.
         rare : runs at rare values, which it may miss.
 
@@ -151,29 +151,29 @@ class PartsFit(NamedTuple):
         Root mean square, shape (outputs, times), and a batch of the values where it is farthest.
         """
         parts = self.at(thin).formed
-        fit, own = self._replace(parts=parts), (parts.random_index, parts.families)
-        groups = [RareValues.of(*own, eta) for eta in places if len(eta)]
-        squares, shares = zip(*(fit._outside(seen, values) for values in groups), strict=True)
+        fit, random_terms = self._replace(parts=parts), (parts.random_index, parts.families)
+        groups = [RareValues.of(*random_terms, eta) for eta in places if len(eta)]
+        squares, shares = zip(*(fit._outside(runs, values) for values in groups), strict=True)
         missed = rare.runs.at(thin).values[:, self.outputs]
         missed = missed - fit.evaluate(rare.runs.xi, rare.runs.eta)
         square = np.max(squares, axis=0) + np.einsum("p,pot->ot", rare.weight, missed**2)
         values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
         return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 
-    def _outside(self, seen: ResponseRuns, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
+    def _outside(self, runs: ResponseRuns, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean square of how far it is outside, and the share of each value in it.
 
         Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.
         """
-        own = seen.values[:, self.outputs]
-        low, high = own.min(axis=0), own.max(axis=0)
-        size = np.ptp(own, axis=(0, 2))[:, None]
+        values = runs.values[:, self.outputs]
+        low, high = values.min(axis=0), values.max(axis=0)
+        size = np.ptp(values, axis=(0, 2))[:, None]
         size[size == 0] = np.inf
         square, shares = np.zeros(low.shape), [np.zeros(0)]
         for k in range(0, len(rare.weight), AT_ONCE):
             some = rare.which(slice(k, k + AT_ONCE))
             off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)
-            off -= some.allowed(seen.xi)[:, None, None] * (high - low) / 2
+            off -= some.allowed(runs.xi)[:, None, None] * (high - low) / 2
             off = np.maximum(off, 0.0)
             square += np.einsum("p,pot->ot", some.weight, off**2)
             shares.append(some.weight * np.mean((off / size) ** 2, axis=(1, 2)))

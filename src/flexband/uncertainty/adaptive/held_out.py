@@ -35,7 +35,7 @@ def generic_points(
 
 
 def extreme_places(
-    found: Sequence[Extremes], count: int, reached: np.ndarray, tolerance: float
+    extremes: Sequence[Extremes], count: int, reached: np.ndarray, tolerance: float
 ) -> np.ndarray:
     """Return the η of some bounds of the error bar, far from each other, shape (≤ count, m).
 
@@ -45,11 +45,11 @@ def extreme_places(
 
     Parameters
     ----------
-    found : bounds of μ, μ − σ and μ + σ at some times.
+    extremes : bounds of μ, μ − σ and μ + σ at some times.
     reached : lowest μ − σ and highest μ + σ at places that were run, shape (2, outputs, times).
     tolerance : for `reached`, in parts of the error bar's width.
     """
-    _, lower, upper = found
+    _, lower, upper = extremes
     low, high = lower.values[0], upper.values[1]
     middle = (low + high).mean(axis=-1, keepdims=True) / 2
     width = (high - low).mean(axis=-1, keepdims=True) + 1e-300

@@ -58,8 +58,8 @@ class NestedDesign:
     def first(m: int, families: Sequence[Family], most: int) -> NestedDesign:
         """Return the first terms in m variables η and in ξ, as far as the budget goes."""
         n = len(families)
-        wanted = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        return NestedDesign(first_terms(m, n, min(wanted, most)), families)
+        count = BATCH * -(-(1 + m + 2 * n) // BATCH)
+        return NestedDesign(first_terms(m, n, min(count, most)), families)
 
     @property
     def interval_dimension(self) -> int:
@@ -124,8 +124,8 @@ class NestedDesign:
 
         Up to half of them explain what held-out runs miss, the others are expected to be large.
         """
-        known, own = slice(len(self)), self.norms[:, None, None]
-        terms = own * split.rows(lambda runs: self.inverse @ runs[known])
+        known, norms = slice(len(self)), self.norms[:, None, None]
+        terms = norms * split.rows(lambda runs: self.inverse @ runs[known])
         sizes = TermSizes(self.index, np.sqrt(np.mean(terms**2, axis=-1)).T)
         unforeseen = self._explaining(split, count // 2)
         sizes.total(unforeseen)
@@ -164,8 +164,8 @@ class NestedDesign:
         chosen: list[Orders] = []
         needed = [list(lower_terms(tuple(nu))) for nu in index.tolist()]
         for _ in range(len(rest) // 2):
-            needed = [[mu for mu in own if mu not in known] for own in needed]
-            runs = np.array([len(own) for own in needed], dtype=int)
+            needed = [[mu for mu in terms if mu not in known] for terms in needed]
+            runs = np.array([len(terms) for terms in needed], dtype=int)
             size = np.maximum(np.sum(added**2, axis=0), 1e-12)
             gain = np.sum((added.T @ rest) ** 2, axis=1) / size / np.maximum(runs, 1)
             gain[(runs == 0) | (runs > count - len(chosen)) | (gain < least)] = 0.0

@@ -142,23 +142,23 @@ class AdaptivePCCI:
         def begin(evaluate: Evaluate) -> Adaptation:
             return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
 
-        course, told = solved(begin, evaluate, self.tolerance)
-        stopped = StopReason(str(told["stopped"]))
-        told |= {
+        course, attrs = solved(begin, evaluate, self.tolerance)
+        stopped = StopReason(str(attrs["stopped"]))
+        attrs |= {
             "advice": advice(course, stopped),
             "stop_reason": stopped.value,
             "stopped": stopped.text,
         }
-        found = surrogate_of(course).telling(tolerance=self.tolerance, **told)
-        error = found.diagnostics.attrs["expected_error"]
+        surrogate = surrogate_of(course).telling(tolerance=self.tolerance, **attrs)
+        error = surrogate.diagnostics.attrs["expected_error"]
         if error > self.tolerance:
             warn(
                 f"the error expected of the bands is {in_percent(error)} of the error bar's width, "
                 f"above the tolerance of {100 * self.tolerance:g} %: "
-                f"{what_helps(found.diagnostics.attrs)}",
+                f"{what_helps(surrogate.diagnostics.attrs)}",
                 ToleranceWarning,
             )
-        return found
+        return surrogate
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""

@@ -57,12 +57,12 @@ class Split(NamedTuple):
         ----------
         combined : makes rows of the parts of all runs, (runs, series) to (rows, series).
         """
-        found = []
+        parts = []
         for stage, which in zip(self.stages, self.outputs, strict=True):
             columns, size = PartColumns.of_stage(stage), rms(stage.signal)[which, None] + 1e-300
             base, carriers = columns.unpack(combined(columns.pack(stage)))
-            found.append(base[:, which] / size)
+            parts.append(base[:, which] / size)
             for (phase, re, im), c in zip(carriers, stage.carriers, strict=True):
                 mean = np.abs(c.envelope).mean(axis=0)[which]
-                found += [part / size for part in (re[:, which], im[:, which], phase * mean)]
-        return np.concatenate(found, axis=1)
+                parts += [part / size for part in (re[:, which], im[:, which], phase * mean)]
+        return np.concatenate(parts, axis=1)

@@ -81,11 +81,11 @@ class RareValues(NamedTuple):
         if not slopes.any():
             slopes = np.ones((len(slopes), 1))
         directions, size, _ = np.linalg.svd(slopes, full_matrices=False)
-        own = directions.T[size > STEEP * size.max(initial=0.0)][:STEEPEST]
-        at = np.abs(own).round(TIE_DIGITS).argmax(axis=1)
-        largest = np.take_along_axis(own, at[:, None], axis=1)
-        own = -np.sign(largest) * own  # either sign may come out of the decomposition
-        along = np.concatenate([own, -own])
+        axes = directions.T[size > STEEP * size.max(initial=0.0)][:STEEPEST]
+        at = np.abs(axes).round(TIE_DIGITS).argmax(axis=1)
+        largest = np.take_along_axis(axes, at[:, None], axis=1)
+        axes = -np.sign(largest) * axes  # either sign may come out of the decomposition
+        along = np.concatenate([axes, -axes])
         beyond = FACTORIAL * chdtrc(1 + 2 * MISSED_ORDER, REACHED**2)  # E[z⁶; |z| > 2.5]
         weight = np.full(len(along), beyond / RARE ** (2 * MISSED_ORDER) / 2)
         xi = of_normals(RARE * along, families)
@@ -96,9 +96,9 @@ class RareValues(NamedTuple):
         """Return all values of several parts."""
         return RareValues(*map(np.concatenate, zip(*parts, strict=True)))
 
-    def which(self, own: slice | np.ndarray) -> RareValues:
+    def which(self, rows: slice | np.ndarray) -> RareValues:
         """Return some of the values."""
-        return RareValues(*(v[own] for v in self))
+        return RareValues(*(v[rows] for v in self))
 
     def first(self, share: np.ndarray, count: int) -> RareValues:
         """Return those of the largest share, the outermost of equal ones.
@@ -109,8 +109,8 @@ class RareValues(NamedTuple):
         order = np.lexsort((-np.sum(self.xi**2, axis=1), -relative))
         _, at, group = np.unique(self.xi[order], axis=0, return_index=True, return_inverse=True)
         weight = np.bincount(group.ravel(), self.weight[order], len(at))
-        found = self.which(order[at])._replace(weight=weight)
-        return found.which(np.argsort(at)[:count])
+        values = self.which(order[at])._replace(weight=weight)
+        return values.which(np.argsort(at)[:count])
 
     def allowed(self, xi: np.ndarray) -> np.ndarray:
         """Return by what factor an expansion may leave the range of runs at `xi`, (points,)."""
@@ -137,20 +137,20 @@ def _directions(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     angles = np.pi * (np.arange(BETWEEN) + 0.5) / BETWEEN
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     between = [
-        plane @ unit[list(own)]
-        for own in combinations(range(n), 2)
-        if pairs[:, own].all(axis=1).any()
+        plane @ unit[list(pair)]
+        for pair in combinations(range(n), 2)
+        if pairs[:, pair].all(axis=1).any()
     ]
-    found = [(vectors, SWEEPS, 1.0) for vectors in alone]
-    found += [(vectors, 1, 1 / len(between)) for vectors in between]
+    groups = [(vectors, SWEEPS, 1.0) for vectors in alone]
+    groups += [(vectors, 1, 1 / len(between)) for vectors in between]
     several = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
     if len(several):
         z = ndtri(sobol(AMONG, len(several), seed=1))
-        found.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[several], 1, 1.0))
+        groups.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[several], 1, 1.0))
     kinds = 1 + (len(between) > 0) + (len(several) > 0)
     density = np.exp(-np.square(FAR) / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / kinds
     directions, distances, weights = [np.zeros((0, n))], [np.zeros(0)], [np.zeros(0)]
-    for vectors, times, share in found:
+    for vectors, times, share in groups:
         both = np.concatenate([vectors, -vectors] * times)
         radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, FAR**2)))
         directions.append(np.repeat(both, len(FAR), axis=0))

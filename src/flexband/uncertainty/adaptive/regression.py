@@ -63,8 +63,8 @@ class SampledDesign:
         values = normalized_values(self.index, *self.points, self.families)
         parts, fits = list(columns.parts(series.shape[1])), []
         for part in parts:
-            own = series[:, part.ravel()]
-            fits.append(sparse_fit(values, self.index, own, _weights(part, weight)))
+            part_series = series[:, part.ravel()]
+            fits.append(sparse_fit(values, self.index, part_series, _weights(part, weight)))
         used = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
         terms = np.zeros((len(used), series.shape[1]))
         for part, fit in zip(parts, fits, strict=True):
@@ -103,5 +103,5 @@ def _weight(F: np.ndarray) -> np.ndarray:
 
 def _weights(part: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Return the weight of every series of a part, (outputs or 1, times), flat."""
-    one = weight[:, None] if len(part) % len(weight) == 0 else np.ones((1, 1))
-    return np.tile(one, (len(part) // len(one), part.shape[1])).ravel()
+    weights = weight[:, None] if len(part) % len(weight) == 0 else np.ones((1, 1))
+    return np.tile(weights, (len(part) // len(weights), part.shape[1])).ravel()

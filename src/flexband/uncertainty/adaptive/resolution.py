@@ -69,13 +69,13 @@ def solved(
         course, last = None, halved >= MOST_HALVINGS
         try:
             course = begin(evaluate)
-            wanted = levels.wanted(course, names)
-            if last or not wanted:
+            halvings = levels.wanted(course, names)
+            if last or not halvings:
                 stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
-                wanted = levels.wanted(course, names)
-                if last or not wanted:
-                    told = levels.told(course) | {"stopped": stopped}
-                    return course, {**told, "runs_coarser": others, "halved": names}
+                halvings = levels.wanted(course, names)
+                if last or not halvings:
+                    details = levels.told(course) | {"stopped": stopped}
+                    return course, {**details, "runs_coarser": others, "halved": names}
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
@@ -91,20 +91,20 @@ def solved(
                 others -= course.runs
                 why = "; ".join((str(error) or type(error).__name__).splitlines()[:2])
                 stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
-                told = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
-                return course, {**told, "runs_coarser": others, "halved": names}
+                details = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
+                return course, {**details, "runs_coarser": others, "halved": names}
             if last or raised or not isinstance(error, RunError):
                 raise
-            wanted = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
+            halvings = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
             levels.why = "runs fail"
         others += course.runs if course else 0
-        for name, times in wanted.items():
+        for name, times in halvings.items():
             for _ in range(times):
                 evaluate = refinements(evaluate)[name]
             names = [*names, *[name] * times]
-        halved += max(wanted.values())
-        finer, told = f"finer {' and '.join(wanted)}", in_words(evaluate)
-        doing(finer, f"{finer}{f' ({told})' * bool(told)}, since {levels.why}")
+        halved += max(halvings.values())
+        finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)
+        doing(finer, f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
 
 
 def _raised(error: RunError) -> bool:
@@ -145,12 +145,12 @@ class Levels:
         errors, largest = {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
         for name, error in course.discretization().items():
-            own, before = course.error.of_outputs(error), self.known.setdefault(name, {})
+            output_errors, before = course.error.of_outputs(error), self.known.setdefault(name, {})
             count = names.count(name)
-            self.stuck[name] = self._stuck(own, before, count, course.error.missed)
-            self.stuck[name] |= vanishing & (own > 1)
-            before[count] = own
-            counted = np.where(self.stuck[name], 0.0, own)
+            self.stuck[name] = self._stuck(output_errors, before, count, course.error.missed)
+            self.stuck[name] |= vanishing & (output_errors > 1)
+            before[count] = output_errors
+            counted = np.where(self.stuck[name], 0.0, output_errors)
             errors[name], largest[name] = float(counted.max()), int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
@@ -173,24 +173,24 @@ class Levels:
 
     def _vanishing(self, width: np.ndarray, halvings: int) -> np.ndarray:
         """Return of which outputs the error bar has been halved with every halving, (outputs,)."""
-        found = np.zeros(len(width), bool)
+        mask = np.zeros(len(width), bool)
         for fewer, before in self.widths.items():
             more = halvings - fewer
-            found |= (more >= HALVINGS_OF_NOISE) & (width <= before * 0.5**more)
+            mask |= (more >= HALVINGS_OF_NOISE) & (width <= before * 0.5**more)
         self.widths[halvings] = width
-        return found
+        return mask
 
     @staticmethod
     def _stuck(
-        own: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
+        errors: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
     ) -> np.ndarray:
         """Return which errors do not fall any more, shape (outputs,)."""
-        stuck = np.zeros(len(own), bool)
+        stuck = np.zeros(len(errors), bool)
         for fewer, error in before.items():
             halvings, resolved = count - fewer, error < RESOLVED
-            sure = resolved & (own > CLEAR * missed) & (halvings >= 2)
+            sure = resolved & (errors > CLEAR * missed) & (halvings >= 2)
             long = (resolved | (missed >= DOUBT)) & (halvings >= HALVINGS_OF_NOISE)
-            stuck |= (own > error * FALL_PER_HALVING**halvings) & (sure | long)
+            stuck |= (errors > error * FALL_PER_HALVING**halvings) & (sure | long)
         return stuck
 
     def told(self, course: Adaptation) -> dict[str, str]:

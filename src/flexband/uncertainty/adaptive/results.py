@@ -40,16 +40,19 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     total = np.sum(list(parts.values()), axis=0)
     trusted = trust(labels, error.missed)
     relative = error.of_outputs(total)
-    told = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
-    told = told.assign(orders=("variable", choice.orders))
-    told = told.assign_coords(variable=_variables(course.space))
+    dataset = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
+    dataset = dataset.assign(orders=("variable", choice.orders))
+    dataset = dataset.assign_coords(variable=_variables(course.space))
     for name, errors in parts.items():
-        for band, own in zip(("mean", "error_bar"), errors, strict=True):
-            told[f"{band}_{name}_error"] = labels.dims[1:], own.reshape(labels.shape[1:])
+        for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
+            dataset[f"{band}_{name}_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
     numbers = getattr(course.evaluate, "discretization", dict)()
-    told = told.assign_attrs(
+    dataset = dataset.assign_attrs(
         {"discretization_error": "not estimated"}
-        | {f"{name}_error": error.relative(own) for name, own in (finer | parts).items()},
+        | {
+            f"{name}_error": error.relative(band_errors)
+            for name, band_errors in (finer | parts).items()
+        },
         expected_error=error.relative(total),
         largest_miss=_largest_miss(course),
         runs_fitted=len(course.fitted.values),
@@ -66,7 +69,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     )
     small = np.array(names_of_outputs(labels))[error.small]
     if len(small):
-        told.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
+        dataset.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
     held = HeldOut(
         course.held.xi,
         course.held.eta,
@@ -75,7 +78,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         error.window,
     )
     _warn_of_unexplained(course)
-    return Surrogate(course.space, labels, tuple(choice.in_place_of_runs()), told, held)
+    return Surrogate(course.space, labels, tuple(choice.in_place_of_runs()), dataset, held)
 
 
 def advice(course: Adaptation, stopped: StopReason) -> str:
@@ -101,20 +104,20 @@ def advice(course: Adaptation, stopped: StopReason) -> str:
     )
 
 
-def what_helps(told: Mapping[str, Any]) -> str:
+def what_helps(attrs: Mapping[str, Any]) -> str:
     """Return what helps against the larger part of an error, expansion's or discretization's.
 
     Parameters
     ----------
-    told : the attributes of a result.
+    attrs : the attributes of a result.
     """
-    if not told["refined"] or told["discretization_error"] <= told["expansion_error"]:
-        return f"{told['advice']}. Most is missed {told['largest_miss']}"
-    worst = max(told["refined"], key=lambda name: told[f"{name}_error"])
+    if not attrs["refined"] or attrs["discretization_error"] <= attrs["expansion_error"]:
+        return f"{attrs['advice']}. Most is missed {attrs['largest_miss']}"
+    worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
     helps = f"give a finer {worst}"
-    helps += ", or leave it out to have it chosen" * ("step" in told["refined"])
-    if "halved" in told:
-        helps = told.get("not_refined", TOO_COARSE)
+    helps += ", or leave it out to have it chosen" * ("step" in attrs["refined"])
+    if "halved" in attrs:
+        helps = attrs.get("not_refined", TOO_COARSE)
     return f"most of it is due to {worst}; {helps}"
 
 
@@ -133,17 +136,17 @@ def _warn_of_unexplained(course: Adaptation) -> None:
 def _variables(space: Space) -> list[str]:
     """Return the names of all variables, η first."""
     return [
-        name if one.dimension == 1 else f"{name}[{k}]"
+        name if uncertain_input.dimension == 1 else f"{name}[{k}]"
         for random in (False, True)
-        for name, one in space.of_kind(random=random).items()
-        for k in range(one.dimension)
+        for name, uncertain_input in space.of_kind(random=random).items()
+        for k in range(uncertain_input.dimension)
     ]
 
 
 def _largest_miss(course: Adaptation) -> str:
     """Return in words which held-out run is missed by the most, and which input is the hardest."""
     missed, width = course.choice.missed, course.error.width[:, None]
-    run = int(np.argmax([np.max(np.abs(own) / width) for own in missed]))
+    run = int(np.argmax([np.max(np.abs(errors) / width) for errors in missed]))
     part = np.abs(missed[run]) / width
     output, time = np.unravel_index(np.argmax(part), part.shape)
     values = course.space.numbers_at(course.held.xi, course.held.eta)

@@ -33,9 +33,9 @@ class ResponseRuns(NamedTuple):
         """Return the runs at some of the times."""
         return self._replace(values=self.values[..., times])
 
-    def which(self, own: slice) -> ResponseRuns:
+    def which(self, rows: slice) -> ResponseRuns:
         """Return some of the runs, which are not copied."""
-        return ResponseRuns(*(v[own] for v in self))
+        return ResponseRuns(*(v[rows] for v in self))
 
     @staticmethod
     def joined(*parts: ResponseRuns) -> ResponseRuns:
@@ -58,7 +58,7 @@ class RareRuns(NamedTuple):
     @staticmethod
     def none(like: ResponseRuns) -> RareRuns:
         """Return no runs, of the shapes of others."""
-        return RareRuns(ResponseRuns(*(own[:0].copy() for own in like)), np.zeros(0))
+        return RareRuns(ResponseRuns(*(array[:0].copy() for array in like)), np.zeros(0))
 
 
 def succeeded(runs: ResponseRuns, needed: int) -> ResponseRuns:
@@ -110,17 +110,17 @@ class MadeRuns:
         """Add runs that are fitted."""
         first, end = self.fit_count, self.fit_count + len(new.values)
         self._make_room(len(new.values))
-        for own, held, added in zip(self.memory, self.held, new, strict=True):
+        for array, held, added in zip(self.memory, self.held, new, strict=True):
             for k in reversed(range(len(held))):  # one by one: a copy of all takes memory
-                own[end + k] = held[k]
-            own[first:end] = added
+                array[end + k] = held[k]
+            array[first:end] = added
         self.fit_count, self.count = end, self.count + len(new.values)
 
     def hold(self, new: ResponseRuns) -> None:
         """Add runs that are held out."""
         self._make_room(len(new.values))
-        for own, added in zip(self.memory, new, strict=True):
-            own[self.count : self.count + len(added)] = added
+        for array, added in zip(self.memory, new, strict=True):
+            array[self.count : self.count + len(added)] = added
         self.count += len(new.values)
 
     def _make_room(self, more: int) -> None:
@@ -130,7 +130,7 @@ class MadeRuns:
 
 def _larger(runs: ResponseRuns, capacity: int) -> ResponseRuns:
     """Return a copy of runs in memory for more."""
-    found = ResponseRuns(*(np.empty((capacity, *own.shape[1:])) for own in runs))
-    for own, known in zip(found, runs, strict=True):
-        own[: len(known)] = known
-    return found
+    memory = ResponseRuns(*(np.empty((capacity, *array.shape[1:])) for array in runs))
+    for array, known in zip(memory, runs, strict=True):
+        array[: len(known)] = known
+    return memory

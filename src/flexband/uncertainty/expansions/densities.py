@@ -98,8 +98,8 @@ class DensityPolynomials:
         return self.standardized(self.density.at_normal(x))
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
-        own = self._recurrence(order)
-        return orthonormal(own, order, x) / own.sizes[: order + 1]
+        recurrence = self._recurrence(order)
+        return orthonormal(recurrence, order, x) / recurrence.sizes[: order + 1]
 
     def norms(self, order: int) -> np.ndarray:
         return 1 / self._recurrence(order).sizes[: order + 1] ** 2
@@ -117,9 +117,9 @@ class DensityPolynomials:
 
     @cached_property
     def _highest(self) -> int:
-        own, x = self._recurrence(HIGHEST), self._sequence
+        recurrence, x = self._recurrence(HIGHEST), self._sequence
         for order in range(2, HIGHEST + 1, 2):
-            values = orthonormal(own, order, x[: order + 1])
+            values = orthonormal(recurrence, order, x[: order + 1])
             if np.linalg.cond(values) > MAX_CONDITION:
                 return max(2, order - 2)
         return HIGHEST
@@ -134,11 +134,11 @@ class DensityPolynomials:
         count = BLOCK * (1 + order // BLOCK)
         if count not in self._known:
             x, w = self._rule if count == BLOCK else self.density.rule(count)
-            own = Recurrence(*stieltjes(self.standardized(x), w, count), np.zeros(0))
+            recurrence = Recurrence(*stieltjes(self.standardized(x), w, count), np.zeros(0))
             before = self._recurrence(order - BLOCK).sizes if order >= BLOCK else np.zeros(0)
             usual = self._usual
             if count > BLOCK:
                 usual = self.of_normal(np.linspace(-USUAL, USUAL, 8 * count + 1))
-            sizes = np.abs(orthonormal(own, count - 1, usual)[:, len(before) :]).max(axis=0)
-            self._known[count] = own._replace(sizes=np.append(before, sizes))
+            sizes = np.abs(orthonormal(recurrence, count - 1, usual)[:, len(before) :]).max(axis=0)
+            self._known[count] = recurrence._replace(sizes=np.append(before, sizes))
         return self._known[count]

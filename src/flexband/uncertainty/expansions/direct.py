@@ -43,9 +43,9 @@ class DirectExpansion:
         return self._by_output(mean), self._by_output(std)
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
-        found = extremes(self.values, sigmas)
-        values = [self._by_output(e.values) for e in found]
-        places = [e.places.reshape(*v.shape, -1) for e, v in zip(found, values, strict=True)]
+        bounds = extremes(self.values, sigmas)
+        values = [self._by_output(e.values) for e in bounds]
+        places = [e.places.reshape(*v.shape, -1) for e, v in zip(bounds, values, strict=True)]
         return list(map(Extremes, values, places))
 
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> DirectExpansion:

@@ -89,8 +89,8 @@ def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: 
     shape[axis] = len(outputs)
     whole = np.empty(shape)
     ends = np.cumsum([len(expansion.outputs) for expansion in expansions])
-    for places, own in zip(np.split(np.argsort(np.argsort(outputs)), ends), values, strict=False):
-        np.moveaxis(whole, axis, 0)[places] = np.moveaxis(own, axis, 0)
+    for places, part in zip(np.split(np.argsort(np.argsort(outputs)), ends), values, strict=False):
+        np.moveaxis(whole, axis, 0)[places] = np.moveaxis(part, axis, 0)
     return whole
 
 
@@ -107,11 +107,13 @@ def extremes_of(
     of : the multiples of kσ, if others are needed.
     """
     multiples = [sigmas * c for c in of]
-    found = [expansion.of(expansion.outputs, times).extremes(multiples) for expansion in expansions]
+    bounds = [
+        expansion.of(expansion.outputs, times).extremes(multiples) for expansion in expansions
+    ]
     return [
         Extremes(
-            joined(expansions, [one.values for one in extremes], 1),
-            joined(expansions, [one.places for one in extremes], 1),
+            joined(expansions, [part.values for part in extremes], 1),
+            joined(expansions, [part.places for part in extremes], 1),
         )
-        for extremes in zip(*found, strict=True)
+        for extremes in zip(*bounds, strict=True)
     ]

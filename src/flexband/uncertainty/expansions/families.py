@@ -92,10 +92,10 @@ class Hermite:
 @cache
 def _hermite_gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     x, w = hermite_e.hermegauss(count)
-    found = x, w / w.sum()
-    for one in found:
-        one.setflags(write=False)
-    return found
+    rule = x, w / w.sum()
+    for array in rule:
+        array.setflags(write=False)
+    return rule
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,10 @@ wait busily for more, for longer than these take, on cores that others can use."
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
     """Return the tensor product of nodes, one array per variable, shape (Π count, variables)."""
     points = np.zeros((1, 0))
-    for own in nodes:
-        points = np.column_stack([np.repeat(points, len(own), axis=0), np.tile(own, len(points))])
+    for coordinates in nodes:
+        points = np.column_stack(
+            [np.repeat(points, len(coordinates), axis=0), np.tile(coordinates, len(points))]
+        )
     return points
 
 
@@ -50,18 +52,18 @@ def tensor_index(orders: Sequence[int]) -> np.ndarray:
 
 def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
     """Return the products Π_v values[v][:, index[:, v]], shape (points, terms)."""
-    return reduce(np.multiply, (own[:, k] for own, k in zip(values, index.T, strict=True)))
+    return reduce(np.multiply, (factors[:, k] for factors, k in zip(values, index.T, strict=True)))
 
 
 def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarray:
     """Return values (Π columns, series) on a tensor product transformed by a matrix per factor."""
     before = 1
     for matrix in matrices:
-        own = values.reshape(before, matrix.shape[1], -1)
+        blocks = values.reshape(before, matrix.shape[1], -1)
         if before == 1 or len(matrix) != matrix.shape[1]:
-            values = matrix @ own
+            values = matrix @ blocks
         else:  # in place, since it may take as much memory as all runs
-            for part in own:
+            for part in blocks:
                 part[:] = matrix @ part
         before *= len(matrix)
     return values.reshape(before, -1)
@@ -153,8 +155,8 @@ class HybridExpansion:
 
         ξ are the roots of the polynomials of degree k + 1, Eq. (13).
         """
-        own = zip(families, random_orders, strict=True)
-        xi = tensor_points([family.gauss(k + 1)[0] for family, k in own])
+        variables = zip(families, random_orders, strict=True)
+        xi = tensor_points([family.gauss(k + 1)[0] for family, k in variables])
         eta = tensor_points(interval_nodes)
         return np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0)
 
@@ -190,13 +192,13 @@ class HybridExpansion:
         return {"families": names, "index": self.index, "coefficients": self.coefficients}
 
     @staticmethod
-    def of_arrays(inputs: Sequence[Family], families: np.ndarray, **own) -> HybridExpansion:
+    def of_arrays(inputs: Sequence[Family], families: np.ndarray, **arrays) -> HybridExpansion:
         """Return the expansion of `arrays`; the families must be those of its inputs."""
         if families.tolist() != [family.name for family in inputs]:
             raise InputError(
                 f"families of an expansion must be those of its inputs; got {families}"
             )
-        return HybridExpansion(tuple(inputs), **own)
+        return HybridExpansion(tuple(inputs), **arrays)
 
     def __add__(self, other: HybridExpansion) -> HybridExpansion:
         """Return the sum of two expansions of the same variables and series."""
@@ -209,9 +211,9 @@ class HybridExpansion:
 
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> HybridExpansion:
         """Return the expansion of some rows, increasing, and times of its series (rows, times)."""
-        own = self.coefficients.reshape(len(self.index), rows, -1)[..., times]
-        own = own if len(which) == rows else own[:, which]
-        return replace(self, coefficients=own.reshape(len(own), -1))
+        coefficients = self.coefficients.reshape(len(self.index), rows, -1)[..., times]
+        coefficients = coefficients if len(which) == rows else coefficients[:, which]
+        return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
 
     @property
     def norms(self) -> np.ndarray:
@@ -230,8 +232,8 @@ class HybridExpansion:
 
     def orthogonal(self, xi: np.ndarray) -> np.ndarray:
         """Return Ψ_j at ξ of shape (points, n), shape (points, N)."""
-        own = zip(self.families, self.random_orders, xi.T, strict=True)
-        values = [family.values(k, x) for family, k, x in own]
+        variables = zip(self.families, self.random_orders, xi.T, strict=True)
+        values = [family.values(k, x) for family, k, x in variables]
         return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
 
     def terms(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
@@ -251,8 +253,8 @@ class HybridExpansion:
         width = max(1, SMALL_PRODUCT // (ROWS * len(coefficients)))
         for rows in range(0, len(terms), ROWS):
             for columns in range(0, values.shape[1], width):
-                own = slice(rows, rows + ROWS), slice(columns, columns + width)
-                values[own] = terms[own[0]] @ coefficients[:, own[1]]
+                block = slice(rows, rows + ROWS), slice(columns, columns + width)
+                values[block] = terms[block[0]] @ coefficients[:, block[1]]
         return values
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -260,8 +262,8 @@ class HybridExpansion:
         phi = self.chebyshev(eta)[:, self.i]
         factors = np.empty((len(self.random_index), len(phi), self.coefficients.shape[1]))
         for j, factor in enumerate(factors):
-            own = self.j == j
-            factor[:] = phi[:, own] @ self.coefficients[own]
+            mask = self.j == j
+            factor[:] = phi[:, mask] @ self.coefficients[mask]
         return factors[0], np.sqrt(np.einsum("j,jps,jps->ps", self.norms[1:], *[factors[1:]] * 2))
 
     def truncation(self) -> np.ndarray:
@@ -276,7 +278,7 @@ class HybridExpansion:
         """Return the sum of the sizes of some terms, shape (series,)."""
         weight, count = np.sqrt(self.norms)[self.j[which], None], self.coefficients.shape[1]
         parts = np.array_split(self.coefficients, max(1, count // AT_ONCE), axis=1)
-        return np.concatenate([np.abs(own[which] * weight).sum(axis=0) for own in parts])
+        return np.concatenate([np.abs(part[which] * weight).sum(axis=0) for part in parts])
 
 
 def _products(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -25,10 +25,10 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
     interval variables, then products of two variables.
     """
     d = interval + random
-    one = np.eye(d, dtype=int)
-    pairs = [one[a] + one[b] for b in range(d) for a in range(b)]
-    second = 2 * np.concatenate([one[interval:], one[:interval]])
-    index = np.concatenate([0 * one[:1], one, second, np.reshape(pairs, (-1, d)).astype(int)])
+    unit = np.eye(d, dtype=int)
+    pairs = [unit[a] + unit[b] for b in range(d) for a in range(b)]
+    second = 2 * np.concatenate([unit[interval:], unit[:interval]])
+    index = np.concatenate([0 * unit[:1], unit, second, np.reshape(pairs, (-1, d)).astype(int)])
     return index[:count]
 
 
@@ -49,16 +49,16 @@ def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.nd
     """
     sizes = [(k, (k / order) ** q_norm) for k in range(1, order + 1)]
 
-    def contained(orders: Orders, left: float) -> Iterator[Orders]:
+    def contained(orders: Orders, remaining: float) -> Iterator[Orders]:
         """Yield the orders of the variables that a term contains."""
         yield orders
         if len(orders) < dimension:
-            for k, size in itertools.takewhile(lambda own: own[1] <= left, sizes):
-                yield from contained((*orders, k), left - size)
+            for k, size in itertools.takewhile(lambda pair: pair[1] <= remaining, sizes):
+                yield from contained((*orders, k), remaining - size)
 
-    found, terms = [], 0
+    order_tuples, terms = [], 0
     for orders in contained((), 1 + 1e-9):
-        found.append(orders)
+        order_tuples.append(orders)
         terms += math.comb(dimension, len(orders))
         if terms > most:
             raise InputError(
@@ -66,11 +66,11 @@ def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.nd
                 f"{number_of(dimension, 'variable')}; choose a lower order or a smaller q_norm"
             )
     index = []
-    for orders in sorted(found, key=lambda orders: (sum(orders), len(orders), orders)):
+    for orders in sorted(order_tuples, key=lambda orders: (sum(orders), len(orders), orders)):
         combinations = list(itertools.combinations(range(dimension), len(orders)))
-        own = np.zeros((len(combinations), dimension), dtype=int)
-        np.put_along_axis(own, np.array(combinations, dtype=int), np.array([orders], int), axis=1)
-        index.append(own)
+        rows = np.zeros((len(combinations), dimension), dtype=int)
+        np.put_along_axis(rows, np.array(combinations, dtype=int), np.array([orders], int), axis=1)
+        index.append(rows)
     return np.concatenate(index)
 
 
@@ -81,8 +81,8 @@ def lower_terms(nu: Orders) -> Iterator[Orders]:
 
 def above(known: set[Orders]) -> set[Orders]:
     """Return the terms one order above a downward closed set that would leave it so."""
-    found = {_moved(mu, v, 1) for mu in known for v in range(len(mu))} - known
-    return {nu for nu in found if _is_next(nu, known)}
+    neighbours = {_moved(mu, v, 1) for mu in known for v in range(len(mu))} - known
+    return {nu for nu in neighbours if _is_next(nu, known)}
 
 
 def _is_next(nu: Orders, known: Container[Orders]) -> bool:
@@ -126,14 +126,16 @@ class TermSizes:
 
     def expected(self, nu: Orders) -> np.ndarray:
         """Return the expected size of a term whose lower terms are known, shape (parts,)."""
-        found = np.full(self.rates.shape[1], np.inf)
+        size = np.full(self.rates.shape[1], np.inf)
         for v, k in enumerate(nu):
             if k:
-                own = self.sizes[_moved(nu, v, -1)] * self.rates[v]
+                estimate = self.sizes[_moved(nu, v, -1)] * self.rates[v]
                 if k > 1:
-                    own = np.maximum(own, self.sizes[_moved(nu, v, -2)] * self.rates[v] ** 2)
-                found = np.minimum(found, own)
-        return found
+                    estimate = np.maximum(
+                        estimate, self.sizes[_moved(nu, v, -2)] * self.rates[v] ** 2
+                    )
+                size = np.minimum(size, estimate)
+        return size
 
     def total(self, index: np.ndarray) -> np.ndarray:
         """Return the sum of the expected sizes of further terms, lower ones first, (parts,)."""

@@ -66,10 +66,10 @@ class Interpolation:
         """Return sums of the runs with these factors, shape (sums, rows × times)."""
         if len(self.rows) == self.values.shape[1]:
             return factors @ self.values.reshape(len(self.values), -1)
-        found = np.empty((len(factors), len(self.rows), self.values.shape[2]))
+        sums = np.empty((len(factors), len(self.rows), self.values.shape[2]))
         for k, row in enumerate(self.rows):
-            found[:, k] = factors @ self.values[:, row]
-        return found.reshape(len(found), -1)
+            sums[:, k] = factors @ self.values[:, row]
+        return sums.reshape(len(sums), -1)
 
 
 def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
@@ -80,13 +80,13 @@ def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
     parts : of different rows, through the first of the same runs each, with terms that are the
         first of the same terms. Further terms become zero.
     """
-    longest = max(parts, key=lambda own: len(own.index))
+    longest = max(parts, key=lambda part: len(part.index))
     values = longest.values
-    for own in parts:
-        terms = len(own.index)
-        for row in own.rows:
-            values[:terms, row] = own.inverse @ own.values[:, row]
+    for part in parts:
+        terms = len(part.index)
+        for row in part.rows:
+            values[:terms, row] = part.inverse @ part.values[:, row]
             values[terms:, row] = 0.0
     whole = replace(longest.polynomials, coefficients=values.reshape(len(values), -1))
-    rows = np.sort(np.concatenate([own.rows for own in parts]))
+    rows = np.sort(np.concatenate([part.rows for part in parts]))
     return whole.of_rows(values.shape[1], rows, slice(None))

@@ -54,72 +54,72 @@ def stieltjes(x: np.ndarray, w: np.ndarray, count: int) -> tuple[np.ndarray, np.
     return a, root
 
 
-def orthonormal(own: Recurrence, order: int, x: np.ndarray) -> np.ndarray:
+def orthonormal(recurrence: Recurrence, order: int, x: np.ndarray) -> np.ndarray:
     """Return p_0 … p_order at x, shape (*x.shape, order + 1)."""
     p = np.ones((order + 1, *np.shape(x)))
     for k in range(order):
-        before = own.root[k] * p[k - 1] if k else 0.0
-        p[k + 1] = ((x - own.a[k]) * p[k] - before) / own.root[k + 1]
+        before = recurrence.root[k] * p[k - 1] if k else 0.0
+        p[k + 1] = ((x - recurrence.a[k]) * p[k] - before) / recurrence.root[k + 1]
     return np.moveaxis(p, 0, -1)
 
 
-def gauss(own: Recurrence, count: int) -> tuple[np.ndarray, np.ndarray]:
+def gauss(recurrence: Recurrence, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the roots of p_count and their weights, (count,) each."""
     if count == 1:
         return np.zeros(1), np.ones(1)  # the mean
-    x, vectors = eigh_tridiagonal(own.a[:count], own.root[1:count])
+    x, vectors = eigh_tridiagonal(recurrence.a[:count], recurrence.root[1:count])
     return x, vectors[0] ** 2
 
 
-def nested(own: Recurrence, ends: np.ndarray, usual: np.ndarray, count: int) -> np.ndarray:
+def nested(recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: int) -> np.ndarray:
     """Return the first nested points, at least `count`, between ends.
 
     Parameters
     ----------
     usual : values among which the Leja sequence chooses.
     """
-    points, symmetric = [0.0], np.abs(own.a).max() < SYMMETRIC
+    points, symmetric = [0.0], np.abs(recurrence.a).max() < SYMMETRIC
     for counts in EXTENSIONS:
-        found = (extension(own, points, count) for count in counts)
-        possible = [y for y in found if _is_possible(y, points, ends)]
+        extensions = (extension(recurrence, points, count) for count in counts)
+        possible = [y for y in extensions if _is_possible(y, points, ends)]
         if not possible:
             break
-        points = _arranged(own, points, possible[0])
+        points = _arranged(recurrence, points, possible[0])
     if len(points) == 1:
-        points += _cubic_pair(own, ends)
+        points += _cubic_pair(recurrence, ends)
     while len(points) < count:
-        points.append(_next(own, usual, points))
+        points.append(_next(recurrence, usual, points))
         if symmetric:
             points.append(-points[-1])
     return np.round(points, DECIMALS) + 0.0  # no −0
 
 
-def extension(own: Recurrence, points: Sequence[float], count: int) -> np.ndarray:
+def extension(recurrence: Recurrence, points: Sequence[float], count: int) -> np.ndarray:
     """Return further points, (count,), for the highest possible degree; none if not all are real.
 
     They are the roots of q = p_c + Σ_j y_j p_j with E[ω q p_i] = 0, i < c: the eigenvalues of the
     Jacobi matrix whose last row has −√b_c y added to it.
     """
-    x, w = gauss(own, len(points) + count + 1)
-    p = orthonormal(own, count, x)
+    x, w = gauss(recurrence, len(points) + count + 1)
+    p = orthonormal(recurrence, count, x)
     omega = np.prod(x[:, None] - np.array(points), axis=1)
     matrix = (p[:, :count] * (w * omega)[:, None]).T @ p
     try:
         y = np.linalg.solve(matrix[:, :count], -matrix[:, count])
     except np.linalg.LinAlgError:
         return np.zeros(0)
-    off = own.root[1:count]
-    jacobi = np.diag(own.a[:count]) + np.diag(off, 1) + np.diag(off, -1)
-    jacobi[-1] -= own.root[count] * y
-    found = np.linalg.eigvals(jacobi)
-    return np.zeros(0) if np.iscomplexobj(found) else found
+    off = recurrence.root[1:count]
+    jacobi = np.diag(recurrence.a[:count]) + np.diag(off, 1) + np.diag(off, -1)
+    jacobi[-1] -= recurrence.root[count] * y
+    roots = np.linalg.eigvals(jacobi)
+    return np.zeros(0) if np.iscomplexobj(roots) else roots
 
 
-def _arranged(own: Recurrence, points: list[float], further: np.ndarray) -> list[float]:
+def _arranged(recurrence: Recurrence, points: list[float], further: np.ndarray) -> list[float]:
     """Return points with further ones in the order of a Leja sequence, opposites together."""
     points = [*points]
     while len(further):
-        points.append(_next(own, further, points))
+        points.append(_next(recurrence, further, points))
         opposite = further[np.abs(further + points[-1]) < SYMMETRIC]
         points += opposite.tolist()
         further = further[~np.isin(further, points)]
@@ -133,17 +133,17 @@ def _is_possible(y: np.ndarray, points: Sequence[float], ends: np.ndarray) -> bo
     return bool(np.diff(np.sort([*points, *y])).min() > APART)
 
 
-def _cubic_pair(own: Recurrence, ends: np.ndarray) -> list[float]:
+def _cubic_pair(recurrence: Recurrence, ends: np.ndarray) -> list[float]:
     """Return two points for the degree 3, which makes their sum E ξ³ = a_1: one of Gauss's."""
-    x, third = gauss(own, 3)[0], own.a[1]
+    x, third = gauss(recurrence, 3)[0], recurrence.a[1]
     pairs = [np.array([third - y, y]) for y in (x[0], x[2])]
     possible = [pair for pair in pairs if _is_possible(pair, [0.0], ends)]
     return (possible[0] if possible else x[[2, 0]]).tolist()
 
 
-def _next(own: Recurrence, choices: np.ndarray, points: Sequence[float]) -> float:
+def _next(recurrence: Recurrence, choices: np.ndarray, points: Sequence[float]) -> float:
     """Return the choice where Π_j |x − x_j| / √Σ_k p_k(x)² is largest."""
-    kernel = np.sum(orthonormal(own, len(own.a) - 1, choices) ** 2, axis=-1)
+    kernel = np.sum(orthonormal(recurrence, len(recurrence.a) - 1, choices) ** 2, axis=-1)
     with np.errstate(divide="ignore"):
         sizes = np.log(np.abs(choices[:, None] - points)).sum(axis=1) - np.log(kernel) / 2
     return float(choices[sizes > sizes.max() - 1e-9].max())  # the right one of two equal maxima

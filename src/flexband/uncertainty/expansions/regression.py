@@ -71,15 +71,15 @@ def candidates(dimension: int) -> np.ndarray:
     All terms up to the total order 3 if these are few enough; otherwise those up to the total order
     2 and those of order 3 in one variable. If pairs are too many, those of the first variables.
     """
-    one = np.eye(dimension, dtype=int)
-    found = [0 * one[:1]] + [k * one for k in range(1, MAX_PURE_ORDER + 1)]
+    unit = np.eye(dimension, dtype=int)
+    terms = [0 * unit[:1]] + [k * unit for k in range(1, MAX_PURE_ORDER + 1)]
     a, b = np.triu_indices(min(dimension, int(math.sqrt(2 * MAX_CANDIDATES))), 1)
-    found.append(one[a] + one[b])
+    terms.append(unit[a] + unit[b])
     if math.comb(dimension + 3, 3) <= MAX_CANDIDATES:
         triples = list(itertools.combinations(range(dimension), 3))
-        found += [2 * one[a] + one[b], one[a] + 2 * one[b]]
-        found += [one[np.array(triples)].sum(axis=1)] if triples else []
-    return np.concatenate(found)
+        terms += [2 * unit[a] + unit[b], unit[a] + 2 * unit[b]]
+        terms += [unit[np.array(triples)].sum(axis=1)] if triples else []
+    return np.concatenate(terms)
 
 
 def normalized_values(
@@ -127,10 +127,10 @@ def sparse_fit(
         return error, correction, np.flatnonzero(kind)[which]
 
     pure = np.count_nonzero(index, axis=1) <= 1
-    found = [path(orders <= 1), path(pure), path(orders >= 0)]
-    first = index[found[0][2][1:2]].any(axis=0)  # the most important variable, if any
-    found.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
-    _, correction, which = min(found, key=lambda path: path[0])
+    fits = [path(orders <= 1), path(pure), path(orders >= 0)]
+    first = index[fits[0][2][1:2]].any(axis=0)  # the most important variable, if any
+    fits.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
+    _, correction, which = min(fits, key=lambda path: path[0])
     Q, R = np.linalg.qr(values[:, which])
     return SparseFit(which, np.linalg.solve(R, Q.T @ series), correction)
 
@@ -174,9 +174,9 @@ def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float,
         which.append(int(np.argmax(np.where(free, gain, -1.0))) if which else 0)
         Q, inverse = _with_column(Q, inverse, values[:, which[-1]])
         q = Q[:, -1]
-        here, shared = q @ rest, values.T @ q
-        rest, new = rest - np.outer(q, here), new - shared**2
-        match = match - np.outer(shared, here)
+        projection, shared = q @ rest, values.T @ q
+        rest, new = rest - np.outer(q, projection), new - shared**2
+        match = match - np.outer(shared, projection)
         P = len(which)
         lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
         T = runs / (runs - P) * (1 + np.sum(inverse**2))

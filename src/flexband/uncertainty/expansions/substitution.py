@@ -79,17 +79,17 @@ def random_part(
 
     @cache
     def projected(order: int) -> tuple[np.ndarray, np.ndarray]:
-        found = missed = np.ones((1, 1))
+        matrix = missed = np.ones((1, 1))
         for more in range(order, order + MORE_ORDERS + 1):
             x, weights = new.gauss(order + more + 2)
-            values, own = old.values(order, function(x)), new.values(more, x)
+            values, new_values = old.values(order, function(x)), new.values(more, x)
             norms = new.norms(more)
-            found = (values * weights[:, None]).T @ own / norms
+            matrix = (values * weights[:, None]).T @ new_values / norms
             square = weights @ values**2
-            missed = square - found**2 @ norms
+            missed = square - matrix**2 @ norms
             if order == 0 or np.all(missed <= PRECISION * square):
                 break
-        return found, np.maximum(missed, 0.0)
+        return matrix, np.maximum(missed, 0.0)
 
     return Substitution(lambda k: projected(k)[0], missed=lambda k: projected(k)[1])
 
@@ -111,13 +111,13 @@ def substituted(
     InputError
         If a random variable is too curved a function of the new one.
     """
-    for variable, own in substitutions.items():
-        if own.missed is not None:
-            _check_missed(expansion, own.missed, expansion.index[:, variable])
+    for variable, substitution in substitutions.items():
+        if substitution.missed is not None:
+            _check_missed(expansion, substitution.missed, expansion.index[:, variable])
     index, transform = expansion.index, eye_array(len(expansion.index), format="csr")
-    for variable, own in substitutions.items():
+    for variable, substitution in substitutions.items():
         orders = index[:, variable]
-        matrix = own.matrix(int(orders.max(initial=0)))
+        matrix = substitution.matrix(int(orders.max(initial=0)))
         matrix = np.where(np.abs(matrix) > ROUNDING * np.abs(matrix).max(), matrix, 0.0)
         term, order = np.nonzero(matrix[orders])
         new = index[term]
@@ -127,8 +127,10 @@ def substituted(
         )
         entries = matrix[orders[term], order], (which.ravel()[1:], term)
         transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
-    left = [v for v in range(index.shape[1]) if v not in substitutions or substitutions[v].remains]
-    return HybridExpansion(tuple(families), index[:, left], transform @ expansion.coefficients)
+    variables = [
+        v for v in range(index.shape[1]) if v not in substitutions or substitutions[v].remains
+    ]
+    return HybridExpansion(tuple(families), index[:, variables], transform @ expansion.coefficients)
 
 
 def _check_missed(

@@ -62,14 +62,16 @@ class NodePolynomials:
 
     def of_intervals(self, eta: np.ndarray) -> np.ndarray:
         """Return w² at η, shape (…, m)."""
-        own = [_of_nodes(x, at) for x, at in zip(self.nodes, np.moveaxis(eta, -1, 0), strict=True)]
-        return np.stack(own, axis=-1) if own else np.zeros(eta.shape)
+        values = [
+            _of_nodes(x, at) for x, at in zip(self.nodes, np.moveaxis(eta, -1, 0), strict=True)
+        ]
+        return np.stack(values, axis=-1) if values else np.zeros(eta.shape)
 
     def of_random(self, xi: np.ndarray) -> np.ndarray:
         """Return w² at ξ, shape (runs, n)."""
-        own = zip(self.families, self.orders, xi.T, strict=True)
-        found = [f.values(k + 1, x)[:, -1] ** 2 / f.norms(k + 1)[-1] for f, k, x in own]
-        return np.stack(found, axis=-1) if found else np.zeros(xi.shape)
+        variables = zip(self.families, self.orders, xi.T, strict=True)
+        values = [f.values(k + 1, x)[:, -1] ** 2 / f.norms(k + 1)[-1] for f, k, x in variables]
+        return np.stack(values, axis=-1) if values else np.zeros(xi.shape)
 
     def missed(self, held: ResponseRuns, missed: np.ndarray) -> np.ndarray:
         """Return the mean square of a_v in each variable, intervals first, (outputs, variables).
@@ -94,11 +96,13 @@ class NodePolynomials:
 
     def places(self) -> np.ndarray:
         """Return η at nodes, between them and at the ends, (places, m); some, if there are many."""
-        own = [np.unique([-1.0, 1.0, *x, *(x[1:] + x[:-1]) / 2]) for x in map(np.sort, self.nodes)]
-        if np.prod([float(len(x)) for x in own]) <= MOST_POINTS:
-            return tensor_points(own)
+        coordinates = [
+            np.unique([-1.0, 1.0, *x, *(x[1:] + x[:-1]) / 2]) for x in map(np.sort, self.nodes)
+        ]
+        if np.prod([float(len(x)) for x in coordinates]) <= MOST_POINTS:
+            return tensor_points(coordinates)
         rng = np.random.default_rng(0)
-        return np.stack([rng.choice(x, MOST_POINTS) for x in own], axis=-1)
+        return np.stack([rng.choice(x, MOST_POINTS) for x in coordinates], axis=-1)
 
 
 def error_of_bands(
@@ -126,11 +130,11 @@ def error_of_bands(
         missed = np.sqrt(polynomials.of_intervals(eta) @ of_intervals.T)[..., None] * some
         for k, ends in enumerate(BANDS):
             for which, bound in ends:
-                found, side = error.extremes[which], 2 * bound - 1
+                extremes, side = error.extremes[which], 2 * bound - 1
                 beyond = side * (mean + SIGMAS[which] * std)
                 rise = (beyond + missed).max(axis=0)
-                rise -= np.maximum(side * found.values[bound], beyond.max(axis=0))
-                w = np.maximum(polynomials.of_intervals(found.places[bound]), AT_NODES**2)
+                rise -= np.maximum(side * extremes.values[bound], beyond.max(axis=0))
+                w = np.maximum(polynomials.of_intervals(extremes.places[bound]), AT_NODES**2)
                 there = np.sqrt(np.einsum("otv,ov->ot", w, of_intervals)) * some
                 parts[k] += np.maximum(rise, there).mean(axis=-1) / 2
     if random:
@@ -158,8 +162,8 @@ def largest_error(error: ExpectedError, m: int) -> np.ndarray:
 
 def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return μ and σ at η at some of the times, each of shape (places, outputs, times)."""
-    found = [one.moments(eta) for one in error.expansions]
-    mean, std = (joined(error.expansions, own, 1) for own in zip(*found, strict=True))
+    moments = [expansion.moments(eta) for expansion in error.expansions]
+    mean, std = (joined(error.expansions, values, 1) for values in zip(*moments, strict=True))
     return mean, std
 
 

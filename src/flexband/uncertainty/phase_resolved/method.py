@@ -87,7 +87,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         values = evaluate(xi, eta)
         runs, dt = ResponseRuns(xi, eta, series(values)), step(values)
         fits = [PartsFit.of(design, stage) for stage in decompose(runs.values, dt)]
-        fitted, held = (runs.which(own) for own in np.s_[: len(design), len(design) :])
+        fitted, held = (runs.which(rows) for rows in np.s_[: len(design), len(design) :])
         choice = BestFits.of(fits, fitted, held, HELD, RareRuns.none(held))
         of_one = quantities(evaluate, runs.values.shape[1])
         units = units_of(values)
@@ -95,7 +95,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         polynomials = NodePolynomials(nodes, space.families, random_orders)
         least = least_error(runs.values, units)[:, None]
         both = np.maximum(error_of_bands(polynomials, held, error), least)
-        told = diagnostics(
+        dataset = diagnostics(
             values,
             both,
             error.of_outputs(both),
@@ -104,11 +104,11 @@ class PhaseResolvedPCCI(ImprovedPCCI):
             choice.frequencies,
         )
         for band in ("mean", "error_bar"):
-            told[f"{band}_expansion_error"] = told[f"{band}_expected_error"]
+            dataset[f"{band}_expansion_error"] = dataset[f"{band}_expected_error"]
         worst = AT_ONE_TIME * np.maximum(largest_error(error, len(nodes)), least)
-        told["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
+        dataset["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
         relative = error.relative(both)
-        told = told.assign_attrs(
+        dataset = dataset.assign_attrs(
             expected_error=relative,
             expansion_error=relative,
             discretization_error="not estimated",
@@ -118,7 +118,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         )
         overshoot = share(len(nodes)) * choice.overshoot
         checked = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
-        return Surrogate(space, values[:0], tuple(choice.expansions()), told, checked)
+        return Surrogate(space, values[:0], tuple(choice.expansions()), dataset, checked)
 
 
 @dataclass(frozen=True)

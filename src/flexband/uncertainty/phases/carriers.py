@@ -50,15 +50,15 @@ class Carrier:
     @property
     def signal(self) -> np.ndarray:
         """Re[Z e^{iφ}]."""
-        found = _by_output(self.envelope.shape, float)
-        for of_output, signal in zip(np.moveaxis(found, 1, 0), self.of_outputs(), strict=True):
+        signals = _by_output(self.envelope.shape, float)
+        for of_output, signal in zip(np.moveaxis(signals, 1, 0), self.of_outputs(), strict=True):
             of_output[:] = signal
-        return found
+        return signals
 
     def of_outputs(self) -> Iterator[np.ndarray]:
         """Yield Re[Z e^{iφ}] of one output after the other, each of shape (runs, times)."""
         turn = np.exp(1j * self.phase)
-        yield from (np.real(own * turn) for own in np.moveaxis(self.envelope, 1, 0))
+        yield from (np.real(envelope * turn) for envelope in np.moveaxis(self.envelope, 1, 0))
 
     def add_to(self, values: np.ndarray, factor: float = 1.0) -> None:
         """Add so many times the signal to values of shape (runs, outputs, times), in place."""
@@ -127,7 +127,7 @@ def split(
     are split at once.
     """
     blocks = (slice(k, k + RUNS_AT_ONCE) for k in range(0, len(F), RUNS_AT_ONCE))
-    envelope, share = zip(*(_split(F[own], psi[own], moments) for own in blocks), strict=True)
+    envelope, share = zip(*(_split(F[rows], psi[rows], moments) for rows in blocks), strict=True)
     return np.concatenate(envelope), np.concatenate(share)
 
 
@@ -146,12 +146,12 @@ def _split(
     G[..., range(size), range(size)] += 1e-9 * weights.max()
     right = [window_sums(moments[: len(powers)], F * wave[:, None]) for wave in waves]
     right = np.moveaxis(np.concatenate(right, axis=-1), 1, 3)
-    found = np.linalg.solve(G, right)
+    solution = np.linalg.solve(G, right)
     rest = window_sums(moments[:1], F * F)[..., 0]
-    rest = rest - np.moveaxis(np.sum(found * right, axis=2), 1, 2)
-    cosine, sine = (np.moveaxis(found[:, :, k * len(powers)], 2, 1) for k in (1, 2))
-    own = (cosine**2 + sine**2) / 2 * weights
-    return cosine - 1j * sine, own / np.maximum(own + np.maximum(rest, 0.0), 1e-300)
+    rest = rest - np.moveaxis(np.sum(solution * right, axis=2), 1, 2)
+    cosine, sine = (np.moveaxis(solution[:, :, k * len(powers)], 2, 1) for k in (1, 2))
+    energy = (cosine**2 + sine**2) / 2 * weights
+    return cosine - 1j * sine, energy / np.maximum(energy + np.maximum(rest, 0.0), 1e-300)
 
 
 def _by_output(shape: tuple[int, ...], kind: type) -> np.ndarray:

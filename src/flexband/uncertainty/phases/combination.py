@@ -22,8 +22,10 @@ def combined(expansions: Sequence[Expansion], weights: np.ndarray) -> Expansion:
     ----------
     weights : of the outputs by number, shape (combinations, outputs).
     """
-    own = [one for one in expansions if np.any(weights[:, one.outputs])]
-    parts = reduce(_sum, (_of_one(one, weights[:, one.outputs]) for one in own))
+    summands = [expansion for expansion in expansions if np.any(weights[:, expansion.outputs])]
+    parts = reduce(
+        _sum, (_of_one(expansion, weights[:, expansion.outputs]) for expansion in summands)
+    )
     return expansion_of(np.arange(len(weights)), *parts)
 
 
@@ -40,24 +42,24 @@ def _of_one(expansion: Expansion, weights: np.ndarray) -> Parts:
         parts = expansion.values
     rows = parts.coefficients.reshape(len(parts.index), columns.width, -1)
     base, carriers = columns.unpack(rows.reshape(len(rows), -1))
-    found = [weights @ base]
+    blocks = [weights @ base]
     for phase, *envelope in carriers:
-        found += [phase, *(weights @ one for one in envelope)]
-    series = np.concatenate(found, axis=1).reshape(len(rows), -1)
+        blocks += [phase, *(weights @ part for part in envelope)]
+    series = np.concatenate(blocks, axis=1).reshape(len(rows), -1)
     return replace(parts, coefficients=series), PartColumns.of(len(weights), columns.carriers)
 
 
-def _sum(one: Parts, other: Parts) -> Parts:
+def _sum(summand: Parts, other: Parts) -> Parts:
     """Return the parts of a sum, which has the carriers of both."""
-    columns = PartColumns.of(one[1].outputs, one[1].carriers + other[1].carriers)
+    columns = PartColumns.of(summand[1].outputs, summand[1].carriers + other[1].carriers)
     first = 0
     placed = []
-    for parts, own in (one, other):
-        rows = parts.coefficients.reshape(len(parts.index), own.width, -1)
+    for parts, layout in (summand, other):
+        rows = parts.coefficients.reshape(len(parts.index), layout.width, -1)
         wide = np.zeros((len(rows), columns.width, rows.shape[2]))
-        wide[:, : own.outputs] = rows[:, : own.outputs]
-        at = own.outputs + first * columns.block
-        wide[:, at : at + own.width - own.outputs] = rows[:, own.outputs :]
-        first += own.carriers
+        wide[:, : layout.outputs] = rows[:, : layout.outputs]
+        at = layout.outputs + first * columns.block
+        wide[:, at : at + layout.width - layout.outputs] = rows[:, layout.outputs :]
+        first += layout.carriers
         placed.append(replace(parts, coefficients=wide.reshape(len(rows), -1)))
     return placed[0] + placed[1], columns

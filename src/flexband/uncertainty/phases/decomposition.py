@@ -72,21 +72,21 @@ def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
     """
     stage = Stage([], F)
     yield stage
-    scale = np.sqrt([np.mean(own.var(axis=-1)) for own in np.moveaxis(F, 1, 0)])
+    scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
     scale, least = np.where(scale > 0, scale, 1.0), 0.0
     multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
     while F.shape[-1] >= MIN_TIMES and len(stage.carriers) < MAX_CARRIERS:
-        found, rest = stage
-        own, varying = spectra(rest, scale)
-        least = least if found else MIN_ENERGY * varying.sum()
-        peaks = detect(own, varying, F.shape[-1], dt, least)[:MAX_PEAKS]
-        new, multiple = _next_carrier(rest, dt, found, scale, peaks)
+        known_carriers, rest = stage
+        energy, varying = spectra(rest, scale)
+        least = least if known_carriers else MIN_ENERGY * varying.sum()
+        peaks = detect(energy, varying, F.shape[-1], dt, least)[:MAX_PEAKS]
+        new, multiple = _next_carrier(rest, dt, known_carriers, scale, peaks)
         if new is None:
             break
-        carriers, rest = [*found, new], np.copy(rest)  # earlier stages keep theirs
+        carriers, rest = [*known_carriers, new], np.copy(rest)  # earlier stages keep theirs
         new.add_to(rest, -1.0)
         multiples.append(multiple)
-        for j in range(len(carriers) if found else 0):
+        for j in range(len(carriers) if known_carriers else 0):
             old, h = carriers[j], multiples[j]
             old.add_to(rest)
             psi = h * carriers[0].phase if h else old.phase
@@ -100,7 +100,7 @@ def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
 def _next_carrier(
     rest: np.ndarray,
     dt: float,
-    found: list[Carrier],
+    carriers: list[Carrier],
     scale: np.ndarray,
     peaks: list[np.ndarray],
 ) -> tuple[Carrier | None, int]:
@@ -111,16 +111,16 @@ def _next_carrier(
         carrier = track(rest, dt, middle, frequencies[:, None] * ramp, scale, PASSES)
         if carrier is not None:
             return carrier, 0
-        ratio = middle / found[0].frequency if found else 0.0
+        ratio = middle / carriers[0].frequency if carriers else 0.0
         multiple = round(ratio)
         if multiple > 1 and abs(ratio / multiple - 1) < HARMONIC_TOLERANCE:
-            carrier = track(rest, dt, middle, multiple * found[0].phase, scale, 0)
+            carrier = track(rest, dt, middle, multiple * carriers[0].phase, scale, 0)
             return carrier, multiple
     return None, 0
 
 
 def detect(
-    own: np.ndarray, varying: np.ndarray, times: int, dt: float, least: float
+    energy: np.ndarray, varying: np.ndarray, times: int, dt: float, least: float
 ) -> list[np.ndarray]:
     """Return the frequency in every run, shape (runs,), of each candidate, the strongest first.
 
@@ -130,7 +130,7 @@ def detect(
 
     Parameters
     ----------
-    own, varying : `spectra` of the runs, at so many times.
+    energy, varying : `spectra` of the runs, at so many times.
     """
     frequency = np.fft.rfftfreq(times, dt)
     summed = np.concatenate([[0.0], np.cumsum(varying)])
@@ -139,17 +139,17 @@ def detect(
         low, high = (np.searchsorted(frequency, g) for g in (f / BAND_RATIO, BAND_RATIO * f))
         return summed[high] - summed[low]
 
-    here = band(frequency)
-    ok = (frequency >= MIN_CYCLES / (times * dt)) & (frequency <= 0.4 / dt) & (here > least)
+    band_energy = band(frequency)
+    ok = (frequency >= MIN_CYCLES / (times * dt)) & (frequency <= 0.4 / dt) & (band_energy > least)
     for beside in (frequency / BAND_RATIO**2, frequency * BAND_RATIO**2):
-        ok &= here > 2 * band(beside)
-    found = []
+        ok &= band_energy > 2 * band(beside)
+    candidates = []
     while ok.any():
-        peak = frequency[np.argmax(np.where(ok, here, 0.0))]
-        near = own * ((frequency > peak / 1.25) & (frequency < peak * 1.25))
-        found.append(near @ frequency / np.maximum(near.sum(1), 1e-300))
+        peak = frequency[np.argmax(np.where(ok, band_energy, 0.0))]
+        near = energy * ((frequency > peak / 1.25) & (frequency < peak * 1.25))
+        candidates.append(near @ frequency / np.maximum(near.sum(1), 1e-300))
         ok &= (frequency < peak / 1.5) | (frequency > peak * 1.5)
-    return found
+    return candidates
 
 
 def spectra(F: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -160,12 +160,12 @@ def spectra(F: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     runs, _, times = F.shape
     x, window = np.linspace(-1, 1, times), np.hanning(times)
-    own, varying = np.zeros((runs, times // 2 + 1)), np.zeros(times // 2 + 1)
+    energy, varying = np.zeros((runs, times // 2 + 1)), np.zeros(times // 2 + 1)
     for G, size in zip(np.moveaxis(F, 1, 0), scale, strict=True):
         bent = G - G.mean(axis=-1, keepdims=True)
         bent -= (G @ x / (x @ x))[:, None] * x
         bent *= window / size
         z = np.fft.rfft(bent)
-        own += np.abs(z) ** 2
+        energy += np.abs(z) ** 2
         varying += np.sum(np.abs(z - z.mean(axis=0)) ** 2, axis=0)
-    return own, varying
+    return energy, varying

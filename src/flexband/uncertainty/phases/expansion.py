@@ -66,8 +66,8 @@ class PhaseExpansion:
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         blocks = PartTerms.of(self.parts, self.columns).blocks()
-        found = [mean_and_std(terms.table(eta), terms.moments) for _, terms in blocks]
-        mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*found, strict=True))
+        moments = [mean_and_std(terms.table(eta), terms.moments) for _, terms in blocks]
+        mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*moments, strict=True))
         return mean, std
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
@@ -77,8 +77,10 @@ class PhaseExpansion:
         values, places = np.empty(shape), np.empty((*shape, terms.interval_dimension))
 
         def solve(block: tuple[slice, PartTerms]) -> None:
-            times, own = block
-            values[..., times], places[..., times, :] = _search(own, targets, self.columns.outputs)
+            times, block_terms = block
+            values[..., times], places[..., times, :] = _search(
+                block_terms, targets, self.columns.outputs
+            )
 
         in_threads(solve, terms.blocks())
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]

@@ -57,21 +57,21 @@ class Grid(NamedTuple):
         lagrange = np.zeros((*fine.shape[:2], AXIS + PLANE))
         nodes = np.zeros((n, AXIS, highest + 1))
         for v, (family, (x, w)) in enumerate(zip(families, rules, strict=True)):
-            fine[v, : len(x)], own = family.values(highest, x), family.sequence(AXIS)
-            nodes[v] = family.values(highest, own)
+            fine[v, : len(x)], coordinates = family.values(highest, x), family.sequence(AXIS)
+            nodes[v] = family.values(highest, coordinates)
             polynomials = [family.values(count - 1, x) for count in (AXIS, PLANE)]
-            inverse = [np.linalg.inv(family.values(c - 1, own[:c])) for c in (AXIS, PLANE)]
+            inverse = [np.linalg.inv(family.values(c - 1, coordinates[:c])) for c in (AXIS, PLANE)]
             ell = [p @ i for p, i in zip(polynomials, inverse, strict=True)]
             lagrange[v, : len(x)] = np.concatenate(ell, axis=1) * w[:, None]
         axes = [(v, k, -1, 0) for v in range(n) for k in range(AXIS)]
         planes = product(combinations(range(n), 2), range(PLANE), range(PLANE))
         products = [(-1, 0, -1, 0), *axes, *((v, k, u, i) for (v, u), k, i in planes)]
         points = np.zeros((len(products), n), dtype=int)
-        for own, (v, k, u, i) in zip(points, products, strict=True):
+        for coordinates, (v, k, u, i) in zip(points, products, strict=True):
             if v >= 0:
-                own[v] = k
+                coordinates[v] = k
             if u >= 0:
-                own[u] = i
+                coordinates[u] = i
         where, point = np.unique(points, axis=0, return_inverse=True)
         return Grid(fine, lagrange, nodes, where, np.column_stack([products, point.ravel()]))
 
@@ -148,21 +148,21 @@ def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     """Fill the weights of all points, and subtract Σ_v ψ_v from the phase `rest` there."""
     fine, lagrange, nodes, where, products = grid
     n, highest = fine.shape[0], fine.shape[2]
-    own, fast = np.zeros((n, highest)), np.zeros((n, nodes.shape[1]))
+    axis_phase, fast = np.zeros((n, highest)), np.zeros((n, nodes.shape[1]))
     W, M = np.zeros((n, lagrange.shape[2]), np.complex128), np.zeros(n, np.complex128)
     for j in range(len(phase)):
         v = np.argmax(orders[j])
         if orders[j].sum() == orders[j, v]:
-            own[v, orders[j, v]] = phase[j]
+            axis_phase[v, orders[j, v]] = phase[j]
     for v in range(n):
-        own[v, 0] = 0.0
+        axis_phase[v, 0] = 0.0
         for k in range(nodes.shape[1]):
             for j in range(highest):
-                fast[v, k] += own[v, j] * nodes[v, k, j]
+                fast[v, k] += axis_phase[v, j] * nodes[v, k, j]
         for f in range(fine.shape[1]):
             angle = 0.0
             for j in range(highest):
-                angle += own[v, j] * fine[v, f, j]
+                angle += axis_phase[v, j] * fine[v, f, j]
             turn = complex(np.cos(angle), np.sin(angle))
             for k in range(lagrange.shape[2]):
                 W[v, k] += lagrange[v, f, k] * turn
@@ -173,15 +173,15 @@ def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     weights[:] = 0.0
     for row in range(len(products)):
         v, k, u, i, q = products[row]
-        one = 1.0 + 0j
+        weight = 1.0 + 0j
         for x in range(n):
             if x == v:
-                one *= W[v, k if u < 0 else AXIS + k]
+                weight *= W[v, k if u < 0 else AXIS + k]
             elif x == u:
-                one *= W[u, AXIS + i]
+                weight *= W[u, AXIS + i]
             else:
-                one *= M[x]
-        weights[q] += one
+                weight *= M[x]
+        weights[q] += weight
     for q in range(len(where)):
         for v in range(n):
             rest[q] -= fast[v, where[q, v]]

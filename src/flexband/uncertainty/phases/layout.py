@@ -70,9 +70,9 @@ class PartColumns(NamedTuple):
         packed = np.empty((runs, self.width, times))
         base, carriers = self.unpack(packed.reshape(runs, -1))
         base[:] = stage.base
-        for own, c in zip(carriers, stage.carriers, strict=True):
+        for columns, c in zip(carriers, stage.carriers, strict=True):
             parts = c.phase[:, None], np.real(c.envelope), np.imag(c.envelope)
-            for part, values in zip(own, parts, strict=True):
+            for part, values in zip(columns, parts, strict=True):
                 part[:] = values
         return packed.reshape(runs, -1)
 
@@ -84,7 +84,7 @@ class PartColumns(NamedTuple):
         blocks = (rows[..., first : first + self.block, :] for first in starts)
         split = 1 + self.outputs
         return rows[..., : self.outputs, :], [
-            (own[..., :1, :], own[..., 1:split, :], own[..., split:, :]) for own in blocks
+            (block[..., :1, :], block[..., 1:split, :], block[..., split:, :]) for block in blocks
         ]
 
     def join(self, series: np.ndarray, *, single: bool = False) -> np.ndarray:
@@ -119,8 +119,8 @@ class PartColumns(NamedTuple):
 
     def of_outputs(self, which: np.ndarray) -> np.ndarray:
         """Return the columns of some outputs, counted from 0."""
-        own = np.concatenate([[self.phase], self.real + which, self.imag + which])
-        blocks = self.block * np.arange(self.carriers)[:, None] + own
+        columns = np.concatenate([[self.phase], self.real + which, self.imag + which])
+        blocks = self.block * np.arange(self.carriers)[:, None] + columns
         return np.concatenate([which, blocks.ravel()])
 
 
@@ -167,7 +167,7 @@ class MomentColumns(NamedTuple):
 
 def turning_parts(carriers: int) -> np.ndarray:
     """Return what turns in σ²: first rows (c, −1, 0) for φ̄_c, then (c, d, ±1) for φ̄_c ± φ̄_d."""
-    own = range(carriers)
-    sums = [(c, d, 1) for c, d in combinations_with_replacement(own, 2)]
-    differences = [(c, d, -1) for c, d in combinations(own, 2)]
-    return np.array([(c, -1, 0) for c in own] + sums + differences, dtype=int).reshape(-1, 3)
+    numbers = range(carriers)
+    sums = [(c, d, 1) for c, d in combinations_with_replacement(numbers, 2)]
+    differences = [(c, d, -1) for c, d in combinations(numbers, 2)]
+    return np.array([(c, -1, 0) for c in numbers] + sums + differences, dtype=int).reshape(-1, 3)

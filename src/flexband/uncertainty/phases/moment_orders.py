@@ -65,7 +65,7 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
     Those of the expansion of the parts are among them, since phases are among the smooth moments.
     """
     m = terms.interval_dimension
-    own = terms.expansion.interval_index
+    interval_index = terms.expansion.interval_index
     value, fluctuation, mixed, turned = _sizes(terms)
     turn = _of_exponential(mixed)
     mean = value.times(turn)
@@ -82,9 +82,9 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
     part = 1.0
     while True:
         chosen = needed[share <= part * m]
-        found = closed(np.concatenate([np.zeros((1, m), int), own, chosen]))
-        if len(found) <= MAX_TERMS or not len(chosen):
-            return found
+        orders = closed(np.concatenate([np.zeros((1, m), int), interval_index, chosen]))
+        if len(orders) <= MAX_TERMS or not len(chosen):
+            return orders
         part *= 0.9
 
 
@@ -107,15 +107,15 @@ def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
     phase = 0.0 * phase if terms.saturated else 2 * phase
     weights = (size, size * random, phase * index.any(axis=1), phase)
     value, fluctuation, mixed, turned = (
-        Sizes.of(index, own).largest(2 * MAX_TERMS) for own in weights
+        Sizes.of(index, weight).largest(2 * MAX_TERMS) for weight in weights
     )
     return value, fluctuation, mixed, turned
 
 
 def _of_exponential(mixed: Sizes) -> Sizes:
     """Return sizes of the coefficients of E e^{iφ̃}."""
-    one = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones(1))
-    total, power, before = one, one, 1.0
+    unit = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones(1))
+    total, power, before = unit, unit, 1.0
     factor = 1.0  # k!!
     for k in range(1, MAX_POWERS):
         power = power.times(mixed)

@@ -26,16 +26,16 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
     c, d, s = turning_parts(columns.carriers).T
     phases = table[..., columns.phase :]
     angles = phases[..., c] + s * phases[..., d] * (s != 0)
-    own = table[..., : columns.phase].reshape(*table.shape[:-1], columns.outputs, -1)
+    blocks = table[..., : columns.phase].reshape(*table.shape[:-1], columns.outputs, -1)
 
     def turned(real: int, imag: int, angles: np.ndarray) -> np.ndarray:
         count = angles.shape[-1]
-        re, im = own[..., real : real + count], own[..., imag : imag + count]
+        re, im = blocks[..., real : real + count], blocks[..., imag : imag + count]
         return np.sum(re * np.cos(angles)[..., None, :] - im * np.sin(angles)[..., None, :], -1)
 
-    mean = own[..., columns.mean] + turned(columns.mean_real, columns.mean_imag, phases)
+    mean = blocks[..., columns.mean] + turned(columns.mean_real, columns.mean_imag, phases)
     turning = turned(columns.turn_real, columns.turn_imag, angles)
-    return mean, np.sqrt(np.maximum(own[..., columns.variance] + turning, 0.0))
+    return mean, np.sqrt(np.maximum(blocks[..., columns.variance] + turning, 0.0))
 
 
 @compiled
@@ -73,12 +73,12 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
     second : E of the products of each row of `turning`, shape (outputs, turns).
     """
     for o in range(columns.outputs):
-        own, A = row[o * columns.block : (o + 1) * columns.block], first[o]
-        own[columns.mean] = rows[0, o] + mean[o]
-        own[columns.variance] = base[o] - mean[o] ** 2
+        block, A = row[o * columns.block : (o + 1) * columns.block], first[o]
+        block[columns.mean] = rows[0, o] + mean[o]
+        block[columns.variance] = base[o] - mean[o] ** 2
         for c in range(columns.carriers):
-            own[columns.variance] += 0.5 * (square[o, c] - A[c].real ** 2 - A[c].imag ** 2)
-            own[columns.mean_real + c], own[columns.mean_imag + c] = A[c].real, A[c].imag
+            block[columns.variance] += 0.5 * (square[o, c] - A[c].real ** 2 - A[c].imag ** 2)
+            block[columns.mean_real + c], block[columns.mean_imag + c] = A[c].real, A[c].imag
         for k in range(columns.turns):
             c, d, s = turning[k]
             if s == 0:
@@ -87,7 +87,7 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
                 G = (second[o, k] - A[c] * A[d]) * (0.5 if c == d else 1.0)
             else:
                 G = second[o, k] - A[c] * np.conj(A[d])
-            own[columns.turn_real + k], own[columns.turn_imag + k] = G.real, G.imag
+            block[columns.turn_real + k], block[columns.turn_imag + k] = G.real, G.imag
     for c in range(columns.carriers):
         row[columns.phase + c] = rows[0, parts.phase + c * parts.block]
 
@@ -105,8 +105,8 @@ def product(a, b):
 def workspace(width, points, carriers):
     """Return arrays for `average`."""
     shape = carriers, points
-    own = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
-    return np.empty((width, points)), np.empty(points), *own, np.empty(shape), np.empty(shape)
+    waves = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
+    return np.empty((width, points)), np.empty(points), *waves, np.empty(shape), np.empty(shape)
 
 
 @compiled

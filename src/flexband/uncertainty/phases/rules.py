@@ -97,13 +97,13 @@ def axis_rule(
         return points[:, None] * (np.arange(n) == v), np.append(w, -1.0)
 
     others = [v for v in range(n) if v != first and orders[v] > 0]
-    found = [(np.zeros((1, n)), np.ones(1))]
-    found += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in others]
+    rules = [(np.zeros((1, n)), np.ones(1))]
+    rules += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in others]
     for v, u in combinations(others, 2):
         (x, a), (y, b) = (beyond(k, *families[k].gauss(in_pairs)) for k in (v, u))
-        found.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
-    points, which = np.unique(np.concatenate([x for x, _ in found]), axis=0, return_inverse=True)
-    weights = np.bincount(which.ravel(), np.concatenate([w for _, w in found]))
+        rules.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
+    points, which = np.unique(np.concatenate([x for x, _ in rules]), axis=0, return_inverse=True)
+    weights = np.bincount(which.ravel(), np.concatenate([w for _, w in rules]))
     x, w = rule(families[first], orders[first], reach[first])
     points = points + x[:, None, None] * (np.arange(n) == first)
     return points.reshape(-1, n) @ axes, np.outer(w, weights).ravel()
@@ -170,13 +170,13 @@ def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
         w[count // 2] -= 1.0
         return np.where(np.abs(x) < ZERO, 0.0, x)[:, None] * (np.arange(n) == v), w
 
-    found = [(np.zeros((1, n)), np.ones(1))]
+    rules = [(np.zeros((1, n)), np.ones(1))]
     for v in range(n):
-        found.append(beyond(v, 5 if v else 9))
+        rules.append(beyond(v, 5 if v else 9))
         for u in range(v if n <= MANY_AXES else min(v, 1)):
             (x, a), (y, b) = beyond(u, 3), beyond(v, 3)
-            found.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
-    points, weights = map(np.concatenate, zip(*found, strict=True))
+            rules.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
+    points, weights = map(np.concatenate, zip(*rules, strict=True))
     points, which = np.unique(points, axis=0, return_inverse=True)
     return points, np.bincount(which.ravel(), weights)
 

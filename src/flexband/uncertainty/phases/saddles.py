@@ -82,11 +82,11 @@ def by_saddles(
                     phase += s * rows[:, parts.phase + d * parts.block]
                 if saturated(phase, orders):
                     continue
-                found, scale = _contour(phase, orders, powers, saddle, frame)
-                if found:
+                good, scale = _contour(phase, orders, powers, saddle, frame)
+                if good:
                     _integrand(phase, orders, saddle, frame, rule, powers, basis, factors)
-                    found = _weighted(factors, weights, scale)
-                if not found:  # all by the same samples, so that no small σ² is lost in differences
+                    good = _weighted(factors, weights, scale)
+                if not good:  # all by the same samples, so that no small σ² is lost in differences
                     average(
                         rows, psi, sampled, parts, turning, work, mean, base, first, square, second
                     )
@@ -97,14 +97,14 @@ def by_saddles(
                     for o in range(outputs):
                         at = c * parts.block + o
                         x, y = parts.real + at, parts.imag + at
-                        one = factors[q] * complex(re[x] - im[y], im[x] + re[y])
+                        term = factors[q] * complex(re[x] - im[y], im[x] + re[y])
                         if s == 0:
-                            first[o, c] += one
-                            second[o, k] += one * complex(re[o] - rows[0, o], im[o])
+                            first[o, c] += term
+                            second[o, k] += term * complex(re[o] - rows[0, o], im[o])
                         else:
                             at = d * parts.block + o
                             x, y = parts.real + at, parts.imag + at
-                            second[o, k] += one * complex(re[x] - s * im[y], im[x] + s * re[y])
+                            second[o, k] += term * complex(re[x] - s * im[y], im[x] + s * re[y])
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 
@@ -185,7 +185,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
         if orders[j].sum() == 1:
             first[np.argmax(orders[j])] = phase[j]
     saddle[:] = 0.0
-    good, left = True, 0.0
+    good, step_size = True, 0.0
     for sweep in range(NEWTON_STEPS + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
         for a in range(n):  # curve = I − i∇²ψ becomes its factor R
@@ -196,8 +196,8 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
                     total -= curve[a, k] * curve[b, k]
                 good = good and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
-        left = np.abs(step).sum()
-        if sweep == NEWTON_STEPS or not good or left < 1e-6:
+        step_size = np.abs(step).sum()
+        if sweep == NEWTON_STEPS or not good or step_size < 1e-6:
             break
         substitute(curve, step)
         saddle += step
@@ -206,7 +206,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     for a in range(n):
         scale /= curve[a, a]
         frame[a, a] = 1.0
-    if not (good and size < 4 * SATURATED**2 and left < 1e-3 * SATURATED):
+    if not (good and size < 4 * SATURATED**2 and step_size < 1e-3 * SATURATED):
         saddle[:] = 0.0
         return False, 1.0 + 0j
     for b in range(n):  # L = R⁻ᵀ

@@ -70,9 +70,9 @@ def search(
                 for k in range(starts if m else 0):
                     if best[k] < np.inf:
                         copy(eta, points[which[k]])
-                        found = _descend(chosen, index, columns, turning, c, sign, eta)
-                        if found < values[a, o, t]:
-                            values[a, o, t] = found
+                        bound = _descend(chosen, index, columns, turning, c, sign, eta)
+                        if bound < values[a, o, t]:
+                            values[a, o, t] = bound
                             copy(places[a, o, t], eta)
                 values[a, o, t] *= sign
 
@@ -180,11 +180,13 @@ def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
         phase_slope = d[columns.block :]
         mean_slope, slope = _moments(d, turns, columns)
         for k in range(columns.turns):
-            one, other, s = turning[k]
-            turned = phase_slope[one] + (s * phase_slope[other] if s else 0.0)
+            carrier, other, s = turning[k]
+            turned = phase_slope[carrier] + (s * phase_slope[other] if s else 0.0)
             re, im = turns[k].real * turned, turns[k].imag * turned  # e^{iψ} ψ′, to be times i
             slope -= v[columns.turn_real + k] * im + v[columns.turn_imag + k] * re
             if s == 0:
-                mean_slope -= v[columns.mean_real + one] * im + v[columns.mean_imag + one] * re
+                mean_slope -= (
+                    v[columns.mean_real + carrier] * im + v[columns.mean_imag + carrier] * re
+                )
         gradient[a] = sign * (mean_slope + per_std * slope)
     return sign * (mean + c * std)

@@ -87,7 +87,7 @@ class PartTerms:
         count = max(1, min(MAX_BLOCKS, times // MIN_BLOCK_TIMES))
         ends = [times * k // count for k in range(count + 1)]
         blocks = itertools.starmap(slice, itertools.pairwise(ends))
-        return [(own, replace(self, coefficients=self.coefficients[own])) for own in blocks]
+        return [(block, replace(self, coefficients=self.coefficients[block])) for block in blocks]
 
     def reach(self, which: np.ndarray | None = None) -> np.ndarray:
         """Return how far the terms `which`, (…, terms), move a phase at most [rad].
@@ -105,8 +105,8 @@ class PartTerms:
         """
         random = self.index[:, self.interval_dimension :]
         beyond = SLOPE_RANGE ** random[:, self.normal].sum(axis=1)
-        own = self.reach()[self.interval_dimension :]
-        return np.where(self.normal, own, self.reach(random.T * beyond))
+        reach = self.reach()[self.interval_dimension :]
+        return np.where(self.normal, reach, self.reach(random.T * beyond))
 
     def slope(self) -> np.ndarray:
         """Return ∂φ/∂ξ at ξ = η = 0, shape (times, carriers, n)."""
@@ -127,16 +127,16 @@ class PartTerms:
         bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
         slope = self.slope()[:, :, self.normal]
         for c, d, s in self.turning:
-            one = slope[:, c] + s * slope[:, d] * (s != 0)
+            turn_slope = slope[:, c] + s * slope[:, d] * (s != 0)
             most = bend[:, c] + bend[:, d] * (s != 0)
-            if np.any(np.linalg.norm(one, axis=1) - most < SATURATED):
+            if np.any(np.linalg.norm(turn_slope, axis=1) - most < SATURATED):
                 return False
         return True
 
     def over_random(self) -> tuple[tuple[Family, ...], np.ndarray, np.ndarray, np.ndarray]:
         """Return families, orders, phase changes and slopes over ξ, which rules are made for."""
-        own = self.orders[self.interval_dimension :]
-        return self.expansion.families, own, self.turns(), np.concatenate(self.slope())
+        orders = self.orders[self.interval_dimension :]
+        return self.expansion.families, orders, self.turns(), np.concatenate(self.slope())
 
     def table(self, eta: np.ndarray, rule: Rule | None = None) -> np.ndarray:
         """Return the smooth moments at η of shape (points, m), shape (times, points, width).
@@ -149,23 +149,23 @@ class PartTerms:
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
-        own = self.coefficients, expansion.i, expansion.j, phi
+        terms = self.coefficients, expansion.i, expansion.j, phi
         index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
         if rule is None and self.saturated:
-            without_turning(*own, norms, *filled)
+            without_turning(*terms, norms, *filled)
             return table
         rule = rule or resolving_rule(*self.over_random())
         if rule is not None:
             xi, weights = rule
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
-            by_points(*own, psi, weights, *filled)
+            by_points(*terms, psi, weights, *filled)
         elif self.normal.all():
             xi = sobol_normal(len(families), SAMPLES)
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
-            by_saddles(*own, index, norms, *saddle_rule(len(families)), psi, *filled)
+            by_saddles(*terms, index, norms, *saddle_rule(len(families)), psi, *filled)
         else:
             grid = Grid.of(families, self.orders[m:], self.turns())
             psi = grid.values(index)
-            by_axes(*own, index, norms, grid, psi, *filled)
+            by_axes(*terms, index, norms, grid, psi, *filled)
         return table

@@ -14,12 +14,12 @@ MIN_GAIN = 1e-13
 
 
 @compiled
-def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
+def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
     """Move the variables of active lanes to the best values to try; leave those active that move.
 
     Parameters
     ----------
-    terms, own : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
+    terms, coefficients : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
     lines : see `search`.
     active, eta : shapes (lanes,) and (m, lanes).
     """
@@ -37,8 +37,8 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
         for t in range(terms.first[i], terms.first[i + 1]):
             j = terms.group[t]
             for n in range(lanes):
-                sums[j, n] += part[n] * own[t, n]
-                least_gain[n] += MIN_GAIN * abs(own[t, n])
+                sums[j, n] += part[n] * coefficients[t, n]
+                least_gain[n] += MIN_GAIN * abs(coefficients[t, n])
     aim(sums, c, sign, value)
     for step in range(MAX_SWEEPS * m):
         a, going = step % m, False
@@ -46,7 +46,7 @@ def descend(terms, own, c, sign, lines, active, eta):  # noqa: PLR0912
             going = going or (active[n] and unmoved[n] < m)
         if not going:
             break
-        highest = _along(terms, own, a, powers, part, sums, along)
+        highest = _along(terms, coefficients, a, powers, part, sums, along)
         for n in range(lanes):
             best[n], at[n], rest[n] = value[n] - least_gain[n], -1, 0.0
         for j in range(1, groups):
@@ -96,7 +96,7 @@ def _on_line(polynomials, highest, along, total):
 
 
 @compiled
-def _along(terms, own, a, powers, part, sums, along):
+def _along(terms, coefficients, a, powers, part, sums, along):
     """Fill the factors of each T_k(η_a) in the sums of each Ψ_j; return the highest k."""
     first, last = terms.first_owner[a], terms.first_owner[a + 1]
     highest = largest(terms.owner_order, first, last)
@@ -111,7 +111,7 @@ def _along(terms, own, a, powers, part, sums, along):
         for t in range(terms.first[i], terms.first[i + 1]):
             j = terms.group[t]
             for n in range(len(part)):
-                own_part = part[n] * own[t, n]
+                own_part = part[n] * coefficients[t, n]
                 along[k, j, n] += own_part
                 along[0, j, n] -= own_part * powers[0, k, a, n]
     return highest

@@ -52,10 +52,12 @@ def _extremes(
 
     def solve(first: int) -> None:
         some = slice(first, first + AT_ONCE)
-        own = np.ascontiguousarray((expansion.coefficients[order, some] * weight).T)
+        coefficients = np.ascontiguousarray((expansion.coefficients[order, some] * weight).T)
         # arrays of one layout, since the search is compiled for each that it is given
-        least, place = (np.empty((len(targets), len(own), *m)) for m in ((), (len(orders),)))
-        search(terms, grid, tried, own, targets, least, place)
+        least, place = (
+            np.empty((len(targets), len(coefficients), *m)) for m in ((), (len(orders),))
+        )
+        search(terms, grid, tried, coefficients, targets, least, place)
         values[:, some], places[:, some] = least, place
 
     in_threads(solve, range(0, series if sigmas else 0, AT_ONCE))

@@ -23,7 +23,7 @@ def copy(into, values):
 @compiled
 def largest(values, first, end):
     """Return the largest of the values from `first` on and before `end`, 0 at least."""
-    found = 0
+    maximum = 0
     for k in range(first, end):
-        found = max(found, values[k])
-    return found
+        maximum = max(maximum, values[k])
+    return maximum

@@ -20,14 +20,14 @@ MIN_RELATIVE_GAIN = 1e-13
 
 
 @compiled
-def polish(terms, own, c, sign, active, eta, reach, least):
+def polish(terms, coefficients, c, sign, active, eta, reach, least):
     """Move η of active lanes, (m, lanes), towards a minimum of sign (μ + c σ), and fill its value.
 
     It ends when most lanes have arrived; the others stay active, to be gone on with in company.
 
     Parameters
     ----------
-    terms, own : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
+    terms, coefficients : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
     reach : part of Newton's step to try next, 1 at a start.
     active, reach, least : shape (lanes,).
     """
@@ -50,8 +50,8 @@ def polish(terms, own, c, sign, active, eta, reach, least):
     for n in range(lanes):
         most += active[n]
     for k in range(MAX_STEPS):
-        _evaluate(terms, own, c, sign, trial, work, value, new_gradient, new_hessian)
-        left = 0
+        _evaluate(terms, coefficients, c, sign, trial, work, value, new_gradient, new_hessian)
+        remaining = 0
         for n in range(lanes):
             if not active[n]:
                 continue
@@ -69,20 +69,20 @@ def polish(terms, own, c, sign, active, eta, reach, least):
                     curve[a, b] = curve[b, a] = hessian[a, b, n]
             gain = step(x, slope, curve, reach[n], y)
             active[n] = gain > MIN_RELATIVE_GAIN * abs(least[n])
-            left += active[n]
+            remaining += active[n]
             for a in range(m):
                 trial[a, n] = y[a]
-        if left == 0 or (k > 0 and LEFT * left < most):
+        if remaining == 0 or (k > 0 and LEFT * remaining < most):
             break
 
 
 @compiled
-def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa: PLR0912
+def _evaluate(terms, coefficients, c, sign, eta, work, value, gradient, hessian):  # noqa: PLR0912
     """Fill sign (μ + c σ) at η, its gradient and the lower triangle of its Hessian."""
     powers, sums, along, slopes, (part, scale) = work
     m, groups, lanes = slopes.shape
     chebyshev_powers(eta, powers)
-    _sums(terms, own, powers, sums, slopes, part)
+    _sums(terms, coefficients, powers, sums, slopes, part)
     for n in range(lanes):
         scale[n] = 0.0
     for j in range(1, groups):
@@ -96,7 +96,7 @@ def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa
     for j in range(1, groups):  # the derivative of the value by each sum
         for n in range(lanes):
             along[j, n] = scale[n] * sums[j, n]
-    _curvatures(terms, own, powers, along, part, hessian)
+    _curvatures(terms, coefficients, powers, along, part, hessian)
     for a in range(m):
         for n in range(lanes):
             gradient[a, n] = 0.0
@@ -118,7 +118,7 @@ def _evaluate(terms, own, c, sign, eta, work, value, gradient, hessian):  # noqa
 
 
 @compiled
-def _sums(terms, own, powers, sums, slopes, part):
+def _sums(terms, coefficients, powers, sums, slopes, part):
     """Fill the sum of the terms of each Ψ_j and its derivatives by every variable."""
     lanes = len(part)
     fill(sums, 0.0)
@@ -129,7 +129,7 @@ def _sums(terms, own, powers, sums, slopes, part):
         for t in range(begin, end):
             j = terms.group[t]
             for n in range(lanes):
-                sums[j, n] += part[n] * own[t, n]
+                sums[j, n] += part[n] * coefficients[t, n]
         for f in range(terms.first_factor[i], terms.first_factor[i + 1]):
             a, k = terms.variable[f], terms.order[f]
             product(terms, i, a, powers, part)
@@ -138,11 +138,11 @@ def _sums(terms, own, powers, sums, slopes, part):
             for t in range(begin, end):
                 j = terms.group[t]
                 for n in range(lanes):
-                    slopes[a, j, n] += part[n] * own[t, n]
+                    slopes[a, j, n] += part[n] * coefficients[t, n]
 
 
 @compiled
-def _curvatures(terms, own, powers, along, part, hessian):
+def _curvatures(terms, coefficients, powers, along, part, hessian):
     """Fill the second derivatives of the terms, weighted by j, into the lower triangle."""
     lanes, weight = len(part), np.empty(len(part))
     fill(hessian, 0.0)
@@ -153,7 +153,7 @@ def _curvatures(terms, own, powers, along, part, hessian):
         for t in range(terms.first[i], terms.first[i + 1] if end > begin else 0):
             j = terms.group[t]
             for n in range(lanes):
-                weight[n] += own[t, n] * along[j, n]
+                weight[n] += coefficients[t, n] * along[j, n]
         for f in range(begin, end):
             a, k = terms.variable[f], terms.order[f]
             for g in range(begin, f + 1):

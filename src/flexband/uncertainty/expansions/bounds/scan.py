@@ -71,8 +71,8 @@ def lines(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return η to try in each variable, (m, count), their polynomials, and how many there are."""
     counts = np.array([2 * order + 3 if order else 1 for order in orders], dtype=int)
     points = np.zeros((len(counts), counts.max(initial=1)))
-    for own, count in zip(points, counts, strict=True):
-        own[:count] = lobatto(count)
+    for row, count in zip(points, counts, strict=True):
+        row[:count] = lobatto(count)
     values = np.ascontiguousarray(chebyshev_values(max(orders, default=0), points))
     return points, values, counts
 

@@ -64,8 +64,8 @@ def search(terms, scan, lines, coefficients, targets, values, places):
     resolved = places.shape[2] <= RESOLVED_DIMENSION and scan[2].shape[1] > 0
     starts(terms, scan, coefficients, targets, resolved, bound, which)
     for k, target in enumerate(targets):  # a function of its own, which is compiled in less time
-        own = scan[1], which[k], bound[k]
-        descents(terms, coefficients, target, resolved, lines, own, values[k], places[k])
+        start_points = scan[1], which[k], bound[k]
+        descents(terms, coefficients, target, resolved, lines, start_points, values[k], places[k])
         values[k] *= target[1]
 
 
@@ -89,7 +89,7 @@ def starts(terms, scan, coefficients, targets, resolved, bound, which):
 
 
 @compiled
-def _moments(terms, basis, own, mean, std, part):
+def _moments(terms, basis, coefficients, mean, std, part):
     """Fill μ and σ of a series at the points of the scan."""
     fill(std, 0.0)
     for j in range(len(terms.first_of_group) - 1):
@@ -97,12 +97,12 @@ def _moments(terms, basis, own, mean, std, part):
         begin, end = terms.first_of_group[j], terms.first_of_group[j + 1]
         for k in range(begin, end - 1, 2):  # two at a time load and store less
             t, u = terms.of_group[k], terms.of_group[k + 1]
-            a, b = own[t], own[u]
+            a, b = coefficients[t], coefficients[u]
             for p in range(len(part)):
                 part[p] += a * basis[t, p] + b * basis[u, p]
         if (end - begin) % 2:
             t = terms.of_group[end - 1]
-            a = own[t]
+            a = coefficients[t]
             for p in range(len(part)):
                 part[p] += a * basis[t, p]
         if j:
@@ -133,18 +133,18 @@ def lowest(height, neighbours, part, best, which):
         return
     top = least + part * (highest - least)
     for p in range(len(height)):
-        here = height[p]
-        is_start = here <= top and here < best[-1]
+        value = height[p]
+        is_start = value <= top and value < best[-1]
         for k in range(neighbours.shape[1]):
             if not is_start:
                 break
-            is_start = here <= height[neighbours[p, k]]
+            is_start = value <= height[neighbours[p, k]]
         if is_start:
             k = len(best) - 1
-            while k > 0 and here < best[k - 1]:
+            while k > 0 and value < best[k - 1]:
                 best[k], which[k] = best[k - 1], which[k - 1]
                 k -= 1
-            best[k], which[k] = here, p
+            best[k], which[k] = value, p
 
 
 @compiled
@@ -171,10 +171,10 @@ def descents(  # noqa: PLR0912, PLR0915
     c, sign = target
     points, which, bound = at_start
     series, m = place.shape
-    own, at = np.zeros((coefficients.shape[1], LANES)), np.zeros((m, LANES))
+    lane_coefficients, at = np.zeros((coefficients.shape[1], LANES)), np.zeros((m, LANES))
     height, part, reach = np.empty(LANES), np.ones(LANES), np.ones(series)
     chosen, active = np.empty(LANES, np.int64), np.empty(LANES, np.bool_)
-    eta, found, todo = np.zeros((series, m)), np.full(series, np.inf), np.full(series, START)
+    eta, values, todo = np.zeros((series, m)), np.full(series, np.inf), np.full(series, START)
     taken, turns = np.full(series, -1), np.zeros(series, np.int64)
     hits, alone = np.zeros(series, np.int64), np.ones(series, np.bool_)
     via, entry = np.full((2, series, m), np.inf)  # ends of the first LINES
@@ -194,7 +194,7 @@ def descents(  # noqa: PLR0912, PLR0915
         kind, count = LINES if more > 0 else NEWTON, 0
         for n in range(series):
             if todo[n] == kind and count < LANES:
-                copy(own[:, count], coefficients[n])
+                copy(lane_coefficients[:, count], coefficients[n])
                 copy(at[:, count], eta[n])
                 part[count] = reach[n]
                 chosen[count], count = n, count + 1
@@ -203,9 +203,9 @@ def descents(  # noqa: PLR0912, PLR0915
         for lane in range(LANES):
             active[lane] = lane < count
         if kind == LINES:
-            descend(terms, own, c, sign, lines, active, at)
+            descend(terms, lane_coefficients, c, sign, lines, active, at)
         else:
-            polish(terms, own, c, sign, active, at, part, height)
+            polish(terms, lane_coefficients, c, sign, active, at, part, height)
         for lane in range(count):
             n = chosen[lane]
             copy(eta[n], at[:, lane])
@@ -214,19 +214,19 @@ def descents(  # noqa: PLR0912, PLR0915
                 copy(via[n], eta[n])
             known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
             if kind == NEWTON:
-                found[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
-                onward = active[lane] or found[n] < least[n] or not resolved
+                values[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
+                onward = active[lane] or values[n] < least[n] or not resolved
                 onward, todo[n] = onward and turns[n] < MAX_TURNS, NEWTON if active[lane] else LINES
             else:
                 onward = turns[n] == 1 or active[lane]
                 todo[n] = NEWTON
             if onward and not known:
                 continue
-            todo[n], lower = START, found[n] < least[n] and not known
+            todo[n], lower = START, values[n] < least[n] and not known
             alone[n] = alone[n] if known else hits[n] == 0
             hits[n] = 1 if lower or not hits[n] else hits[n] + known
             if lower:
-                least[n] = found[n]
+                least[n] = values[n]
                 copy(place[n], eta[n])
                 copy(entry[n], via[n])
 

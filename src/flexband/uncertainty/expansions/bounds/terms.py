@@ -48,8 +48,8 @@ class ExpansionTerms(NamedTuple):
         column, owner = np.nonzero(index.T)
         by_group = np.argsort(j, kind="stable")
         depends = np.zeros((index.shape[1], j.max(initial=0) + 1), dtype=bool)
-        term, own = np.nonzero(index[i])
-        depends[own, j[term]] = True
+        term, term_variable = np.nonzero(index[i])
+        depends[term_variable, j[term]] = True
         parts = (
             np.searchsorted(i, np.arange(len(index) + 1)),
             j,

@@ -27,7 +27,7 @@ NODES = {0: 1, 1: 41, 2: 21, 3: 11}
 GRID = {1: 129, 2: 65, 3: 17}
 """Points of the first grid along each of so many interval variables."""
 
-MOST_GAUSS = 400
+MAX_GAUSS = 400
 """Most Gauss–Legendre points; longer rules, for kinks, have equal steps and weights."""
 
 ZOOMS = 6
@@ -78,7 +78,7 @@ class Moments(Protocol):
 @lru_cache
 def rule(kind: str, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points and weights for the mean over a standard variable."""
-    if kind == "uniform" and count <= MOST_GAUSS:
+    if kind == "uniform" and count <= MAX_GAUSS:
         x, weights = np.polynomial.legendre.leggauss(count)
     elif kind == "uniform":
         x, weights = (2 * np.arange(count) + 1 - count) / count, np.ones(count)

@@ -23,17 +23,17 @@ PURE = 0.01
 COMPONENTS = 2
 """Most product functions of a run."""
 
-FEWEST_EXTREMES = 12
+MIN_EXTREMES = 12
 """Of a product function: six periods, as flexband requires of a carrier."""
 
 
 def product_function(signal: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Return amplitude and phase of the fastest component of a signal; None if there is none."""
     modulation, amplitude = signal, np.ones_like(signal)
-    if len(_extremes(signal)) < FEWEST_EXTREMES:
+    if len(_extremes(signal)) < MIN_EXTREMES:
         return None
     for _ in range(NORMALIZATIONS):
-        if len(_extremes(modulation)) < FEWEST_EXTREMES:
+        if len(_extremes(modulation)) < MIN_EXTREMES:
             return None
         mean, envelope = _local_levels(modulation)
         modulation = (modulation - mean) / envelope

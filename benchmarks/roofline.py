@@ -18,7 +18,7 @@ from kernels import kernel_cases, kernel_time
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.start import start
+from flexband.mechanics.engine.initial_conditions import start
 from flexband.mechanics.kernels import (
     angles,
     equations,

@@ -22,7 +22,7 @@ from flexband.mechanics.time_functions.tabulation import tabulate
 RIGHT, RESOLVED = 1e-3, 0.04
 MASS = 0.02
 POINTS, CELLS = 8, 4
-MOST_STEPS, MOST_STEPS_OF_ONE_TIME = 600, 200
+MAX_STEPS, MAX_STEPS_OF_ONE_TIME = 600, 200
 
 UNRESOLVED = "do not resolve"
 """In warnings of functions of time."""
@@ -46,7 +46,7 @@ def trial(kind: str, family: str, seed: int) -> Trial:
     """Return the outcome of a random function that is a "load" or a "drive"."""
     rng = np.random.default_rng([seed, *family.encode()])
     one_time = rng.random() < 0.25
-    steps = int(between(rng, 100, MOST_STEPS_OF_ONE_TIME if one_time else MOST_STEPS))
+    steps = int(between(rng, 100, MAX_STEPS_OF_ONE_TIME if one_time else MAX_STEPS))
     h = between(rng, 1e-4, 1e-2)
     samples = int(rng.choice([1, 1, 3]))
     make = load if kind == "load" else drive

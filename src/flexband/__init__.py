@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from flexband.execution.dask import Dask
     from flexband.execution.processes import Processes
     from flexband.execution.store import Store, open_runs
-    from flexband.mechanics.at_rest import static_response
     from flexband.mechanics.bodies.beam import Beam
     from flexband.mechanics.bodies.cable import Cable
     from flexband.mechanics.bodies.point_mass import PointMass
@@ -77,6 +76,7 @@ if TYPE_CHECKING:
     )
     from flexband.mechanics.sensors.sections import SectionForces, Strain, Stress
     from flexband.mechanics.simulate import simulate
+    from flexband.mechanics.static_response import static_response
     from flexband.mechanics.time_functions.interpolation import table
     from flexband.models.elsewhere import elsewhere
     from flexband.models.fmu import FMU

@@ -135,7 +135,7 @@ def warn(message: str, kind: type[FlexbandWarning] = FlexbandWarning) -> None:
     warnings.warn(message, kind, stacklevel=level)
 
 
-def finite(
+def check_finite(
     name: str, value: ArrayLike, allowed: str = "finite numbers", *, rank: int | None = 1
 ) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if it is not finite real numbers.
@@ -158,32 +158,32 @@ def finite(
     return array
 
 
-def numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
+def check_numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
     """Return `count` finite numbers, shape (count,) or () if one; else raise `InputError`."""
-    array = finite(name, value, rank=None)
+    array = check_finite(name, value, rank=None)
     if array.shape != (() if count == 1 else (count,)):
         raise InputError(f"{name} must be {number_of(count, 'number')}; got {as_given(value)}")
     return array
 
 
-def positive(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
+def check_positive(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is not positive."""
     return _within(name, value, "positive", lambda x: x <= 0, rank)
 
 
-def non_negative(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
+def check_non_negative(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is negative."""
     return _within(name, value, "zero or positive", lambda x: x < 0, rank)
 
 
-def poissons_ratio(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
+def check_poissons_ratio(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is outside (−1, 0.5)."""
     return _within(name, value, "above -1 and below 0.5", lambda x: (x <= -1) | (x >= 0.5), rank)
 
 
-def plausible_angle(name: str, value: ArrayLike, turns: float = 2.0) -> np.ndarray:
+def check_angle(name: str, value: ArrayLike, turns: float = 2.0) -> np.ndarray:
     """Return finite numbers; warn if they are so many `turns` or more that they may be degrees."""
-    array = finite(f"{name} [rad]", value)
+    array = check_finite(f"{name} [rad]", value)
     largest = float(np.abs(array).max())
     if largest > 2 * np.pi * turns * (1 + 1e-9):
         warn(
@@ -192,13 +192,13 @@ def plausible_angle(name: str, value: ArrayLike, turns: float = 2.0) -> np.ndarr
     return array
 
 
-def plausible_spread(name: str, spread: float, size: float) -> None:
+def check_spread(name: str, spread: float, size: float) -> None:
     """Warn if a spread is so small, compared with the value, that runs do not resolve it."""
     if spread < SMALL_SPREAD * abs(size):
         warn(f"{name} is {spread:g}, which is {spread / abs(size):.1g} of the value {size:g}")
 
 
-def whole(
+def check_integer(
     name: str, value: object, least: int, most: int | None = None, *, or_zero: bool = False
 ) -> int:
     """Return `value` as an int; raise `InputError` if it is not a whole number in this range.
@@ -215,21 +215,21 @@ def whole(
     return int(value)
 
 
-def same_samples(name: str, *values: ArrayLike) -> None:
+def check_same_samples(name: str, *values: ArrayLike) -> None:
     """Raise `InputError` if checked numbers, each one or one per sample, are not equally many."""
     counts = sorted({int(np.size(value)) for value in values} - {1})
     if len(counts) > 1:
         raise InputError(f"{name}: parameters have different numbers of samples: {counts}")
 
 
-def flag(name: str, value: object) -> bool:
+def check_flag(name: str, value: object) -> bool:
     """Return `value` as a bool; raise `InputError` if it is neither True nor False."""
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{name} must be True or False; got {shown(value)}")
     return bool(value)
 
 
-def known(name: str, value: object, allowed: Iterable[str]) -> None:
+def check_option(name: str, value: object, allowed: Iterable[str]) -> None:
     """Raise `InputError` if `value` is not one of the names `allowed`."""
     allowed = list(allowed)
     if not isinstance(value, str) or value not in allowed:
@@ -238,20 +238,20 @@ def known(name: str, value: object, allowed: Iterable[str]) -> None:
         raise InputError(f"{name} must be {' or '.join(options)}; got {shown(value)}")
 
 
-def instance(name: str, value: object, kind: Any, example: str = "") -> None:
+def check_instance(name: str, value: object, kind: Any, example: str = "") -> None:
     """Raise `InputError` if `value` is not of a class."""
     if not isinstance(value, kind):
         allowed = example or with_article(kind.__name__)
         raise InputError(f"{name} must be {allowed}; got {shown(value)}")
 
 
-def function(name: str, value: object, of: str = "") -> None:
+def check_function(name: str, value: object, of: str = "") -> None:
     """Raise `InputError` if `value` cannot be called, or is a class."""
     if not callable(value) or isinstance(value, type):
         raise InputError(f"{name} must be a function{of}; got {shown(value)}")
 
 
-def affordable(name: str, count: float) -> None:
+def check_affordable(name: str, count: float) -> None:
     """Raise `InputError` if so many numbers do not fit into the memory that is free."""
     needed, free = 8.0 * count, free_memory()
     if needed > free:
@@ -351,7 +351,7 @@ def _within(
     bad: Callable[[np.ndarray], np.ndarray],
     rank: int | None,
 ) -> np.ndarray:
-    array = finite(name, value, allowed, rank=rank)
+    array = check_finite(name, value, allowed, rank=rank)
     _refuse(name, array, bad(array), allowed)
     return array
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Protocol
 
-from flexband.errors import function
+from flexband.errors import check_function
 
 MANY_STEPS, LONG = 1_000_000, 60.0
 """Steps of a run that are told at once, and time left [s] that is worth a line."""
@@ -147,7 +147,7 @@ def counted(progress: Progress | None, total: int) -> Advance:
             progress(done + under_way, total)
 
     if progress is not None:
-        function("progress", progress)
+        check_function("progress", progress)
     return advance
 
 

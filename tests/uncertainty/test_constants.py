@@ -16,7 +16,7 @@ from flexband.uncertainty.surrogates.axes import units_of
 
 T = np.linspace(0.0, 1.0, 11)
 INPUTS = {"k": fb.Interval(1.0, 1.2), "x": fb.Normal(0.0, 0.1)}
-STILL = ["c", "noise", "small"]
+MIN_SPEED = ["c", "noise", "small"]
 WIDE = [1.0, 0.0, 4e-26, 3e-17]
 
 
@@ -25,7 +25,7 @@ def response(k, x):
     coarse = np.sign(np.sin(1e9 * (k + 7 * x)))[:, None] * np.cos(40 * T)
     moving = (k + 0.3 * x)[:, None] * np.sin(3 * T)
     values = np.stack([moving, 0 * moving + 2.0, 1e-26 * coarse, 3e-17 * coarse], axis=1)
-    coords = {"output": ["y", *STILL], "unit": ("output", ["m"] * 4), "time": T}
+    coords = {"output": ["y", *MIN_SPEED], "unit": ("output", ["m"] * 4), "time": T}
     return xr.DataArray(values, coords, ("sample", "output", "time"))
 
 
@@ -53,7 +53,7 @@ def test_no_runs_are_spent_on_rounding_errors(surrogate):
 
 def test_constants_are_named_and_judged_by_nothing(surrogate):
     bands, checked = surrogate.bands(), fb.verify(surrogate, response)
-    assert tables.constants(bands) == STILL
+    assert tables.constants(bands) == MIN_SPEED
     _, rows = tables.summary_table(bands, checked)
     assert [row[3:] for row in rows[1:]] == [["constant", "", "", ""]] * 3
     assert rows[2][1:3] == ["0 … 0", "0 … 0"]
@@ -78,14 +78,14 @@ def test_a_constant_that_new_runs_leave_is_told():
 def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
     found = fb.contributions(surrogate)
     assert found["varies"].values.tolist() == [True, False, False, False]
-    assert not found["mean_share"].sel(output=STILL).values.any()
+    assert not found["mean_share"].sel(output=MIN_SPEED).values.any()
     told = what_matters(found, None)
     assert told.startswith("What matters most is k: without its uncertainty")
     limits = fb.check_limits(surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)])
     assert what_matters(found, limits).startswith("What matters most for the limit y below 2 is k")
     only = fb.check_limits(surrogate, fb.Limit("c", below=3.0))
     assert "No input matters" in what_matters(found, only)
-    assert not fb.sobol_indices(surrogate)["defined"].sel(output=STILL).values.any()
+    assert not fb.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
     for command in (["narrow", "k=1.05..1.1"], ["contributions"], ["tolerance", "k"]):
         arguments = [command[0], str(tmp_path), *command[1:]]

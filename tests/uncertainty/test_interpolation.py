@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import flexband as fb
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.runs import MadeRuns, ResponseRuns
+from flexband.uncertainty.adaptive.runs import ResponseRuns, RunBuffer
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -72,7 +72,7 @@ def test_runs_grow(batches, budget):
             made[:, None], made[:, None] + 0.5, np.tile(made[:, None, None], (1, 2, 3))
         )
 
-    runs = MadeRuns(batch(3), 2, budget)
+    runs = RunBuffer(batch(3), 2, budget)
     fitted, held = [0, 1], [2]
     for is_fitted, count in batches:
         new = batch(count)

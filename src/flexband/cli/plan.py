@@ -12,7 +12,7 @@ import typer
 
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.methods import METHODS
-from flexband.errors import InputError, StoreError, known, positive, whole
+from flexband.errors import InputError, StoreError, check_integer, check_option, check_positive
 from flexband.execution.dask import Dask
 from flexband.execution.processes import Processes
 from flexband.study.folder import StudyFolder
@@ -21,7 +21,7 @@ from flexband.study.run import RunOptions
 from flexband.study.study import Study, load_study
 from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
-from flexband.uncertainty.surrogates.verification import MOST_RUNS
+from flexband.uncertainty.surrogates.verification import MAX_RUNS
 
 POLICIES = {"stop": "stop", "half-step": "half step", "leave-out": "leave out"}
 """Values of --failed, and what `propagate` calls them."""
@@ -47,10 +47,10 @@ class Plan:
     time_limit: float | None = None
 
     def __post_init__(self) -> None:
-        known("--failed", self.failed, POLICIES)
-        whole("--batch", self.batch, 1)
+        check_option("--failed", self.failed, POLICIES)
+        check_integer("--batch", self.batch, 1)
         if self.method:
-            known("--method", self.method, METHODS)
+            check_option("--method", self.method, METHODS)
         self.where()
 
     @classmethod
@@ -89,7 +89,7 @@ class Plan:
             if self.sigmas is not None:
                 study = replace(study, sigmas=checked_sigmas(self.sigmas))
             if self.verify:
-                whole("--verify", self.verify, 2, MOST_RUNS, or_zero=True)
+                check_integer("--verify", self.verify, 2, MAX_RUNS, or_zero=True)
                 if not study.expands:
                     label = study.method.label
                     raise InputError(f"--verify requires a method with a surrogate; got {label}")
@@ -111,7 +111,7 @@ class Plan:
         """Return the executor; raise `InputError` if there is none of this name."""
         name, limit = self.executor, self.time_limit
         if limit is not None:
-            positive("--time-limit [s]", limit)
+            check_positive("--time-limit [s]", limit)
         match = re.fullmatch(r"processes(?::(\d+))?", name or "", re.ASCII)
         if match:
             return Processes(int(match[1]) if match[1] else None, limit)

@@ -12,7 +12,7 @@ import flexband as fb
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import UsageError, print_text, reported_errors, usage
-from flexband.errors import InputError, whole
+from flexband.errors import InputError, check_integer
 from flexband.execution.names import (
     BANDS,
     CONTRIBUTIONS,
@@ -79,7 +79,7 @@ def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> 
     from flexband.report.page.p_boxes import p_boxes  # noqa: PLC0415
 
     with usage():
-        whole("--p-boxes", count, 1, 1000)
+        check_integer("--p-boxes", count, 1, 1000)
     bounds = None if surrogate is None else p_boxes(surrogate, bands, count)
     if bounds is None:
         raise UsageError("--p-boxes requires a surrogate with random inputs, over one variable")

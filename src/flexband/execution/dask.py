@@ -11,7 +11,7 @@ from typing import Any
 import cloudpickle
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, RunError, numbers, positive, shown
+from flexband.errors import InputError, RunError, check_numbers, check_positive, shown
 from flexband.execution.executors import (
     Arguments,
     Outcome,
@@ -57,7 +57,7 @@ class Dask:
                 "client must be a Dask client, or the address of a scheduler; got "
                 f"{shown(self.client)}"
             )
-        positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
+        check_positive("time_limit [s]", check_numbers("time_limit [s]", self.time_limit))
 
     @contextmanager
     def open(self) -> Iterator[Performing]:

@@ -22,7 +22,7 @@ from typing import Any
 import cloudpickle
 
 from flexband.arguments import frozen
-from flexband.errors import numbers, positive, whole
+from flexband.errors import check_integer, check_numbers, check_positive
 from flexband.execution.executors import Arguments, Outcome, Performing, dumped, received
 
 ATTEMPTS = 2
@@ -60,9 +60,9 @@ class Processes:
 
     def __post_init__(self) -> None:
         if self.workers is not None:
-            whole("workers", self.workers, 1, 4096)
+            check_integer("workers", self.workers, 1, 4096)
         if self.time_limit is not None:
-            positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
+            check_positive("time_limit [s]", check_numbers("time_limit [s]", self.time_limit))
 
     @contextmanager
     def open(self) -> Iterator[Performing]:

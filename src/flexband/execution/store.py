@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, StoreError, flag, shown
+from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import RUNS
 from flexband.files import refuse_links
@@ -64,7 +64,7 @@ class Store:
             raise InputError(f"folder must be the path of a folder; got {self.folder!r}")
         if not isinstance(self.version, str):
             raise InputError(f"version must be a text; got {self.version!r}")
-        object.__setattr__(self, "insist", flag("insist", self.insist))
+        object.__setattr__(self, "insist", check_flag("insist", self.insist))
         object.__setattr__(self, "folder", Path(self.folder))
 
     @property

@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import ResolutionWarning, instance, returned, whole, without_warnings
+from flexband.errors import (
+    ResolutionWarning,
+    check_instance,
+    check_integer,
+    returned,
+    without_warnings,
+)
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
@@ -60,10 +66,10 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
     AssemblyError
         If this sample's constraints cannot be met.
     """
-    instance("mechanism", mechanism, Mechanism)
+    check_instance("mechanism", mechanism, Mechanism)
     with without_warnings(ResolutionWarning):  # the start needs no fine elements
         system = assemble(mechanism)
-    sample = whole("sample", sample, 0, system.samples - 1)
+    sample = check_integer("sample", sample, 0, system.samples - 1)
     failures = np.zeros((system.samples, 4))
     values = pack(system, AT_START, np.array([sample]))(0)
     work, failure = while_compiling(lambda: begin(system, values))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.errors import instance
+from flexband.errors import check_instance
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin
@@ -32,7 +32,7 @@ def describe(mechanism: Mechanism) -> str:
     InputError, AssemblyError
         As `simulate` does.
     """
-    instance("mechanism", mechanism, Mechanism)
+    check_instance("mechanism", mechanism, Mechanism)
     system = assemble(mechanism)
     values = pack(system, AT_START)(0)
     work, failure = while_compiling(lambda: begin(system, values))

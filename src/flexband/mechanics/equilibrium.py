@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, numbers, warn, whole
+from flexband.errors import InputError, check_instance, check_integer, check_numbers, warn
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.structure import Values
@@ -17,7 +17,7 @@ from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.redundancy import dependent, require_inertia, warn_of_shared
-from flexband.mechanics.engine.settle import ITERATIONS, NOT_SETTLED
+from flexband.mechanics.engine.static_solver import ITERATIONS, NOT_SETTLED
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
@@ -28,7 +28,7 @@ from flexband.mechanics.mechanism import Mechanism
 from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 
-MOST_STEPS = 100_000
+MAX_STEPS = 100_000
 LONGEST_TIME = 1e9
 """Time [s] at which functions can still be differentiated."""
 
@@ -74,11 +74,11 @@ def equilibrium(
         If the constraints cannot be met, no equilibrium is found for a sample, or a snap-through
         is on the way to it.
     """
-    instance("mechanism", mechanism, Mechanism)
-    steps = whole("steps", steps, 1, MOST_STEPS)
+    check_instance("mechanism", mechanism, Mechanism)
+    steps = check_integer("steps", steps, 1, MAX_STEPS)
     if threads is not None:
-        whole("threads", threads, 1)
-    at = float(numbers("time [s]", time))
+        check_integer("threads", threads, 1)
+    at = float(check_numbers("time [s]", time))
     if abs(at) > LONGEST_TIME:
         raise InputError(f"time [s] must be at most {LONGEST_TIME:g}; got {at:g}")
     system = assemble(mechanism)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, shown, whole
+from flexband.errors import InputError, check_integer, shown
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
@@ -145,7 +145,7 @@ class Mechanism:
         InputError
             If `parts` is not a whole number, 1 or more, or a member gets too many elements.
         """
-        whole("parts", parts, 1)
+        check_integer("parts", parts, 1)
         finer = {
             name: naming(f"body {name!r}", methodcaller("refined", parts), body)
             for name, body in self.bodies.items()

@@ -16,11 +16,19 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import linear_sum_assignment
 
-from flexband.errors import InputError, function, instance, known, shown, warn, whole
-from flexband.mechanics.at_rest import AtRest
-from flexband.mechanics.equilibrium import MOST_STEPS
+from flexband.errors import (
+    InputError,
+    check_function,
+    check_instance,
+    check_integer,
+    check_option,
+    shown,
+    warn,
+)
+from flexband.mechanics.equilibrium import MAX_STEPS
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.modes import found_modes
+from flexband.mechanics.static_response import AtRest
 from flexband.words import number_of
 
 CLEAR = 0.6
@@ -225,10 +233,10 @@ def modal_response(
         raises it if there are fewer modes, or two of them have the same frequency at the nominal
         values.
     """
-    function("builder", builder, " that returns a Mechanism")
-    modes, steps = whole("modes", modes, 1), whole("steps", steps, 1, MOST_STEPS)
-    instance("nominal", nominal, Mapping, "a mapping from arguments to values")
-    known("about", about, ["start", "equilibrium"])
+    check_function("builder", builder, " that returns a Mechanism")
+    modes, steps = check_integer("modes", modes, 1), check_integer("steps", steps, 1, MAX_STEPS)
+    check_instance("nominal", nominal, Mapping, "a mapping from arguments to values")
+    check_option("about", about, ["start", "equilibrium"])
     for name, value in nominal.items():
         if not callable(value) and (np.ndim(value) > 0 or not _is_number(value)):
             raise InputError(f"nominal {name} must be a number; got {shown(value)}")

@@ -19,7 +19,15 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, flag, instance, known, warn, whole
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_flag,
+    check_instance,
+    check_integer,
+    check_option,
+    warn,
+)
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
@@ -30,7 +38,7 @@ from flexband.mechanics.engine.entries import SENSE, statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import require_inertia
 from flexband.mechanics.engine.threads import interruptible, while_compiling
-from flexband.mechanics.equilibrium import MOST_STEPS, rest
+from flexband.mechanics.equilibrium import MAX_STEPS, rest
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
@@ -39,10 +47,10 @@ from flexband.mechanics.linearization.rotation import check_rotation
 from flexband.mechanics.linearization.thickness import Thickness
 from flexband.mechanics.mechanism import Mechanism
 
-NUDGE = 1e-6
+PERTURBATION = 1e-6
 """Displacement of the central differences that differentiate the sensors, relative to the size."""
 
-STILL = 1e-7
+MIN_SPEED = 1e-7
 """Velocity, relative to the size of the mechanism per second, that counts as none."""
 
 UNBALANCED = 1e3
@@ -68,7 +76,7 @@ class SteadyRotation:
     center: Point = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        finite("SteadyRotation rate [rad/s]", self.rate)
+        check_finite("SteadyRotation rate [rad/s]", self.rate)
         point("SteadyRotation center", self.center)
 
 
@@ -123,9 +131,9 @@ def modes(
     AssemblyError
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
-    instance("mechanism", mechanism, Mechanism)
-    count, steps = whole("count", count, 1), whole("steps", steps, 1, MOST_STEPS)
-    thickness = flag("thickness", thickness)
+    check_instance("mechanism", mechanism, Mechanism)
+    count, steps = check_integer("count", count, 1), check_integer("steps", steps, 1, MAX_STEPS)
+    thickness = check_flag("thickness", thickness)
     system, all_modes, unbalanced = found_modes(mechanism, count, about, steps, thickness)
     result = _dataset(system, [(sample_modes, shapes) for sample_modes, shapes, _ in all_modes])
     if unbalanced:
@@ -148,7 +156,7 @@ def found_modes(
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
     else:
-        known("about", about, ["start", "equilibrium"])
+        check_option("about", about, ["start", "equilibrium"])
     packed = pack(system, AT_START)
     sections = Thickness(mechanism)
     failures = np.zeros((system.samples, 4))
@@ -216,7 +224,7 @@ def _solve(
     state = system.structure.state
     v = work.z[state.velocity + 1 : state.acceleration, : len(own)]
     scale = values.inverse_scale[1 : 1 + state.coordinates, : len(own)]
-    moving = bool(np.any(np.abs(v * scale) > STILL)) and spins is None
+    moving = bool(np.any(np.abs(v * scale) > MIN_SPEED)) and spins is None
     still = Spin(0.0, np.zeros(state.coordinates))
     if about == "start":
         if moving:
@@ -280,7 +288,7 @@ def _shapes(equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndar
     rows = np.zeros((system.sensed, WIDTH))
     shapes = []
     for vector in vectors.T:
-        size = NUDGE / np.abs(vector / equations.size).max()
+        size = PERTURBATION / np.abs(vector / equations.size).max()
         work.z[:] = z[:, None]
         for lane, step in enumerate((1.0, -1.0, 1.0j, -1.0j)):
             work.z[equations.q, lane] += (step.conjugate() * size * vector).real

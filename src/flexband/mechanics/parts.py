@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.errors import InputError, finite, instance, shown
+from flexband.errors import InputError, check_finite, check_instance, shown
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.forms import Form
 from flexband.mechanics.joints.joint import Joint
@@ -59,7 +59,7 @@ def owned_parts(kinds: str, parts: object) -> Fixed:
         If it is no mapping from names to parts of this kind.
     """
     kind, base = KINDS[kinds]
-    instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
+    check_instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
     copies = {}
     for name, part in parts.items():  # type: ignore[attr-defined]
         if not isinstance(name, str) or not name or (kind == "body" and "." in name):
@@ -109,24 +109,24 @@ def check_body(body: Body) -> None:
                 f"{what} must return {number_of(body.size, 'value')}; got {len(values)}"
             )
         for value in values:
-            finite(what, value)
+            check_finite(what, value)
     for (i, j), mass in body.mass_entries().items():
         if not 0 <= i <= j < body.size:
             raise InputError(
                 f"mass_entries must be (i, j) with 0 ≤ i ≤ j < {body.size}; got ({i}, {j})"
             )
-        finite("mass_entries", mass)
+        check_finite("mass_entries", mass)
 
 
 def check_forms(what: str, forms: object, rows: int) -> None:
     """Raise `InputError` if these are not forms of the first rows of z."""
-    instance(what, forms, Sequence, "a list of forms")
+    check_instance(what, forms, Sequence, "a list of forms")
     for form in forms:  # type: ignore[attr-defined]
-        instance(what, form, Form)
+        check_instance(what, form, Form)
         for (i, j, _), c in _terms(form):
             if not 0 <= i <= j < rows:
                 raise InputError(f"{what} must be of rows 0 to {rows - 1} of z; got row {j}")
-            finite(f"coefficients of {what}", c)
+            check_finite(f"coefficients of {what}", c)
 
 
 def _terms(form: Form) -> Iterable[tuple[Any, Any]]:
@@ -140,7 +140,7 @@ def _terms(form: Form) -> Iterable[tuple[Any, Any]]:
 def entered(load: Load, model: Any) -> Entries:
     """Return what a load enters; raise `InputError` if that is something else than `Entries`."""
     entries = load.enters(model)
-    instance("what it enters", entries, Entries, "Entries")
+    check_instance("what it enters", entries, Entries, "Entries")
     return entries
 
 

@@ -15,12 +15,12 @@ from flexband.errors import (
     InputError,
     ResolutionWarning,
     RunError,
-    function,
-    instance,
-    numbers,
-    positive,
+    check_function,
+    check_instance,
+    check_integer,
+    check_numbers,
+    check_positive,
     warn,
-    whole,
     without_warnings,
 )
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
@@ -32,7 +32,7 @@ from flexband.words import number_of
 OUTPUTS = 500
 """Times without a given step."""
 
-MOST_PARTS, MOST_TIMES = 64, 2**15
+MAX_PARTS, MAX_TIMES = 64, 2**15
 """Parts of the time between two outputs, and times in all, at which a motion is looked at."""
 
 
@@ -86,7 +86,7 @@ class DynamicResponse:
         """
         if self.step_parts == 1:
             return None
-        count = min(MOST_PARTS, int(MOST_TIMES * self.output_step / self.duration))
+        count = min(MAX_PARTS, int(MAX_TIMES * self.output_step / self.duration))
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
         most = max((k for k in parts if k <= count), default=parts[0])
         step, step_parts = self.output_step / most, self.step_parts // most
@@ -230,15 +230,15 @@ def dynamic_response(
     InputError
         If the builder is no function or a number is out of its range.
     """
-    function("builder", builder, " that returns a Mechanism")
+    check_function("builder", builder, " that returns a Mechanism")
     optional = (("step [s]", step), ("output_step [s]", output_step))
     given = [(name, value) for name, value in optional if value is not None]
     for name, value in [("duration [s]", duration), *given]:
-        positive(name, numbers(name, value))
+        check_positive(name, check_numbers(name, value))
     if integrator is not None:
-        instance("integrator", integrator, GeneralizedAlpha)
+        check_instance("integrator", integrator, GeneralizedAlpha)
     if threads is not None:
-        whole("threads", threads, 1)
+        check_integer("threads", threads, 1)
     between = output_step or step or duration / OUTPUTS
     whole_steps(duration, between, name="output_step" if output_step else "step")
     parts = between / (step or between)

@@ -12,14 +12,14 @@ from flexband.errors import (
     InputError,
     ResolutionWarning,
     RunError,
-    affordable,
-    function,
-    instance,
-    numbers,
-    positive,
+    check_affordable,
+    check_function,
+    check_instance,
+    check_integer,
+    check_numbers,
+    check_positive,
     returned,
     warn,
-    whole,
 )
 from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
@@ -27,9 +27,9 @@ from flexband.mechanics.engine.batch import Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
-from flexband.mechanics.engine.reach import find_out_of_reach
+from flexband.mechanics.engine.reachability import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
-from flexband.mechanics.engine.ringing import remark_on_few_steps, warn_of_large_steps
+from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.lane_type import WIDTH
@@ -39,7 +39,7 @@ from flexband.progress import heard, hearing
 from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 
-MOST_SUBSTEPS = 1_000_000
+MAX_SUBSTEPS = 1_000_000
 
 
 def simulate(
@@ -118,18 +118,18 @@ def simulated(
 
     If it is not `complete`, samples that diverge are not completed with half the step, but fail.
     """
-    instance("mechanism", mechanism, Mechanism)
+    check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
-    instance("integrator", integrator, GeneralizedAlpha)
+    check_instance("integrator", integrator, GeneralizedAlpha)
     if threads is not None:
-        whole("threads", threads, 1)
+        check_integer("threads", threads, 1)
     if progress is not None:
-        function("progress", progress)
+        check_function("progress", progress)
     check_sensors(mechanism.sensors)
-    substeps = whole("substeps", substeps, 1, MOST_SUBSTEPS)
+    substeps = check_integer("substeps", substeps, 1, MAX_SUBSTEPS)
     count = whole_steps(duration, step, substeps) * substeps + 1
     system = assemble(mechanism)
-    affordable(
+    check_affordable(
         f"{number_of(system.samples, 'sample')} of {number_of(len(system.outputs), 'output')} at "
         f"{number_of(count, 'time')}",
         _numbers_per_time(system, threads or available_cores(), substeps) * count,
@@ -225,10 +225,14 @@ def _numbers_per_time(system: System, threads: int, substeps: int) -> float:
 def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:
     """Return the number of steps; raise `InputError` if it is not whole, or cannot be afforded."""
     given = (("duration [s]", duration), (f"{name} [s]", step))
-    length, size = (float(positive(label, numbers(label, value))) for label, value in given)
+    length, size = (
+        float(check_positive(label, check_numbers(label, value))) for label, value in given
+    )
     ratio = length / size
     count = ratio * substeps
-    affordable(f"duration [s] {length:g} with {name} {size:g}, {count:.3g} steps,", 5.0 * count)
+    check_affordable(
+        f"duration [s] {length:g} with {name} {size:g}, {count:.3g} steps,", 5.0 * count
+    )
     steps = round(ratio)
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, shown
+from flexband.errors import InputError, check_finite, shown
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def elsewhere(
         raise InputError("names must be those of inputs; got none")
     if times is None:
         return Elsewhere(names, output_names)
-    steps = finite("times [s]", times, rank=None)
+    steps = check_finite("times [s]", times, rank=None)
     if steps.ndim != 1 or np.any(np.diff(steps) <= 0):
         raise InputError(f"times [s] must be numbers that increase; got {shown(times)}")
     return Elsewhere(names, output_names, tuple(steps.tolist()))

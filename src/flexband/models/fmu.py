@@ -16,7 +16,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, instance, numbers, positive, shown
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_instance,
+    check_numbers,
+    check_positive,
+    shown,
+)
 from flexband.models.extras import extra
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
 from flexband.models.one_by_one import ModelError, OneByOne
@@ -71,17 +78,17 @@ class FMU(OneByOne):
     checksum: str = field(init=False, default="")
 
     def __post_init__(self) -> None:
-        instance("FMU path", self.path, str | os.PathLike, "the path of a file")
+        check_instance("FMU path", self.path, str | os.PathLike, "the path of a file")
         path = os.path.abspath(os.fspath(self.path))
         if not os.path.isfile(path):
             raise InputError(f"FMU path must be a file that exists; got {shown(self.path)}")
-        times = np.atleast_1d(finite("FMU times [s]", self.times, rank=None))
+        times = np.atleast_1d(check_finite("FMU times [s]", self.times, rank=None))
         if times.ndim > 1 or np.any(np.diff(times) <= 0):
             raise InputError(f"FMU times [s] must increase; got {shown(self.times)}")
         if isinstance(self.outputs, str):
             raise InputError(f"FMU outputs must be a list of names; got {self.outputs!r}")
         if self.step is not None:
-            positive("FMU step [s]", numbers("FMU step [s]", self.step))
+            check_positive("FMU step [s]", check_numbers("FMU step [s]", self.step))
         attributes = {"path": path, "times": tuple(times.tolist()), "checksum": _checksum(path)}
         for name, value in attributes.items():
             object.__setattr__(self, name, value)

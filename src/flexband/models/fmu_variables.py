@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError, shown
 
-MOST_NAMES = 20
+MAX_NAMES = 20
 """Names that a message lists."""
 
 ROUNDING = 1e-6
@@ -89,8 +89,8 @@ def _named(possible: dict[str, Any], name: str, rule: str) -> Any:
         return possible[name]
     close = get_close_matches(str(name), possible, n=3)
     names = [*close, *(candidate for candidate in possible if candidate not in close)]
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    listed = ", ".join(names[:MOST_NAMES]) or "nothing"
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    listed = ", ".join(names[:MAX_NAMES]) or "nothing"
     raise InputError(f"{rule}: {listed}{more}; got {name!r}")
 
 

@@ -21,7 +21,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, function, instance, numbers, positive, shown
+from flexband.errors import (
+    InputError,
+    check_function,
+    check_instance,
+    check_numbers,
+    check_positive,
+    shown,
+)
 from flexband.models.one_by_one import ModelError, OneByOne, result_of_one
 from flexband.models.processes import has_ended
 from flexband.models.template import Template
@@ -82,14 +89,14 @@ class ExternalProgram(OneByOne):
                 f"['solver', 'input.txt']; got {shown(self.command)}"
             )
         for part in self.command:
-            instance("command", part, str | os.PathLike, "a list of texts")
-        function("read", self.read, " of the folder of a sample")
-        instance("standard_input", self.standard_input, str, "a text")
+            check_instance("command", part, str | os.PathLike, "a list of texts")
+        check_function("read", self.read, " of the folder of a sample")
+        check_instance("standard_input", self.standard_input, str, "a text")
         if self.time_limit is not None:
-            positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
+            check_positive("time_limit [s]", check_numbers("time_limit [s]", self.time_limit))
         if self.keep is not None:
-            instance("keep", self.keep, str | os.PathLike, "the path of a folder")
-        instance("files", self.files, Mapping, "a dict of names and texts")
+            check_instance("keep", self.keep, str | os.PathLike, "the path of a folder")
+        check_instance("files", self.files, Mapping, "a dict of names and texts")
         program, *arguments = [os.fspath(part) for part in self.command]
         attributes = {
             "command": (_found(program), *arguments),
@@ -258,7 +265,7 @@ def _content(name: str, content: object) -> str | bytes:
             return content.read_bytes().decode()
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"files[{name!r}] must be a text in UTF-8: {error}") from None
-    instance(f"files[{name!r}]", content, str | bytes, "a text, a Path or bytes")
+    check_instance(f"files[{name!r}]", content, str | bytes, "a text, a Path or bytes")
     return content  # pyright: ignore[reportReturnType]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from flexband.errors import function
+from flexband.errors import check_function
 from flexband.models.one_by_one import OneByOne
 
 
@@ -54,5 +54,5 @@ def samplewise(function_of_one: Callable[..., Any]) -> Samplewise:
     >>> response(x=[0.0, math.pi / 2])
     array([0., 1.])
     """
-    function("function_of_one", function_of_one)
+    check_function("function_of_one", function_of_one)
     return Samplewise(function_of_one)

@@ -15,7 +15,15 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, instance, known, numbers, positive, shown
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_instance,
+    check_numbers,
+    check_option,
+    check_positive,
+    shown,
+)
 from flexband.models.one_by_one import ModelError, OneByOne
 from flexband.words import number_of
 
@@ -70,12 +78,12 @@ class UMBridgeModel(OneByOne):
     output_sizes: tuple[int, ...] = field(init=False, default=())
 
     def __post_init__(self) -> None:
-        instance("url", self.url, str)
+        check_instance("url", self.url, str)
         if not self.url.startswith(("http://", "https://")):
             raise InputError(f"url must begin with http:// or https://; got {self.url!r}")
         if self.time_limit is not None:
-            positive("time_limit [s]", numbers("time_limit [s]", self.time_limit))
-        instance("config", self.config, Mapping, "a dict")
+            check_positive("time_limit [s]", check_numbers("time_limit [s]", self.time_limit))
+        check_instance("config", self.config, Mapping, "a dict")
         inputs = _names("inputs", self.inputs)
         about = self._ask("Info")
         if about.get("protocolVersion") != PROTOCOL:
@@ -83,7 +91,7 @@ class UMBridgeModel(OneByOne):
                 f"url must be that of a server of UM-Bridge {PROTOCOL}; it is of "
                 f"{about.get('protocolVersion')!r}"
             )
-        known("name", self.name, about.get("models", []))
+        check_option("name", self.name, about.get("models", []))
         of_model = {"name": self.name}
         if not self._ask("ModelInfo", of_model).get("support", {}).get("Evaluate"):
             raise InputError(f"name must be a model that can be evaluated; got {self.name!r}")
@@ -145,7 +153,7 @@ class UMBridgeModel(OneByOne):
             raise InputError(
                 f"the inputs are {', '.join(self.inputs)}; got {', '.join(values) or 'nothing'}"
             )
-        given = [float(numbers(name, values[name])) for name in self.inputs]
+        given = [float(check_numbers(name, values[name])) for name in self.inputs]
         ends = np.cumsum(self.input_sizes)
         vectors = [
             given[end - size : end] for size, end in zip(self.input_sizes, ends, strict=True)
@@ -210,9 +218,9 @@ def _names(kind: str, names: object) -> tuple[str, ...]:
     if isinstance(names, str) or not isinstance(names, Sequence) or len(set(names)) < len(names):
         raise InputError(f"{kind} must be a list of different names; got {shown(names)}")
     for name in names:
-        instance(kind, name, str, "a list of names")
+        check_instance(kind, name, str, "a list of names")
     return tuple(names)
 
 
 def _times(times: ArrayLike) -> tuple[float, ...]:
-    return tuple(np.atleast_1d(finite("times [s]", times, rank=None)).tolist())
+    return tuple(np.atleast_1d(check_finite("times [s]", times, rank=None)).tolist())

@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.arguments import arguments_checked
-from flexband.errors import InputError, finite, shown
+from flexband.errors import InputError, check_finite, shown
 from flexband.models.umbridge_client import PROTOCOL
 from flexband.words import number_of
 
@@ -238,7 +238,7 @@ class UMBridgeServer:
             raise InputError(f"inputs must be a dict of names and values; got {shown(inputs)}")
         if not all(isinstance(input_name, str) for input_name in inputs):
             raise InputError(f"names of inputs must be texts; got {shown(list(inputs))}")
-        values = {k: finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
+        values = {k: check_finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
         try:
             inspect.signature(function).bind(**values)
         except TypeError as error:

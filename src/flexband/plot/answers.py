@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError, known
+from flexband.errors import InputError, check_option
 from flexband.plot.margins import each_limit
 from flexband.plot.series import (
     label,
@@ -50,7 +50,7 @@ def contributions(
         If `found` is no result of `contributions`, has no such output or variable, or does not
         depend on time.
     """
-    known("variable", variable, ("contribution", "shapley"))
+    check_option("variable", variable, ("contribution", "shapley"))
     of = "contributions" if variable == "contribution" else "contributions with shapley=True"
     each = variable_of("found", found, variable, of).transpose("name", ...)
     width = variable_of("found", found, "width", "contributions")

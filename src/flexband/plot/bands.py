@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
-from flexband.errors import InputError, instance
+from flexband.errors import InputError, check_instance
 from flexband.plot.series import (
     bounded,
     deviation,
@@ -77,7 +77,7 @@ def deviations(
     mean = bounded("bands", bands, "mean", "propagate")
     if nominal is None:
         nominal = mean.mean("bound")
-    instance("nominal", nominal, xr.DataArray, "a DataArray as Study.nominal returns it")
+    check_instance("nominal", nominal, xr.DataArray, "a DataArray as Study.nominal returns it")
     try:
         _, fitting = xr.align(mean, nominal, join="exact")
     except ValueError:
@@ -105,7 +105,7 @@ def response(response: xr.DataArray, output: str | None = None, *, ax: Axes | No
     InputError
         If `response` is no DataArray of one sample, or has no such output.
     """
-    instance("response", response, xr.DataArray, "a DataArray as Study.nominal returns it")
+    check_instance("response", response, xr.DataArray, "a DataArray as Study.nominal returns it")
     output = output_of(response, output)
     x, values = series(response, output)
     ax = axes_of(ax)

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
-from flexband.errors import InputError, known, shown
+from flexband.errors import InputError, check_option, shown
 from flexband.plot.series import bounded, label, literal, output_of, series
 from flexband.plot.style import LINES, axes_of
 from flexband.report.tables import select
@@ -93,7 +93,7 @@ def errors(
     if not isinstance(results, list | tuple) or not all(isinstance(r, Comparison) for r in results):
         raise InputError(f"results must be those of compare; got {shown(results)}")
     compared: list[Any] = [result for result in results if result.errors]
-    known("variable", variable, NAMES)
+    check_option("variable", variable, NAMES)
     if not compared:
         raise InputError("results must have a method besides the reference")
     output = output_of(compared[0].bands["mean"], output)

@@ -8,7 +8,7 @@ from itertools import cycle
 import numpy as np
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError, instance, known, shown
+from flexband.errors import InputError, check_instance, check_option, shown
 from flexband.plot.series import legend_above, literal
 from flexband.plot.style import LINES, MIDDLE, axes_of
 from flexband.uncertainty.inputs.fields.field import Field
@@ -39,9 +39,9 @@ def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = No
     InputError
         If `field` is none, or has no domain, or `along` is neither.
     """
-    instance("field", field, Field, "a field")
-    known("along", along, ALONG)
-    instance("name", name, str, "a text")
+    check_instance("field", field, Field, "a field")
+    check_option("along", along, ALONG)
+    check_instance("name", name, str, "a text")
     x = np.linspace(*field.located, 501)
     drawn = field.realizations(x, REALIZATIONS)
     middle, text, lines = field.nominal(x), "limits", []
@@ -82,7 +82,7 @@ def variance_error(
         If `fields` has none or others than random fields, or one without a domain, or `along` is
         neither.
     """
-    known("along", along, ALONG)
+    check_option("along", along, ALONG)
     if (
         not isinstance(fields, Mapping)
         or not fields

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from flexband.errors import InputError, flag
+from flexband.errors import InputError, check_flag
 from flexband.plot.series import SYMBOLS, TITLE, legend_above, literal, variable_of, with_unit
 from flexband.plot.style import LINES, axes_of
 from flexband.report.numbers import number
@@ -22,7 +22,7 @@ SEEN = 0.03
 HEADROOM = 8.0
 """Multiples of the least margin, or of its expected error, that are shown around it."""
 
-LEAST_NEAR = 2
+MIN_NEAR = 2
 """Output times before and after the least margin, at least, that are shown around it."""
 
 
@@ -47,7 +47,7 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
         margins depend on more than one variable, or they depend on none and the surroundings of
         the least one are to be drawn.
     """
-    closest = flag("closest", closest)
+    closest = check_flag("closest", closest)
     margin = variable_of("found", found, "margin", "check_limits or allocate")
     ax = axes_of(ax)
     values = margin.transpose("limit", ...).values
@@ -127,7 +127,7 @@ def _closest(ax: Axes, limits: xr.Dataset, values: np.ndarray, unit: str) -> Non
     """Limit the axes to where the margin of the limit with the least one is about as small."""
     (limit, place), scale = _place(values), _scale(limits)
     x = limits[limits["margin"].transpose("limit", ...).dims[-1]].values
-    near = values[limit, max(place - LEAST_NEAR, 0) : place + LEAST_NEAR + 1]
+    near = values[limit, max(place - MIN_NEAR, 0) : place + MIN_NEAR + 1]
     top = max(values[limit, place] + HEADROOM * scale, 1.1 * float(np.nanmax(near)))
     far = np.flatnonzero(~(values[limit] <= top))
     before, after = far[far < place], far[far > place]

@@ -13,7 +13,7 @@ from flexband.plot.series import literal, with_unit
 from flexband.plot.style import LIGHT, LINES, MIDDLE, axes_of
 from flexband.report.drawing.draw import draw
 
-MOST_DRAWN = 400
+MAX_DRAWN = 400
 """Regions in a figure."""
 
 
@@ -68,7 +68,7 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     if not isinstance(found, xr.Dataset) or not {"x", "y", "x_nominal", "y_nominal"} <= set(found):
         raise InputError(f"found must be a result of path; got {shown(found)}")
     vertices = np.stack([found[name].transpose("vertex", ...).values.T for name in "xy"], axis=-1)
-    some = vertices[:: max(1, len(vertices) // MOST_DRAWN)]
+    some = vertices[:: max(1, len(vertices) // MAX_DRAWN)]
     ax = axes_of(ax)
     ax.add_collection(
         PolyCollection(list(some), facecolor=LIGHT, edgecolor=MIDDLE, linewidth=0.4, alpha=0.6)

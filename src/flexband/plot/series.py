@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError, instance, shown
+from flexband.errors import InputError, check_instance, shown
 from flexband.report.tables import deviations, outputs_of, select
 
 SYMBOLS = {"time": "$t$"}
@@ -28,7 +28,7 @@ def variable_of(name: str, result: Any, variable: str, of: str) -> xr.DataArray:
 
 def bounded(name: str, result: Any, variable: str, of: str = "an analysis") -> xr.DataArray:
     """Return a variable of a result with a lower and an upper bound, along the first dim."""
-    instance("variable", variable, str, "the name of a variable")
+    check_instance("variable", variable, str, "the name of a variable")
     data = variable_of(name, result, variable, of)
     if data.sizes.get("bound") != 2:
         having = [str(k) for k, array in result.items() if array.sizes.get("bound") == 2]

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 
-from flexband.errors import instance, positive, whole
+from flexband.errors import check_instance, check_integer, check_positive
 
 WIDTHS = {1: 3.4, 2: 7.0}
 """Of a figure of so many columns of a journal's page [in]."""
@@ -65,8 +65,8 @@ def style(columns: int = 1, *, height: float | None = None) -> AbstractContextMa
     InputError
         If there are neither one nor two columns, or the height is not positive.
     """
-    whole("columns", columns, 1, 2)
-    tall = 0.62 * WIDTHS[1] if height is None else float(positive("height", height, rank=0))
+    check_integer("columns", columns, 1, 2)
+    tall = 0.62 * WIDTHS[1] if height is None else float(check_positive("height", height, rank=0))
     return rc_context({**PRINT, "figure.figsize": (WIDTHS[columns], tall)})
 
 
@@ -76,7 +76,7 @@ def axes_of(ax: Axes | None) -> Axes:
         from matplotlib import pyplot  # noqa: PLC0415 (takes a second, and chooses a window system)
 
         return pyplot.figure(layout="constrained").add_subplot()
-    instance("ax", ax, Axes, "axes of Matplotlib")
+    check_instance("ax", ax, Axes, "axes of Matplotlib")
     return ax
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, function, instance, warn
+from flexband.errors import InputError, check_function, check_instance, warn
 from flexband.study.discretized import discretized
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -94,13 +94,13 @@ def compare(
     InputError
         If the study, the reference or a method is none, or the reference would take too many runs.
     """
-    instance("study", study, Study)
-    instance("methods", methods, list | tuple, "a list of methods")
+    check_instance("study", study, Study)
+    check_instance("methods", methods, list | tuple, "a list of methods")
     for method in (reference, *methods):
         check_method(method)
     for name, callback in (("progress", progress), ("finished", finished)):
         if callback is not None:
-            function(name, callback)
+            check_function(name, callback)
     study = study.located()
     space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
     check_runs(reference, space, count=count)

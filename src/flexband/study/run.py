@@ -14,11 +14,11 @@ from flexband.errors import (
     InputError,
     RunsNeeded,
     ToleranceWarning,
-    flag,
-    instance,
-    known,
+    check_flag,
+    check_instance,
+    check_integer,
+    check_option,
     warn,
-    whole,
     without_warnings,
 )
 from flexband.execution.store import Store
@@ -32,7 +32,7 @@ from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
 from flexband.uncertainty.answers.sensitivity.contributions import contributions
 from flexband.uncertainty.evaluations.evaluations import BATCH, POLICIES, forget_failed
-from flexband.uncertainty.surrogates.verification import MOST_RUNS, RUNS, verify
+from flexband.uncertainty.surrogates.verification import MAX_RUNS, RUNS, verify
 
 if TYPE_CHECKING:
     from flexband.study.study import Study
@@ -80,12 +80,12 @@ class RunOptions:
     retry_failed: bool = False
 
     def __post_init__(self) -> None:
-        whole("batch", self.batch, 1)
-        known("failed", self.failed, POLICIES)
+        check_integer("batch", self.batch, 1)
+        check_option("failed", self.failed, POLICIES)
         if self.verification_runs is not None:
-            whole("verification_runs", self.verification_runs, 2, MOST_RUNS, or_zero=True)
+            check_integer("verification_runs", self.verification_runs, 2, MAX_RUNS, or_zero=True)
         for name in ("record", "allow_mismatch", "replace", "retry_failed"):
-            flag(name, getattr(self, name))
+            check_flag(name, getattr(self, name))
 
     def verifying(self, study: Study) -> int:
         """Return the number of runs that verify the result of a study.
@@ -140,7 +140,7 @@ def run_study(
         As `expand` and `propagate` raise them.
     """
     options = RunOptions() if options is None else options
-    instance("options", options, RunOptions)
+    check_instance("options", options, RunOptions)
     home, about = StudyFolder(Path(folder)), dict(about or {})
     with home.held(kept=options.record):
         claim = home.claimed(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, instance, known
+from flexband.errors import InputError, check_instance, check_option
 from flexband.uncertainty.answers.limits import Limit, several
 from flexband.uncertainty.evaluations.evaluations import BATCH, Evaluations
 from flexband.uncertainty.inputs.choices import first_case
@@ -184,7 +184,7 @@ class Study:
 
 def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:
     """Return the units of inputs; members of correlated inputs may have their own."""
-    instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
+    check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
     members = (
         uncertain_input.members
         for uncertain_input in inputs.values()
@@ -192,8 +192,8 @@ def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[
     )
     names = [*inputs, *chain.from_iterable(members)]
     for name, unit in units.items():
-        known("units", name, names)
-        instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')
+        check_option("units", name, names)
+        check_instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')
     return dict(units)
 
 

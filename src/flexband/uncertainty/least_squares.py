@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, RunError, numbers, whole
+from flexband.errors import InputError, RunError, check_integer, check_numbers
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
@@ -64,10 +64,10 @@ class RegressionPCCI:
     leaves_out_failed = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "order", whole("order", self.order, 0, MAX_ORDER))
-        object.__setattr__(self, "seed", whole("seed", self.seed, 0))
+        object.__setattr__(self, "order", check_integer("order", self.order, 0, MAX_ORDER))
+        object.__setattr__(self, "seed", check_integer("seed", self.seed, 0))
         for name in ("q_norm", "oversampling"):
-            object.__setattr__(self, name, float(numbers(name, getattr(self, name))))
+            object.__setattr__(self, name, float(check_numbers(name, getattr(self, name))))
         if not 0 < self.q_norm <= 1:
             raise InputError(
                 f"q_norm must be above 0 and at most 1 (all terms up to the total order); "

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, whole
+from flexband.errors import InputError, check_integer
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
@@ -52,9 +52,9 @@ def shown(order: Order) -> str:
 def checked_order(name: str, order: Order) -> Order:
     """Return an order, or the orders by name; raise `InputError` unless all are from 0 to 100."""
     if not isinstance(order, Mapping):
-        return whole(name, order, 0, MAX_ORDER)
+        return check_integer(name, order, 0, MAX_ORDER)
     orders = {
-        key: whole(f"{name} of {key!r}", input_order, 0, MAX_ORDER)
+        key: check_integer(f"{name} of {key!r}", input_order, 0, MAX_ORDER)
         for key, input_order in order.items()
     }
     return OrdersByName(sorted(orders.items()))
@@ -153,7 +153,7 @@ class PCCI:
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (14)."""
-        return chebyshev_zeros(whole("order", order, 0, MAX_ORDER))
+        return chebyshev_zeros(check_integer("order", order, 0, MAX_ORDER))
 
     def orders(self, space: Space) -> tuple[list[int], list[int]]:
         """Return k of every random and q of every interval variable."""
@@ -196,4 +196,4 @@ class ImprovedPCCI(PCCI):
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
         """Return the points of an interval variable, Eq. (19)."""
-        return scaled_chebyshev_zeros(whole("order", order, 0, MAX_ORDER))
+        return scaled_chebyshev_zeros(check_integer("order", order, 0, MAX_ORDER))

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, flag, numbers
+from flexband.errors import InputError, check_flag, check_numbers
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import (
     HybridExpansion,
@@ -66,11 +66,11 @@ class PerturbationChebyshev:
         object.__setattr__(
             self, "interval_order", checked_order("interval_order", self.interval_order)
         )
-        step = float(numbers("step", self.step))
+        step = float(check_numbers("step", self.step))
         if not 0 < step <= 1:
             raise InputError(f"step must be above 0 and at most 1 standard deviation; got {step:g}")
         object.__setattr__(self, "step", step)
-        flag("improved", self.improved)
+        check_flag("improved", self.improved)
 
     @property
     def label(self) -> str:

@@ -13,7 +13,7 @@ from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.methods import Expanding, Method
 from flexband.uncertainty.runs.between import between_times
-from flexband.uncertainty.runs.budget import MOST_RUNS, check_method
+from flexband.uncertainty.runs.budget import MAX_RUNS, check_method
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
@@ -28,7 +28,7 @@ def propagate(
     *,
     sigmas: float = 1.0,
     batch: int = BATCH,
-    most_runs: int = MOST_RUNS,
+    most_runs: int = MAX_RUNS,
     store: Any = None,
     executor: Any = None,
     failed: str = "stop",
@@ -115,7 +115,7 @@ def expand(
     method: Expanding,
     *,
     batch: int = BATCH,
-    most_runs: int = MOST_RUNS,
+    most_runs: int = MAX_RUNS,
     store: Any = None,
     executor: Any = None,
     failed: str = "stop",

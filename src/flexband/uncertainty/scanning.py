@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.special import ndtri
 
 from flexband.arguments import frozen
-from flexband.errors import RunError, whole
+from flexband.errors import RunError, check_integer
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
@@ -40,7 +40,7 @@ class Scanning:
 
     def __post_init__(self) -> None:
         for name, least in (("samples", 2), ("points", 2), ("seed", 0)):
-            object.__setattr__(self, name, whole(name, getattr(self, name), least))
+            object.__setattr__(self, name, check_integer(name, getattr(self, name), least))
 
     def normals(self, dimension: int) -> np.ndarray:
         """Return samples of standard normal variables, shape (samples, dimension).

@@ -23,13 +23,13 @@ from flexband.cli.messages import (
     usage,
 )
 from flexband.cli.plan import Trust, plan_in
-from flexband.errors import whole
+from flexband.errors import check_integer
 from flexband.execution.names import STUDY
 from flexband.report.progress import progress_bars
 from flexband.study.results.limits import check_limits_in, has_probability
 from flexband.uncertainty.answers.limits import corridors
 from flexband.uncertainty.answers.probability.failure import COARSEST, FINEST
-from flexband.uncertainty.answers.probability.model import LEAST_RUNS, MOST_RUNS
+from flexband.uncertainty.answers.probability.model import MAX_RUNS, MIN_RUNS
 from flexband.uncertainty.answers.selection import surrogates_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
@@ -92,7 +92,7 @@ def limits(
         )
     if runs:
         with usage():
-            whole("--runs", runs, LEAST_RUNS, MOST_RUNS, or_zero=True)
+            check_integer("--runs", runs, MIN_RUNS, MAX_RUNS, or_zero=True)
         purpose = "corrects probabilities; --runs 0 does without"
         options |= {**runs_in(place, purpose, trust=trust), "runs": runs}
     check_folder(place)

@@ -45,11 +45,11 @@ TURNING = 1e3
 MASSLESS = 1e-12
 """Masses and inertias of rigid bodies that count as none, relative to the whole mechanism."""
 
-REGULAR_MASS, LEAST_REGULAR_MASS = 1e-4, 1e-10
+REGULAR_MASS, MIN_REGULAR_MASS = 1e-4, 1e-10
 """What matrices have instead, relative to the smallest that is not zero, and to the whole mechanism
 at least; see `projection.refine`."""
 
-LEAST_SHARING_MASS = 1e-6
+MIN_SHARING_MASS = 1e-6
 """Masses and inertias of rigid bodies that redundant constraints share forces by are at least this
 part of the whole mechanism's."""
 
@@ -326,7 +326,7 @@ def _regular(mechanism: Mechanism, mass: dict, scale: list) -> dict:
     inertia, whole = _inertias(mechanism, mass, scale)
     none = {i: m <= MASSLESS * whole for i, m in inertia.items()}
     least = np.minimum.reduce([np.where(none[i], whole, m) for i, m in inertia.items()])
-    least = np.maximum(REGULAR_MASS * least, LEAST_REGULAR_MASS * whole)
+    least = np.maximum(REGULAR_MASS * least, MIN_REGULAR_MASS * whole)
     regular = dict(mass)
     for i in _rigid_rows(mechanism):
         if none[i].any():
@@ -337,7 +337,7 @@ def _regular(mechanism: Mechanism, mass: dict, scale: list) -> dict:
 def _without_light(mechanism: Mechanism, mass: dict, scale: list) -> dict:
     """Return the mass matrix with larger masses and inertias of light rigid bodies."""
     inertia, whole = _inertias(mechanism, mass, scale)
-    least, heavier = LEAST_SHARING_MASS * whole, dict(mass)
+    least, heavier = MIN_SHARING_MASS * whole, dict(mass)
     for i in _rigid_rows(mechanism):
         if np.any(inertia[i] < least):
             heavier[i, i] = np.maximum(mass[i, i], least * np.square(scale[i]))

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, poissons_ratio, positive, shown
+from flexband.errors import InputError, check_finite, check_poissons_ratio, check_positive, shown
 from flexband.mechanics.bodies.assumed_strains import (
     ENDS,
     axial_strain,
@@ -57,7 +57,7 @@ They are those of r and r_x turned by 90°, and of r_y.
 """
 
 
-MOST_ROTARY_INERTIA = 10.0
+MAX_ROTARY_INERTIA = 10.0
 """Of a continuum element, relative to that of its section. Up to this factor the direction of the
 section grows less than the axis stretches in a free beam that spins, if it is nine times as long as
 its radius of gyration."""
@@ -155,14 +155,14 @@ class Beam(CentreLine):
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
         properties = [
-            ("Beam density [kg/m³]", self.density, positive),
-            ("Beam youngs_modulus [Pa]", self.youngs_modulus, positive),
-            ("Beam poissons_ratio", self.poissons_ratio, poissons_ratio),
+            ("Beam density [kg/m³]", self.density, check_positive),
+            ("Beam youngs_modulus [Pa]", self.youngs_modulus, check_positive),
+            ("Beam poissons_ratio", self.poissons_ratio, check_poissons_ratio),
         ]
         if self.shear_factor is not None:
-            properties.append(("Beam shear_factor", self.shear_factor, positive))
+            properties.append(("Beam shear_factor", self.shear_factor, check_positive))
         if self.rotary_inertia is not None:
-            properties.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, positive))
+            properties.append(("Beam rotary_inertia [kg m]", self.rotary_inertia, check_positive))
         return properties
 
     @property
@@ -204,7 +204,7 @@ class Beam(CentreLine):
         across = self.profile.across(along)
         plausible_section(across)
         plausible_length("a beam", np.asarray(self.length), across)
-        _check_arc(along("Beam curvature [1/m]", self.curvature, finite), across)
+        _check_arc(along("Beam curvature [1/m]", self.curvature, check_finite), across)
         if self.integration is not None:
             self._check_rotary_inertia(along)
             return self.integration.stiffness(Elasticity(E, nu, k), moments)
@@ -216,7 +216,7 @@ class Beam(CentreLine):
         Winkler's theory: fibres inside an arc are shorter than its axis by the factor 1 − κ₀y, so
         σ = (N + κ₀M)/A − M y/(Z (1 − κ₀y)), where Z = ∫y²/(1 − κ₀y) dA.
         """
-        curvature = along("Beam curvature [1/m]", self.curvature, finite)
+        curvature = along("Beam curvature [1/m]", self.curvature, check_finite)
         area, second, _ = self.profile.moments(along)
         ratio = curved_second_moment(self.profile, curvature, along)
         return curvature * second / area, 1 / (ratio * (1 - curvature * np.asarray(y)))
@@ -226,7 +226,7 @@ class Beam(CentreLine):
         E, nu = (along(*given) for given in self.properties()[1:3])
         if self.shear_factor is None:
             return Elasticity(E, nu, self.profile.shear_factor(nu, along))
-        return Elasticity(E, nu, along("Beam shear_factor", self.shear_factor, positive))
+        return Elasticity(E, nu, along("Beam shear_factor", self.shear_factor, check_positive))
 
     def element_stiffness(self) -> list[np.ndarray]:
         """Return the stiffness by the strains of an element [J], see `kernels.elements.beams`."""
@@ -241,7 +241,7 @@ class Beam(CentreLine):
         """Return the rotary inertia [kg m] at the positions of `along`."""
         if self.rotary_inertia is None:
             return self._sections_own(along)
-        return along("Beam rotary_inertia [kg m]", self.rotary_inertia, positive)
+        return along("Beam rotary_inertia [kg m]", self.rotary_inertia, check_positive)
 
     def _sections_own(self, along: Along) -> np.ndarray:
         """Return the rotary inertia ρI [kg m] of the section at the positions of `along`."""
@@ -250,13 +250,13 @@ class Beam(CentreLine):
     def _check_rotary_inertia(self, along: Along) -> None:
         """Raise `InputError` if the inertia would make sections of a continuum grow."""
         inertia, most = np.broadcast_arrays(
-            self._rotary(along), MOST_ROTARY_INERTIA * self._sections_own(along)
+            self._rotary(along), MAX_ROTARY_INERTIA * self._sections_own(along)
         )
         if np.any(inertia > most):
             worst = np.unravel_index(np.argmax(inertia / most), most.shape)
             raise InputError(
                 f"Beam rotary_inertia [kg m] must be at most {most[worst]:.3g}, "
-                f"{MOST_ROTARY_INERTIA:g} times that of the section, if there is an integration; "
+                f"{MAX_ROTARY_INERTIA:g} times that of the section, if there is an integration; "
                 f"got {inertia[worst]:.3g}. Leave integration out to give more"
             )
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite, shown
+from flexband.errors import InputError, check_finite, shown
 from flexband.mechanics.forms import Form, Frame
 
 Point = tuple[ArrayLike, ArrayLike]
@@ -94,7 +94,7 @@ def point(name: str, value: Any) -> tuple[np.ndarray, np.ndarray]:
     if not pair or len(value) != 2:
         raise InputError(f"{name} must be a pair; got {shown(value)}")
     x, y = value
-    return finite(f"{name} X [m]", x), finite(f"{name} Y [m]", y)
+    return check_finite(f"{name} X [m]", x), check_finite(f"{name} Y [m]", y)
 
 
 def add_pairs(entries: MassEntries, places: list[int], block: np.ndarray) -> None:

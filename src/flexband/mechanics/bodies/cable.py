@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import positive
+from flexband.errors import check_positive
 from flexband.mechanics.bodies.assumed_strains import (
     AXIAL,
     axial_strain,
@@ -78,9 +78,9 @@ class Cable(CentreLine):
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
         return (
-            ("Cable mass_per_length [kg/m]", self.mass_per_length, positive),
-            ("Cable axial_stiffness [N]", self.axial_stiffness, positive),
-            ("Cable bending_stiffness [N m²]", self.bending_stiffness, positive),
+            ("Cable mass_per_length [kg/m]", self.mass_per_length, check_positive),
+            ("Cable axial_stiffness [N]", self.axial_stiffness, check_positive),
+            ("Cable bending_stiffness [N m²]", self.bending_stiffness, check_positive),
         )
 
     def constraints(self, first: int) -> list[Form]:

@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import (
     InputError,
-    finite,
-    non_negative,
-    plausible_angle,
-    positive,
-    same_samples,
-    whole,
+    check_angle,
+    check_finite,
+    check_integer,
+    check_non_negative,
+    check_positive,
+    check_same_samples,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
 from flexband.mechanics.bodies.curves import PANELS, Path, arc, drawn, measured
@@ -33,7 +33,7 @@ from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.forms import Frame, Vector, add, scale
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
 
-MOST_ELEMENTS = 100_000
+MAX_ELEMENTS = 100_000
 
 FEW = 4
 """Elements of a member whose number of elements is left out."""
@@ -67,13 +67,13 @@ class CentreLine(Body):
 
     def __post_init__(self) -> None:
         name = type(self).__name__
-        positive(f"{name} length [m]", self.length)
+        check_positive(f"{name} length [m]", self.length)
         if self.elements is None:
             object.__setattr__(self, "elements", FEW)
             object.__setattr__(self, "elements_left_out", True)
-        elements = whole(f"{name} elements", self.elements, 1, MOST_ELEMENTS)
+        elements = check_integer(f"{name} elements", self.elements, 1, MAX_ELEMENTS)
         object.__setattr__(self, "elements", elements)
-        whole(f"{name} elements_per_node", self.elements_per_node, 1, elements)
+        check_integer(f"{name} elements_per_node", self.elements_per_node, 1, elements)
         places = [0.0, *self.divisions, 1.0] if isinstance(self.divisions, tuple) else [0.0]
         numeric = all(isinstance(place, float) for place in places)
         if not (numeric and np.all(np.diff(places) > 0) and len(places) > 1):
@@ -82,17 +82,17 @@ class CentreLine(Body):
                 f"{self.divisions!r}"
             )
         start = point(f"{name} start", self.start)
-        plausible_angle(f"{name} angle", self.angle)
+        check_angle(f"{name} angle", self.angle)
         velocity = point(f"{name} velocity", self.velocity)
-        finite(f"{name} rate [rad/s]", self.rate)
-        non_negative(f"{name} retardation [s]", self.retardation)
-        curvature = (f"{name} curvature [1/m]", self.curvature, finite)
+        check_finite(f"{name} rate [rad/s]", self.rate)
+        check_non_negative(f"{name} retardation [s]", self.retardation)
+        curvature = (f"{name} curvature [1/m]", self.curvature, check_finite)
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
         bent = [] if callable(self.curvature) else [self.curvature]
         motion = self.angle, self.rate, *start, *velocity
-        same_samples(name, self.length, self.retardation, *bent, *motion)
+        check_same_samples(name, self.length, self.retardation, *bent, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:
@@ -210,7 +210,7 @@ class CentreLine(Body):
         length = np.atleast_1d(self.even_length)[:, None]
         if callable(self.curvature):
             places = np.arange(self.elements * PANELS + 1) / PANELS
-            curvature = self.evaluated(places, "curvature [1/m]", self.curvature, finite)
+            curvature = self.evaluated(places, "curvature [1/m]", self.curvature, check_finite)
             steps = None if self.mesh.even else PANELS * self.mesh.at(places)
             x, y, turned = drawn(curvature, length / PANELS, steps)
         else:
@@ -351,7 +351,7 @@ class CentreLine(Body):
         """
         force: dict[int, np.ndarray] = {}
         for axis, value in enumerate((x, y)):
-            at_points = self.at_gauss_points(f"load {'xy'[axis]} [N/m]", value, finite)
+            at_points = self.at_gauss_points(f"load {'xy'[axis]} [N/m]", value, check_finite)
             parts = np.einsum("neg,nieg->nei", at_points * self.weights, self._shapes)
             for e in range(self.elements):
                 for k, place in enumerate(self._axis_places(e)):

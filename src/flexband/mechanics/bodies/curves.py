@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import cumulative_simpson
 from scipy.interpolate import CubicSpline
 
-from flexband.errors import InputError, finite, returned
+from flexband.errors import InputError, check_finite, returned
 
 Path = Callable[[np.ndarray], ArrayLike] | Sequence[tuple[float, float]] | np.ndarray
 """A curve: a function that maps u, shape (m,), from 0 to 1 to points (X, Y) [m], shape (m, 2), or
@@ -42,9 +42,9 @@ def measured(path: Path) -> Curve:
     """
     u = np.linspace(0.0, 1.0, SAMPLES)
     if callable(path):
-        points = finite("path", returned(path, u, "path"), rank=None)
+        points = check_finite("path", returned(path, u, "path"), rank=None)
     else:
-        knots = finite("path", path, rank=None)
+        knots = check_finite("path", path, rank=None)
         if knots.ndim != 2 or knots.shape[1] != 2 or len(knots) < 3:
             raise InputError(f"path must have shape (m, 2), m ≥ 3; got shape {knots.shape}")
         chord = np.append(0.0, np.cumsum(np.hypot(*np.diff(knots, axis=0).T)))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LEAST_DISTANCE = 0.01
+MIN_DISTANCE = 0.01
 """Of points where a line is divided from each other and from the ends, in units; a point that is
 closer is not at a node, but so near that the element beside the node carries its load."""
 
@@ -76,7 +76,7 @@ def _apart(places: np.ndarray, end: float) -> list[float]:
     """Return the places that are not too close to the ends and to the place before."""
     kept = [0.0]
     for place in places:
-        if min(place - kept[-1], end - place) > LEAST_DISTANCE:
+        if min(place - kept[-1], end - place) > MIN_DISTANCE:
             kept.append(float(place))
     return kept[1:]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import known, non_negative
+from flexband.errors import check_non_negative, check_option
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.forms import Form, Frame, fixed
 
@@ -37,7 +37,7 @@ class PointMass(Body):
     per_node: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
-        non_negative("PointMass mass [kg]", self.mass)
+        check_non_negative("PointMass mass [kg]", self.mass)
         point("PointMass position", self.position)
         point("PointMass velocity", self.velocity)
 
@@ -51,6 +51,6 @@ class PointMass(Body):
         return {(i, i): np.asarray(self.mass, dtype=float) for i in range(2)}
 
     def frame(self, name: str, first: int) -> Frame:
-        known("point", name, ["center"])
+        check_option("point", name, ["center"])
         position = Form.variable(first), Form.variable(first + 1)
         return Frame(position, fixed((1.0, 0.0)), fixed((0.0, 1.0)), rigid=True)

@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
-    finite,
-    instance,
-    known,
-    non_negative,
-    plausible_angle,
-    positive,
-    same_samples,
+    check_angle,
+    check_finite,
+    check_instance,
+    check_non_negative,
+    check_option,
+    check_positive,
+    check_same_samples,
     shown,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
@@ -72,9 +72,11 @@ class RigidBody(Body):
     per_node: ClassVar[int] = 4
 
     def __post_init__(self) -> None:
-        non_negative("RigidBody mass [kg]", self.mass)
-        non_negative("RigidBody inertia [kg m²]", self.inertia)
-        instance("RigidBody points", self.points, Mapping, "a mapping from names to coordinates")
+        check_non_negative("RigidBody mass [kg]", self.mass)
+        check_non_negative("RigidBody inertia [kg m²]", self.inertia)
+        check_instance(
+            "RigidBody points", self.points, Mapping, "a mapping from names to coordinates"
+        )
         places = []
         for name, place in self.points.items():
             if not isinstance(name, str) or not name or name == "center":
@@ -84,9 +86,9 @@ class RigidBody(Body):
             places += point(f"RigidBody point {name!r}", place)
         for name in ("center", "position", "velocity"):
             places += point(f"RigidBody {name}", getattr(self, name))
-        plausible_angle("RigidBody angle", self.angle)
-        finite("RigidBody rate [rad/s]", self.rate)
-        same_samples("RigidBody", self.mass, self.inertia, self.angle, self.rate, *places)
+        check_angle("RigidBody angle", self.angle)
+        check_finite("RigidBody rate [rad/s]", self.rate)
+        check_same_samples("RigidBody", self.mass, self.inertia, self.angle, self.rate, *places)
 
     @staticmethod
     def block(
@@ -105,11 +107,11 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        a = positive("block length [m]", length)
-        b = positive("block height [m]", height)
-        c = positive("block width [m]", width)
-        rho = non_negative("block density [kg/m³]", density)
-        same_samples("block", a, b, c, rho)
+        a = check_positive("block length [m]", length)
+        b = check_positive("block height [m]", height)
+        c = check_positive("block width [m]", width)
+        rho = check_non_negative("block density [kg/m³]", density)
+        check_same_samples("block", a, b, c, rho)
         plausible_block(a, b, c)
         mass = rho * a * b * c
         return RigidBody(mass=mass, inertia=mass * (a**2 + b**2) / 12, **motion)
@@ -131,10 +133,10 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        r = positive("disc radius [m]", radius)
-        w = positive("disc width [m]", width)
-        rho = non_negative("disc density [kg/m³]", density)
-        same_samples("disc", r, w, rho)
+        r = check_positive("disc radius [m]", radius)
+        w = check_positive("disc width [m]", width)
+        rho = check_non_negative("disc density [kg/m³]", density)
+        check_same_samples("disc", r, w, rho)
         mass = rho * np.pi * r**2 * w
         return RigidBody(mass=mass, inertia=mass * r**2 / 2, **motion)
 
@@ -161,16 +163,16 @@ class RigidBody(Body):
         if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
             raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
-        thickness = positive("polygon width [m]", width)
-        rho = non_negative("polygon density [kg/m³]", density)
-        same_samples("polygon", thickness, rho, *chain(*corners))
+        thickness = check_positive("polygon width [m]", width)
+        rho = check_non_negative("polygon density [kg/m³]", density)
+        check_same_samples("polygon", thickness, rho, *chain(*corners))
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)
         doubled = x * y2 - x2 * y
         area = doubled.sum(axis=0) / 2
         turn = np.sign(area)
         per_area = thickness * rho
-        positive("area enclosed by the polygon vertices [m²]", area * turn)
+        check_positive("area enclosed by the polygon vertices [m²]", area * turn)
         edge_starts = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
         met = touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
         if met is not None:
@@ -213,11 +215,11 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        half = positive("bar length [m]", length) / 2
-        turn, spin = finite("bar angle [rad]", angle), finite("bar rate [rad/s]", rate)
+        half = check_positive("bar length [m]", length) / 2
+        turn, spin = check_finite("bar angle [rad]", angle), check_finite("bar rate [rad/s]", rate)
         x, y = point("bar start", start)
         vx, vy = point("bar velocity", velocity)
-        same_samples("bar", half, turn, spin, x, y, vx, vy)
+        check_same_samples("bar", half, turn, spin, x, y, vx, vy)
         across, along = half * np.sin(turn), half * np.cos(turn)
         return RigidBody.block(
             length=length,
@@ -249,7 +251,7 @@ class RigidBody(Body):
 
     def frame(self, name: str, first: int) -> Frame:
         points = {"center": self.center, **self.points}
-        known("point", name, points)
+        check_option("point", name, points)
         (x, y), (cx, cy) = points[name], self.center
         return Frame.of_rigid_node(first).moved(np.subtract(x, cx), np.subtract(y, cy))
 

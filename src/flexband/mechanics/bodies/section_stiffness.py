@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import numbers, positive
+from flexband.errors import check_numbers, check_positive
 
 
 class SectionStiffness(NamedTuple):
@@ -116,7 +116,7 @@ class SelectiveIntegration:
 
     def __post_init__(self) -> None:
         if self.shear_factor is not None:
-            positive("shear_factor", numbers("shear_factor", self.shear_factor))
+            check_positive("shear_factor", check_numbers("shear_factor", self.shear_factor))
 
     def stiffness(self, material: Elasticity, moments: Sequence[np.ndarray]) -> SectionStiffness:
         E, k, (_, m2, m4) = material.E, self._factor(material), moments

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, positive
+from flexband.errors import InputError, check_positive
 from flexband.mechanics.bodies.properties import Along, Property
 
 
@@ -43,7 +43,7 @@ class _Given:
         for field in fields(self):
             value = getattr(self, field.name)
             if not (callable(value) or value is field.default is None):
-                positive(f"{type(self).__name__} {field.name}", value)
+                check_positive(f"{type(self).__name__} {field.name}", value)
 
 
 @frozen()
@@ -65,11 +65,11 @@ class Rectangle(_Given):
     width: Property
 
     def moments(self, along: Along) -> list[np.ndarray]:
-        h, w = self.across(along), along("width [m]", self.width, positive)
+        h, w = self.across(along), along("width [m]", self.width, check_positive)
         return [w * h, w * h**3 / 12, w * h**5 / 80]
 
     def across(self, along: Along) -> np.ndarray:
-        return along("height [m]", self.height, positive)
+        return along("height [m]", self.height, check_positive)
 
     def shear_factor(self, nu: np.ndarray, along: Along) -> np.ndarray:
         return 10 * (1 + nu) / (12 + 11 * nu)
@@ -107,12 +107,12 @@ class Circle(_Given):
         return [np.pi / c * (full**k - hole**k) for c, k in ((4.0, 2), (64.0, 4), (512.0, 6))]
 
     def across(self, along: Along) -> np.ndarray:
-        return along("diameter [m]", self.diameter, positive)
+        return along("diameter [m]", self.diameter, check_positive)
 
     def _hole(self, along: Along) -> np.ndarray:
         if self.inner_diameter is None:
             return np.zeros(1)
-        return along("inner_diameter [m]", self.inner_diameter, positive)
+        return along("inner_diameter [m]", self.inner_diameter, check_positive)
 
     def shear_factor(self, nu: np.ndarray, along: Along) -> np.ndarray:
         m = (self._hole(along) / self.across(along)) ** 2
@@ -147,11 +147,11 @@ class GeneralSection(_Given):
     shear: float = 5 / 6
 
     def moments(self, along: Along) -> list[np.ndarray]:
-        area = along("area [m²]", self.area, positive)
-        second = along("second_moment [m⁴]", self.second_moment, positive)
+        area = along("area [m²]", self.area, check_positive)
+        second = along("second_moment [m⁴]", self.second_moment, check_positive)
         if self.fourth_moment is None:
             return [area, second, 1.8 * second**2 / area]
-        return [area, second, along("fourth_moment [m⁶]", self.fourth_moment, positive)]
+        return [area, second, along("fourth_moment [m⁶]", self.fourth_moment, check_positive)]
 
     def across(self, along: Along) -> np.ndarray:
         area, second, _ = self.moments(along)

@@ -10,14 +10,14 @@ import numpy as np
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.closing import closed, guessed
 from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
+from flexband.mechanics.engine.initial_conditions import CONSTRAINT_TOLERANCE
+from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import MASSLESS_PIVOT, SMALLEST_PIVOT, ZERO_PIVOT
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
-from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE
 from flexband.mechanics.engine.straining import Largest, Members, kept_steps
 from flexband.mechanics.engine.threads import (
     Progress,

@@ -8,10 +8,10 @@ import numpy as np
 
 from flexband.errors import warn
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.closing import rigid_motions
+from flexband.mechanics.engine.loop_closure import rigid_motions
 from flexband.mechanics.engine.redundancy import RANK, jacobian
 
-LEAST_TURN, LEAST_MOVE, LEAST_RATE = 1e-6, 1e-6, 1e-6
+MIN_TURN, MIN_MOVE, MIN_RATE = 1e-6, 1e-6, 1e-6
 """Smaller changes are not reported: in rad, and relative to the mechanism and to a given rate."""
 
 LARGE_TURN = 0.1
@@ -78,18 +78,18 @@ def report(system: System, found: Corrections) -> dict[str, str | float]:
         return float(change[b, sample]), f"body {names[b]!r}", where
 
     turn, body, where = largest(found.turns)
-    if turn > LEAST_TURN:
+    if turn > MIN_TURN:
         attributes["largest_turn"] = turn
         said.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
         if turn > LARGE_TURN:
             warn(said[-1] + ", since the joints cannot be met at the given angles")
     move, body, where = largest(found.moves)
-    if move > LEAST_MOVE * size:
+    if move > MIN_MOVE * size:
         attributes["largest_move"] = move
         said.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
     for change, what in ((found.rates, "rate"), (found.speeds, "velocity")):
         relative, body, where = largest(change)
-        if relative > LEAST_RATE:
+        if relative > MIN_RATE:
             said.append(
                 f"joints change the given {what} of {body} by {100 * relative:.3g} %{where}"
             )

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.mechanics.engine.generalized_alpha import march
-from flexband.mechanics.engine.settle import settle
-from flexband.mechanics.engine.start import start
+from flexband.mechanics.engine.initial_conditions import start
+from flexband.mechanics.engine.static_solver import settle
 from flexband.mechanics.kernels.equations import loads, residual, sense, tangent
 from flexband.mechanics.kernels.lanes import cached, filled
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.closing import gaps
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, UNDETERMINED
-from flexband.mechanics.engine.settle import NOT_SETTLED
-from flexband.mechanics.engine.start import NOT_ASSEMBLED, SINGULAR_START
+from flexband.mechanics.engine.initial_conditions import NOT_ASSEMBLED, SINGULAR_START
+from flexband.mechanics.engine.loop_closure import gaps
+from flexband.mechanics.engine.static_solver import NOT_SETTLED
 from flexband.mechanics.loads.compiled_laws import take_failures
 from flexband.words import number_of
 
@@ -19,7 +19,7 @@ SHORTER = (
     "rest_length: see 'Start from equilibrium' in docs/mechanisms.md"
 )
 
-MOST_SHOWN = 5
+MAX_SHOWN = 5
 """Causes in a message, and samples of a cause."""
 
 WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH, SNAPPED_THROUGH = 5.0, 7.0, 8.0, 9.0
@@ -116,12 +116,12 @@ def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
     for sample, (time, reason) in found.items():
         samples.setdefault(f"t = {time:g} s: {reason}", []).append(sample)
     lines = []
-    for cause, group in list(samples.items())[:MOST_SHOWN]:
-        more = f" and {len(group) - MOST_SHOWN} more" if len(group) > MOST_SHOWN else ""
-        numbers = ", ".join(map(str, group[:MOST_SHOWN]))
+    for cause, group in list(samples.items())[:MAX_SHOWN]:
+        more = f" and {len(group) - MAX_SHOWN} more" if len(group) > MAX_SHOWN else ""
+        numbers = ", ".join(map(str, group[:MAX_SHOWN]))
         lines.append(f"{'sample' if len(group) == 1 else 'samples'} {numbers}{more}, {cause}")
-    if len(samples) > MOST_SHOWN:
-        lines.append(f"... and {len(samples) - MOST_SHOWN} more")
+    if len(samples) > MAX_SHOWN:
+        lines.append(f"... and {len(samples) - MAX_SHOWN} more")
     return lines
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, numbers, positive, warn
+from flexband.errors import InputError, check_numbers, check_positive, warn
 from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
     ZERO_PIVOT,
@@ -98,10 +98,10 @@ class GeneralizedAlpha:
     tolerance: float = 1e-10
 
     def __post_init__(self) -> None:
-        rho = numbers("spectral_radius", self.spectral_radius)
+        rho = check_numbers("spectral_radius", self.spectral_radius)
         if not 0 <= rho <= 1:
             raise InputError(f"spectral_radius must be from 0 to 1; got {rho:g}")
-        positive("tolerance", numbers("tolerance", self.tolerance))
+        check_positive("tolerance", check_numbers("tolerance", self.tolerance))
         if not TINY_TOLERANCE < self.tolerance < LARGE_TOLERANCE:
             warn(
                 f"GeneralizedAlpha tolerance is {self.tolerance:g} of the mechanism's size; "

@@ -68,10 +68,10 @@ massless bodies and no redundant constraint."""
 MASSLESS_PIVOT = 1e-10
 """The same where bodies are massless: what matrices have in place of zeros is small as well."""
 
-SHARING_PASSES, MOST_SHARING_PASSES = 4, 40
+SHARING_PASSES, MAX_SHARING_PASSES = 4, 40
 """The least, which is enough where masses differ by less than 1e4, and the most."""
 
-REFINEMENTS, MOST_REFINEMENTS = 2, 20
+REFINEMENTS, MAX_REFINEMENTS = 2, 20
 """Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its error,
 and the most, where masses hardly determine the motion."""
 
@@ -171,7 +171,7 @@ def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matri
     largest, last = none, none
     for i in range(state.angle):
         store(t, i, load(x, i))
-    for count in range(MOST_REFINEMENTS):
+    for count in range(MAX_REFINEMENTS):
         n = 0
         for i in range(state.angle):
             p = mass.massless[n]
@@ -326,7 +326,7 @@ def share(structure, values, now, work, shared):
     factorize(structure.pattern, matrix, none, r)
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
-    for count in range(MOST_SHARING_PASSES):  # z holds what is left to carry
+    for count in range(MAX_SHARING_PASSES):  # z holds what is left to carry
         clear(r, state.velocity)
         add_constraints(structure.terms, values.terms, values.functions, now, z, r)
         pass_on_moments(structure.vectors, values.vectors, state, z, r)

@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from flexband.errors import whole
+from flexband.errors import check_integer
 from flexband.mechanics.kernels.lane_type import zeros
 
 Progress = Callable[[int, int], object]
@@ -52,7 +52,7 @@ def in_parallel(
     `beat` is called every second while there is nothing else to tell.
     An error, or Ctrl-C, stops all blocks at their next step.
     """
-    count = available_cores() if threads is None else whole("threads", threads, 1)
+    count = available_cores() if threads is None else check_integer("threads", threads, 1)
     numbers, finished, stop = iter(range(blocks)), SimpleQueue(), zeros(1)
 
     def work() -> None:

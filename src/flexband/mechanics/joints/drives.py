@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import function
+from flexband.errors import check_function
 from flexband.mechanics.forms import (
     Composed,
     Form,
@@ -52,7 +52,7 @@ class PrescribedRotation(Joint):
     angle: TimeFunction
 
     def __post_init__(self) -> None:
-        function("PrescribedRotation angle", self.angle, " of time")
+        check_function("PrescribedRotation angle", self.angle, " of time")
 
     def _direction(self) -> Vector:
         name = "PrescribedRotation angle [rad]"
@@ -97,7 +97,7 @@ class PrescribedTravel(PairJoint):
     axis: tuple[float, float] = (1.0, 0.0)
 
     def __post_init__(self) -> None:
-        function("PrescribedTravel travel", self.travel, " of time")
+        check_function("PrescribedTravel travel", self.travel, " of time")
         check_axis("PrescribedTravel axis", self.axis)
 
     def _axis(self, frame: Resolve) -> Vector:
@@ -135,8 +135,8 @@ class PrescribedPath(Joint):
     y: TimeFunction
 
     def __post_init__(self) -> None:
-        function("PrescribedPath x", self.x, " of time")
-        function("PrescribedPath y", self.y, " of time")
+        check_function("PrescribedPath x", self.x, " of time")
+        check_function("PrescribedPath y", self.y, " of time")
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r − (x, y)."""

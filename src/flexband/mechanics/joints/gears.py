@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite
+from flexband.errors import InputError, check_finite
 from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
 from flexband.mechanics.joints.joint import (
     PairJoint,
@@ -55,7 +55,7 @@ class Gear(PairJoint):
 
     def __post_init__(self) -> None:
         radii = [
-            finite(f"Gear {name} [m]", getattr(self, name))
+            check_finite(f"Gear {name} [m]", getattr(self, name))
             for name in ("first_radius", "second_radius")
         ]
         if np.any(radii[0] == 0) or np.any(radii[1] == 0) or np.any(radii[0] + radii[1] == 0):
@@ -117,7 +117,7 @@ class Rack(PairJoint):
     holds_start = True
 
     def __post_init__(self) -> None:
-        if np.any(finite("Rack radius [m]", self.radius) == 0):
+        if np.any(check_finite("Rack radius [m]", self.radius) == 0):
             raise InputError(f"Rack radius [m] must not be zero; got {self.radius}")
         check_axis("Rack axis", self.axis)
 

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, numbers
+from flexband.errors import InputError, check_numbers
 from flexband.mechanics.bodies.body import Point
 from flexband.mechanics.forms import Form, Frame, Vector
 
@@ -104,5 +104,5 @@ def straight(kind: str, line: Frame) -> Frame:
 
 def check_axis(name: str, axis: tuple[float, float]) -> None:
     """Raise `InputError` if an axis has no length."""
-    if np.linalg.norm(numbers(name, axis, 2)) == 0:
+    if np.linalg.norm(check_numbers(name, axis, 2)) == 0:
         raise InputError(f"{name} must have a length; got {axis}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import flag, plausible_angle, positive
+from flexband.errors import check_angle, check_flag, check_positive
 from flexband.mechanics.forms import Form, Vector, cross, dot, scale, subtract, turned
 from flexband.mechanics.joints.joint import (
     Couple,
@@ -67,8 +67,8 @@ class Weld(PairJoint):
     axis: bool = False
 
     def __post_init__(self) -> None:
-        plausible_angle("Weld angle", self.angle)
-        flag("Weld axis", self.axis)
+        check_angle("Weld angle", self.angle)
+        check_flag("Weld axis", self.axis)
 
     def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
         return turned(frame(self.second).normal, self.angle), frame(self.first).normal
@@ -123,7 +123,7 @@ class Prismatic(PairJoint):
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
-        plausible_angle("Prismatic angle", self.angle)
+        check_angle("Prismatic angle", self.angle)
 
     def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
         return turned(frame(self.second).normal, self.angle), frame(self.first).normal
@@ -202,7 +202,7 @@ class Distance(PairJoint):
     length: ArrayLike
 
     def __post_init__(self) -> None:
-        positive("Distance length [m]", self.length)
+        check_positive("Distance length [m]", self.length)
 
     def rods(self, frame: Resolve) -> list[Vector]:
         """Return d = r_first − r_second."""

@@ -18,7 +18,7 @@ ITERATIONS = 10
 TOLERANCE = 1e-12
 """Of the constraints, relative to the size of the mechanism."""
 
-LEAST_SINGULAR_VALUE = 1e-3
+MIN_SINGULAR_VALUE = 1e-3
 """Relative to the largest: what could only be met by a much longer way is left to assembly."""
 
 
@@ -55,7 +55,7 @@ def placed(
                 for moved, other in ((i, j), (j, i)):
                     if moved in column:
                         jacobian[:, k, column[moved]] += factor * z[other, apart]
-        inverse = np.linalg.pinv(jacobian, rcond=LEAST_SINGULAR_VALUE)
+        inverse = np.linalg.pinv(jacobian, rcond=MIN_SINGULAR_VALUE)
         shift = np.zeros((2 * len(bodies), len(apart)))
         for k in range(len(rows)):  # in this order, whatever the number of samples
             shift -= inverse[:, :, k].T * misfit[k, apart]

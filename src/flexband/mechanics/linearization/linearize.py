@@ -23,7 +23,7 @@ from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
 from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
 
-NUDGE = 1e-6
+PERTURBATION = 1e-6
 """Displacement of the central differences of loads, relative to the size of the mechanism."""
 
 NO_LENGTH = 1e-12
@@ -204,9 +204,9 @@ class Equations:
         if not (len(structure.forces.row) or len(structure.laws.address)):
             return derivatives[0], derivatives[1]
         half = WIDTH // 2
-        pace = NUDGE * max(1.0, abs(spin.rate))
+        pace = PERTURBATION * max(1.0, abs(spin.rate))
         for part, first, steps in (
-            (0, self.q.start, NUDGE * self.size),
+            (0, self.q.start, PERTURBATION * self.size),
             (1, self.v.start, pace * self.size),
         ):
             for begin in range(0, n, half):

@@ -15,7 +15,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import SETTLE
 from flexband.mechanics.engine.failures import SNAPPED_THROUGH
-from flexband.mechanics.engine.settle import ITERATIONS
+from flexband.mechanics.engine.static_solver import ITERATIONS
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.linearize import Equations, Spin

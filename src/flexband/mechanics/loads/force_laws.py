@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, function, non_negative, shown
+from flexband.errors import InputError, check_function, check_non_negative, shown
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.compiled_laws import Law, compiled_law
 from flexband.mechanics.loads.load import Entries, InTime, LawEntry, LoadModel, in_time
@@ -53,7 +53,7 @@ class ForceLaw:
             raise InputError(f"ForceLaw parameters must be a list of numbers; got {given}")
         for k, value in enumerate(self.parameters):
             in_time(f"ForceLaw parameter {k}", value)
-        function("ForceLaw law", self.law)
+        check_function("ForceLaw law", self.law)
         compiled_law(self.law, len(self.points), len(self.parameters))
 
     def enters(self, model: LoadModel) -> Entries:
@@ -80,7 +80,7 @@ class ViscousFriction:
     damping: ArrayLike
 
     def __post_init__(self) -> None:
-        non_negative("ViscousFriction damping [N s/m]", self.damping)
+        check_non_negative("ViscousFriction damping [N s/m]", self.damping)
 
     @property
     def points(self) -> Sequence[PointName]:

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite
+from flexband.errors import InputError, check_finite
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.joints.joint import PointName
@@ -127,4 +127,4 @@ def in_time(name: str, value: InTime) -> Form:
     """Return a form; raise `InputError` for a value that is neither finite nor a function."""
     if isinstance(value, type):
         raise InputError(f"{name} must be finite numbers or a function of time; got {value!r}")
-    return Form.function(value) if callable(value) else Form.constant(finite(name, value))
+    return Form.function(value) if callable(value) else Form.constant(check_finite(name, value))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, flag, function
+from flexband.errors import InputError, check_finite, check_flag, check_function
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.forms import Form, TimeFunction, about, at_point, moves
 from flexband.mechanics.joints.joint import PointName
@@ -35,8 +35,8 @@ class Gravity:
     y: ArrayLike = -9.81
 
     def __post_init__(self) -> None:
-        finite("Gravity x [m/s²]", self.x)
-        finite("Gravity y [m/s²]", self.y)
+        check_finite("Gravity x [m/s²]", self.x)
+        check_finite("Gravity y [m/s²]", self.y)
 
     @property
     def points(self) -> Sequence[PointName]:
@@ -76,7 +76,7 @@ class Force:
     def __post_init__(self) -> None:
         for name, value in (("x", self.x), ("y", self.y)):
             in_time(f"Force {name} [N]", value)
-        flag("Force following", self.following)
+        check_flag("Force following", self.following)
 
     @property
     def points(self) -> Sequence[PointName]:
@@ -154,9 +154,9 @@ class DistributedLoad:
     def __post_init__(self) -> None:
         for name, value in (("x", self.x), ("y", self.y)):
             if not callable(value):
-                finite(f"DistributedLoad {name} [N/m]", value)
+                check_finite(f"DistributedLoad {name} [N/m]", value)
         if self.factor is not None:
-            function("DistributedLoad factor", self.factor, " of time")
+            check_function("DistributedLoad factor", self.factor, " of time")
 
     @property
     def points(self) -> Sequence[PointName]:

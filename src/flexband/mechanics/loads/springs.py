@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, non_negative, plausible_angle
+from flexband.errors import InputError, check_angle, check_finite, check_non_negative
 from flexband.mechanics.forms import moves, subtract
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, SpringEntry, in_time
@@ -43,11 +43,11 @@ class Spring:
     pull: InTime = 0.0
 
     def __post_init__(self) -> None:
-        non_negative("Spring stiffness [N/m]", self.stiffness)
+        check_non_negative("Spring stiffness [N/m]", self.stiffness)
         if self.rest_length is not None:
-            non_negative("Spring rest_length [m]", self.rest_length)
-        finite("Spring cubic [N/m³]", self.cubic)
-        non_negative("Spring damping [N s/m]", self.damping)
+            check_non_negative("Spring rest_length [m]", self.rest_length)
+        check_finite("Spring cubic [N/m³]", self.cubic)
+        check_non_negative("Spring damping [N s/m]", self.damping)
         in_time("Spring pull [N]", self.pull)
 
     @property
@@ -96,11 +96,11 @@ class TorsionSpring:
     torque: InTime = 0.0
 
     def __post_init__(self) -> None:
-        non_negative("TorsionSpring stiffness [N m/rad]", self.stiffness)
-        non_negative("TorsionSpring damping [N m s/rad]", self.damping)
-        finite("TorsionSpring cubic [N m/rad³]", self.cubic)
+        check_non_negative("TorsionSpring stiffness [N m/rad]", self.stiffness)
+        check_non_negative("TorsionSpring damping [N m s/rad]", self.damping)
+        check_finite("TorsionSpring cubic [N m/rad³]", self.cubic)
         if self.rest_angle is not None:
-            plausible_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
+            check_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
         in_time("TorsionSpring torque [N m]", self.torque)
 
     @property

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, known
+from flexband.errors import InputError, check_option
 from flexband.mechanics.forms import Form
 from flexband.mechanics.joints.joint import Couple
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
@@ -35,7 +35,7 @@ class Reaction(Sensor):
     impulsive = True
 
     def __post_init__(self) -> None:
-        known("axes", self.axes, ["global", "body"])
+        check_option("axes", self.axes, ["global", "body"])
 
     def outputs(self) -> list[tuple[str, str]]:
         return [("_X", "N"), ("_Y", "N")] if self.axes == "global" else [("_x", "N"), ("_y", "N")]

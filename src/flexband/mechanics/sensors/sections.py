@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite
+from flexband.errors import InputError, check_finite
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.properties import Property
@@ -140,7 +140,7 @@ class Strain(_Local):
     y: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        finite(f"{type(self).__name__} y [m]", self.y)
+        check_finite(f"{type(self).__name__} y [m]", self.y)
 
     units = (("_xx", "1"), ("_yy", "1"), ("_xy", "1"))
     tensor = True

@@ -14,7 +14,7 @@ import numpy as np
 
 from flexband.mechanics.time_functions.evaluation import Evaluation
 
-POINTS, MOST_POINTS, MOST_CALLS = 64, 2**18, 2**14
+POINTS, MAX_POINTS, MAX_CALLS = 64, 2**18, 2**14
 """Points per step, and the most points of a run with one call for many of them or for each."""
 
 POINTS_AT_ONCE = 2**20
@@ -29,7 +29,7 @@ OUTSTANDING = 4.0
 FINER_POINTS = 65
 """On the four intervals around such a difference, so that both ends of a pulse are seen."""
 
-MOST_PER_STEP = 4
+MAX_PER_STEP = 4
 """Such differences per step in a column that is looked at further."""
 
 POINTS_OF_CURVATURE = 16
@@ -81,7 +81,7 @@ class Breakpoints(NamedTuple):
 
 def points_per_step(at: Evaluation, steps: int) -> int:
     """Return at how many points of each step a function is looked at, an even number."""
-    return max(2, min(POINTS, (MOST_POINTS if at.at_once else MOST_CALLS) // steps) // 2 * 2)
+    return max(2, min(POINTS, (MAX_POINTS if at.at_once else MAX_CALLS) // steps) // 2 * 2)
 
 
 def locate(
@@ -182,7 +182,7 @@ def _suspected(
         columns.append(column[chosen])
         centres.append(grid[row // at.columns, place][chosen])
     column, centre = np.concatenate(columns), np.concatenate(centres)
-    chosen = few(column, at.columns, MOST_PER_STEP * (len(times) - 1))[column]
+    chosen = few(column, at.columns, MAX_PER_STEP * (len(times) - 1))[column]
     return column[chosen], centre[chosen]
 
 

@@ -14,10 +14,10 @@ from flexband.mechanics.time_functions.evaluation import Evaluation
 POINTS = 17
 """On each part of a step between breakpoints."""
 
-REMAINING_MISS, MOST_PARTS = 1e-3, 32
+REMAINING_MISS, MAX_PARTS = 1e-3, 32
 """Distance of a function from its chords after the division, relative to its range, and parts."""
 
-MOST_DIVIDED = 0.25
+MAX_DIVIDED = 0.25
 """Of the steps of a run, of which one that misses little is divided."""
 
 
@@ -50,9 +50,9 @@ def divisions(
     f = at.points(grid.ravel(), np.repeat(column, POINTS)).reshape(grid.shape)
     chords = np.linspace(f[:, 0], f[:, -1], POINTS, axis=1)
     miss = np.abs(f - chords).max(axis=1, initial=0.0) / missed.spread[column]
-    brief = few(column[miss > NOTICED_MISS], at.columns, MOST_DIVIDED * (last + 1))
+    brief = few(column[miss > NOTICED_MISS], at.columns, MAX_DIVIDED * (last + 1))
     chosen = miss > np.where(brief, NOTICED_MISS, SMALLEST_MISS)[column]
-    parts = np.ceil(np.sqrt(miss / REMAINING_MISS)).clip(1, MOST_PARTS)
+    parts = np.ceil(np.sqrt(miss / REMAINING_MISS)).clip(1, MAX_PARTS)
     parts = np.where(chosen, parts, 1).astype(int)
     part = np.repeat(np.arange(len(parts)), parts - 1)
     place = np.arange(len(part)) - np.searchsorted(part, part) + 1

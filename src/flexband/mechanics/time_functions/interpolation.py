@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, finite
+from flexband.errors import InputError, check_finite
 
 
 class PiecewiseLinear:
@@ -47,7 +47,10 @@ def table(times: ArrayLike, values: ArrayLike) -> PiecewiseLinear:
         If there are fewer than two times, they decrease, one is given three times, or the shapes do
         not fit.
     """
-    moments, rows = finite("times [s]", times, rank=None), finite("values", values, rank=None)
+    moments, rows = (
+        check_finite("times [s]", times, rank=None),
+        check_finite("values", values, rank=None),
+    )
     if moments.ndim != 1 or len(moments) < 2:
         raise InputError(f"times must be at least two numbers; got shape {moments.shape}")
     if rows.ndim not in (1, 2) or len(rows) != len(moments):

@@ -27,7 +27,7 @@ from flexband.mechanics.time_functions.schedule import (
     Schedule,
     scheduled,
 )
-from flexband.smoothness import prescribing
+from flexband.prescribed_motion import prescribing
 
 
 def tabulate(

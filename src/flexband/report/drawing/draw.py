@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexband.errors import AssemblyError, flag, instance, warn
+from flexband.errors import AssemblyError, check_flag, check_instance, warn
 from flexband.mechanics.configuration import Configuration, assembled, given
 from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.loads.loads import Gravity
@@ -62,10 +62,10 @@ def draw(
         If the mechanism does not have this sample, or if parameters have different numbers of
         samples.
     """
-    flag("dimensions", dimensions)
-    flag("names", names)
+    check_flag("dimensions", dimensions)
+    check_flag("names", names)
     if axes is not None:
-        instance("axes", axes, Axes, "axes of matplotlib")
+        check_instance("axes", axes, Axes, "axes of matplotlib")
     scene = Scene(mechanism, _start(mechanism, sample))
     canvas = _canvas(scene, axes, names=names, dimensions=dimensions)
     for name in mechanism.bodies:

@@ -15,9 +15,9 @@ from typing import Any
 from flexband.errors import InputError, warn, without_warnings
 from flexband.execution.names import PAGE
 from flexband.files import read_json, write_json
-from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
+from flexband.mechanics.static_response import StaticResponse
 from flexband.report.drawing.draw import draw
 from flexband.report.figures import fields_figure
 from flexband.report.page.inputs import inputs_table

@@ -15,7 +15,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DIRECTIONS = 16
 
-MOST_REGIONS = 400
+MAX_REGIONS = 400
 """That are drawn."""
 
 DIGITS = 1e-4
@@ -53,7 +53,7 @@ def path_data(tube: xr.Dataset | None) -> dict[str, Any] | None:
     if tube is None or tube["radius"].ndim != 1:
         return None
     (free,) = tube["radius"].dims
-    step = max(1, -(-tube.sizes[free] // MOST_REGIONS))
+    step = max(1, -(-tube.sizes[free] // MAX_REGIONS))
     some = {free: slice(None, None, step)}
     radius = float(tube["radius"].max())
     quantum = DIGITS * radius or None

@@ -21,12 +21,12 @@ from flexband.uncertainty.adaptive.held_out import extreme_places, generic_point
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.parts import Split, compared_times
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.regression import LEAST_RUNS, SampledDesign
+from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.adaptive.runs import (
-    FEWEST_HELD,
-    MadeRuns,
+    MIN_HELD,
     RareRuns,
     ResponseRuns,
+    RunBuffer,
     succeeded,
 )
 from flexband.uncertainty.expansions.families import Family
@@ -39,10 +39,10 @@ from flexband.uncertainty.surrogates.diagnostics import running, share, step
 GROWTH = 0.25
 """Size of a batch, as a part of the fitted runs there are."""
 
-MOST_INTERPOLATED = 48
+MAX_INTERPOLATED = 48
 """Runs that interpolation may start with; where it takes more, terms are found by regression."""
 
-MOST_RARE = 2 * BATCH
+MAX_RARE = 2 * BATCH
 """Most runs at rare values of random variables."""
 
 FEW = 10
@@ -74,7 +74,7 @@ hardly any of their products."""
 
 def fewest_fitted(variables: int) -> int:
     """Return how many runs the smallest design has."""
-    return min(1 + variables, LEAST_RUNS)
+    return min(1 + variables, MIN_RUNS)
 
 
 class Adaptation:
@@ -97,7 +97,7 @@ class Adaptation:
         doing(f"the first runs{self.told}")
         m, families = space.interval_dimension, space.families
         spare = most - fewest_fitted(m + len(families))
-        self.generic = min(BATCH, max(FEWEST_HELD, spare // 2))
+        self.generic = min(BATCH, max(MIN_HELD, spare // 2))
         self.design = _first_design(m, families, most - self.generic)
         known = earlier_runs(evaluate, self.generic)
         new = generic_points(0, self.generic - len(known[0]), m, families)
@@ -110,9 +110,9 @@ class Adaptation:
         if len(known[0]):
             held = known[2].reshape(-1, *runs.values.shape[1:])
             runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
-        self.made = MadeRuns(succeeded(runs, count), count, most)
+        self.made = RunBuffer(succeeded(runs, count), count, most)
         self.generic = len(self.held.values)
-        self.rare, self.rare_left = RareRuns.none(runs), MOST_RARE
+        self.rare, self.rare_left = RareRuns.none(runs), MAX_RARE
         self.places, self.sloped = np.zeros((0, m)), False
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
@@ -262,7 +262,7 @@ class Adaptation:
             return False
         part = share(m) / self.error.width
         grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
-        unseen = self.rare_left == MOST_RARE and self.most >= FEW * BATCH
+        unseen = self.rare_left == MAX_RARE and self.most >= FEW * BATCH
         if not (grows or (last and unseen)):
             return False
         self.rare_left -= count
@@ -315,7 +315,7 @@ class Adaptation:
 
 def _first_design(m: int, families: Sequence[Family], most: int) -> GrowingDesign:
     """Return the first runs in m variables η and in ξ, within a budget."""
-    many = 1 + m + 2 * len(families) > min(most, MOST_INTERPOLATED)
-    if many and most >= LEAST_RUNS:
-        return SampledDesign(LEAST_RUNS, m, families)
+    many = 1 + m + 2 * len(families) > min(most, MAX_INTERPOLATED)
+    if many and most >= MIN_RUNS:
+        return SampledDesign(MIN_RUNS, m, families)
     return NestedDesign.first(m, families, most)

@@ -19,14 +19,14 @@ from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 GAIN = 0.8
 """A further carrier is used for an output where it brings the error below this part."""
 
-MOST_TIMES = 128
+MAX_TIMES = 128
 """Times at which growth at rare values is seen."""
 
 MIN_RELATIVE_GAIN = 1e-9
 """A fit of more runs is better if its error is smaller by more than this part."""
 
 
-class Doubted(NamedTuple):
+class BestHeldOutFit(NamedTuple):
     """The fit that misses least in the held-out runs.
 
     Attributes
@@ -58,7 +58,7 @@ class BestFits(NamedTuple):
     missed: np.ndarray
     later: np.ndarray
     overshoot: np.ndarray
-    doubted: Doubted
+    doubted: BestHeldOutFit
 
     @staticmethod
     def of(
@@ -78,7 +78,7 @@ class BestFits(NamedTuple):
         weights : of fitted runs; needed if a fit is of only the first of them.
         """
         shape = held.values.shape
-        thin = slice(None, None, -(-shape[-1] // MOST_TIMES))
+        thin = slice(None, None, -(-shape[-1] // MAX_TIMES))
         all_runs = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
         later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
@@ -106,7 +106,7 @@ class BestFits(NamedTuple):
                 missed[some, fit.outputs] = own
         assert doubted is not None  # new fits are of all outputs
         of_all = bool(np.all(best == closest))
-        return BestFits(chosen, missed, later, overshoot, Doubted(*doubted, of_all))
+        return BestFits(chosen, missed, later, overshoot, BestHeldOutFit(*doubted, of_all))
 
     def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
         """Return the expansions of all outputs at some of the times, one for each fit."""

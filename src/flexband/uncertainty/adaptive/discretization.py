@@ -24,7 +24,7 @@ from flexband.words import number_of
 
 RICHARDSON = 4 / 3
 
-MOST_TIMES = 600
+MAX_TIMES = 600
 """Times at which the bands are compared."""
 
 
@@ -40,7 +40,7 @@ def discretization_error(
     fine : the first runs of the design on the finer discretization.
     """
     carriers, times = np.minimum(choice.carriers, len(stages) - 1), stages[0].base.shape[-1]
-    thin = slice(None, None, -(-times // MOST_TIMES))
+    thin = slice(None, None, -(-times // MAX_TIMES))
     coarse_expansions, fine_expansions = [], []
     for k in np.unique(carriers):
         stage = stages[k].at(thin)

@@ -22,7 +22,7 @@ from flexband.uncertainty.surrogates.diagnostics import (
     varying,
 )
 
-MOST_TIMES = 48
+MAX_TIMES = 48
 """Times at which the width of the bands is found."""
 
 
@@ -158,8 +158,8 @@ class ExpectedError:
 
 def _scattered(times: int) -> np.ndarray:
     """Return some of the times, which no oscillation keeps in step with."""
-    if times <= MOST_TIMES:
+    if times <= MAX_TIMES:
         return np.arange(times)
     golden = (5**0.5 - 1) / 2
-    k = np.arange(MOST_TIMES)
-    return (times * (k + golden * k % 1) / MOST_TIMES).astype(int)
+    k = np.arange(MAX_TIMES)
+    return (times * (k + golden * k % 1) / MAX_TIMES).astype(int)

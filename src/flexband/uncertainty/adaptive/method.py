@@ -8,16 +8,16 @@ from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     ToleranceWarning,
-    flag,
-    numbers,
-    positive,
+    check_flag,
+    check_integer,
+    check_numbers,
+    check_positive,
     warn,
-    whole,
 )
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason, fewest_fitted
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
-from flexband.uncertainty.adaptive.runs import FEWEST_HELD
+from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -76,14 +76,14 @@ class AdaptivePCCI:
     leaves_out_failed = True
 
     def __post_init__(self) -> None:
-        positive("tolerance", numbers("tolerance", self.tolerance))
+        check_positive("tolerance", check_numbers("tolerance", self.tolerance))
         if self.tolerance >= LARGE_TOLERANCE:
             warn(
                 f"tolerance is {self.tolerance:g} of the error bar's mean width, "
                 f"{100 * self.tolerance:g} %; is it in per cent?"
             )
-        flag("phase_resolved", self.phase_resolved)
-        object.__setattr__(self, "max_runs", whole("max_runs", self.max_runs, 2))
+        check_flag("phase_resolved", self.phase_resolved)
+        object.__setattr__(self, "max_runs", check_integer("max_runs", self.max_runs, 2))
 
     @property
     def label(self) -> str:
@@ -99,7 +99,7 @@ class AdaptivePCCI:
             Where the budget is too small for the space, or for the terms of random fields.
         """
         variables = space.interval_dimension + space.random_dimension
-        least = fewest_fitted(variables) + FEWEST_HELD
+        least = fewest_fitted(variables) + MIN_HELD
         if self.max_runs < least:
             raise InputError(
                 f"max_runs must be {least} or more for {number_of(variables, 'variable')}; got "

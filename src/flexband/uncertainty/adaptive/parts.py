@@ -11,13 +11,13 @@ from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import rms
 
-MOST_TIMES = 128
+MAX_TIMES = 128
 """Times at which parts are compared."""
 
 
 def compared_times(stage: Stage) -> Stage:
     """Return a stage at some of the times, without the memory of all of them."""
-    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // MOST_TIMES)))
+    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // MAX_TIMES)))
     return some.copy() if stage.carriers else some
 
 

@@ -23,7 +23,7 @@ from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import rms, variation
 
-LEAST_RUNS = 2 * BATCH
+MIN_RUNS = 2 * BATCH
 
 ROUND_OFF = 1e-13
 """An output that varies by less than this part of the largest does not count."""

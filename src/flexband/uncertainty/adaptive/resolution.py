@@ -41,9 +41,9 @@ HALVINGS_OF_NOISE = 4
 explain, or that vanish: the error is larger than the width of the error bar, which is halved with
 every halving. What it does explain may be a vibration that longer steps do not follow at all."""
 
-MOST_AT_ONCE = 3
-MOST_HALVINGS = 9
-MOST_FAILED = 2
+MAX_AT_ONCE = 3
+MAX_HALVINGS = 9
+MAX_FAILED = 2
 """Levels that fail in a row, after one that did not, before that is taken."""
 
 
@@ -66,7 +66,7 @@ def solved(
     levels, finished = Levels(left_out, OF_DISCRETIZATION * tolerance), None
     halved, others, failed, names = 0, 0, 0, []
     while True:
-        course, last = None, halved >= MOST_HALVINGS
+        course, last = None, halved >= MAX_HALVINGS
         try:
             course = begin(evaluate)
             halvings = levels.wanted(course, names)
@@ -85,7 +85,7 @@ def solved(
             )
             if isinstance(error, AssemblyError) and not finished:
                 raise  # at the start no step has been taken
-            if finished and not (of_step and failed < MOST_FAILED and not last):
+            if finished and not (of_step and failed < MAX_FAILED and not last):
                 others += course.runs if course else 0
                 course, names = finished
                 others -= course.runs
@@ -160,7 +160,7 @@ class Levels:
         for name in self.left_out:
             ratio = errors.get(name, 0.0) / each
             if ratio > 1:
-                most = MOST_AT_ONCE if errors[name] < RESOLVED else 1
+                most = MAX_AT_ONCE if errors[name] < RESOLVED else 1
                 times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))
         outputs = names_of_outputs(course.labels)
         self.why = " and ".join(

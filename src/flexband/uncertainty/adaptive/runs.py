@@ -9,7 +9,7 @@ import numpy as np
 from flexband.errors import RunError
 from flexband.words import number_of
 
-FEWEST_HELD = 2
+MIN_HELD = 2
 """Fewest runs that are held out."""
 
 RESERVED = 2**31
@@ -65,7 +65,7 @@ def succeeded(runs: ResponseRuns, needed: int) -> ResponseRuns:
     """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
     good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
     failed, held = np.flatnonzero(~good[:needed]), good[needed:]
-    few = needed and held.sum() < min(FEWEST_HELD, len(held))
+    few = needed and held.sum() < min(MIN_HELD, len(held))
     if len(failed) or few:
         fitted = f"{len(failed)} of {number_of(needed, 'run')} that are fitted"
         which = fitted if len(failed) else "most of the held-out runs"
@@ -77,7 +77,7 @@ def succeeded(runs: ResponseRuns, needed: int) -> ResponseRuns:
     return runs if good.all() else ResponseRuns(*(v[good] for v in runs))
 
 
-class MadeRuns:
+class RunBuffer:
     """Runs that are fitted, and those held out after them.
 
     More of either are added without a copy of all. Fitted runs stay in their place, so fits may

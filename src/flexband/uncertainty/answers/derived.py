@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 from scipy.stats import t as student
 
-from flexband.errors import InputError, function, numbers, shown, whole
+from flexband.errors import InputError, check_function, check_integer, check_numbers, shown
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.descent import local_minima, lowest_of_neighbours
-from flexband.uncertainty.answers.quantiles import CONFIDENCE, LEAST_BEYOND
+from flexband.uncertainty.answers.quantiles import CONFIDENCE, MIN_BEYOND
 from flexband.uncertainty.answers.quantities import Quantity
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.sampled import REPLICATES, SampledSeries, samples_of
@@ -25,7 +25,7 @@ from flexband.uncertainty.expansions.bounds.scan import scattered
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-SAMPLES, MOST_SAMPLES = 2048, 2**20
+SAMPLES, MAX_SAMPLES = 2048, 2**20
 
 SEARCHED = 128
 """Least samples of ξ in a search."""
@@ -33,7 +33,7 @@ SEARCHED = 128
 VALUES = 1e8
 """Values of the surrogate in a search, about."""
 
-MOST_POINTS = 256
+MAX_POINTS = 256
 """Points of a scan."""
 
 AT_ONCE = 2**22
@@ -96,13 +96,13 @@ def derived(
         finite numbers, one for each sample.
     """
     surrogates = surrogates_of(surrogate)
-    function("quantity", quantity, ", such as Peak(), of a response")
-    sigmas, seed = checked_sigmas(sigmas), whole("seed", seed, 0)
-    samples = whole("samples", samples, REPLICATES, MOST_SAMPLES)
-    part = float(numbers("probability", probability))
+    check_function("quantity", quantity, ", such as Peak(), of a response")
+    sigmas, seed = checked_sigmas(sigmas), check_integer("seed", seed, 0)
+    samples = check_integer("samples", samples, REPLICATES, MAX_SAMPLES)
+    part = float(check_numbers("probability", probability))
     if not 0 < part < 1:
         raise InputError(f"probability must be above 0 and below 1; got {part:g}")
-    least = math.ceil(2 * LEAST_BEYOND / (1 - part))
+    least = math.ceil(2 * MIN_BEYOND / (1 - part))
     if samples < least and any(
         case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
     ):
@@ -241,8 +241,8 @@ class _Derivation:
             series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
         ]
         points, beside = max(scans, key=lambda scan: len(scan[0]))
-        if len(points) > MOST_POINTS:
-            points, beside = scattered(MOST_POINTS, np.full(m, True))
+        if len(points) > MAX_POINTS:
+            points, beside = scattered(MAX_POINTS, np.full(m, True))
         points = np.round(points * self.lattice) / self.lattice
         numbers_of_one = max(1, math.prod(surrogate.labels.shape[1:]))
         few = VALUES / (numbers_of_one * (len(points) + 40 * (m + 1)))

@@ -16,7 +16,7 @@ divided by where it finds nothing."""
 SHARED = 3
 """Rounds in which the places of neighbours are tried."""
 
-MOST_SWEEPS = 24
+MAX_SWEEPS = 24
 
 SCANNED, STARTS = 20_000, 2
 """Points times times of a scan at most, and points from which each function is searched."""
@@ -61,7 +61,7 @@ def descend(
             best[rows[better]], lowest[rows[better]] = places[better], new_values[better]
         return new_values
 
-    for _ in range(MOST_SWEEPS):
+    for _ in range(MAX_SWEEPS):
         if not len(rows):
             break
         before, at_start = lowest[rows].copy(), best[rows].copy()

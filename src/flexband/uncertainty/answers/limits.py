@@ -10,7 +10,15 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, function, instance, numbers, returned, shown
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_function,
+    check_instance,
+    check_numbers,
+    returned,
+    shown,
+)
 
 Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], Any] | None
 """A number or a curve; None where there is none."""
@@ -42,7 +50,7 @@ class Limit:
 
     def __post_init__(self) -> None:
         if self.output is not None:
-            instance("Limit output", self.output, str, "the name of an output")
+            check_instance("Limit output", self.output, str, "the name of an output")
         if self.below is None and self.above is None:
             raise InputError("Limit must have below, above or both; got none")
         for name in ("below", "above"):
@@ -50,7 +58,7 @@ class Limit:
         if not any(isinstance(end, xr.DataArray) or callable(end) for end in self._ends):
             self._check_ends(*(np.asarray(np.nan if e is None else e) for e in self._ends))
         if self.during is not None:
-            first, last = map(float, numbers("Limit during", self.during, 2))
+            first, last = map(float, check_numbers("Limit during", self.during, 2))
             if first > last:
                 raise InputError(f"Limit during must be first and last time; got {self.during}")
             object.__setattr__(self, "during", (first, last))
@@ -179,12 +187,12 @@ def _checked(name: str, bound: Any) -> Any:
     if bound is None:
         return None
     if isinstance(bound, xr.DataArray):
-        finite(name, bound.values, rank=None)
+        check_finite(name, bound.values, rank=None)
         return bound.astype(float)
     if callable(bound):
-        function(name, bound)
+        check_function(name, bound)
         return bound
-    values = finite(name, bound, "a number, finite numbers, or a function of time", rank=None)
+    values = check_finite(name, bound, "a number, finite numbers, or a function of time", rank=None)
     return float(values) if values.ndim == 0 else values
 
 
@@ -239,7 +247,7 @@ def _curve(name: str, bound: Any, output_labels: xr.DataArray, free: float) -> n
         return _aligned(name, bound, output_labels)
     if callable(bound):
         _, times = _times(name, output_labels)
-        bound = finite(name, returned(bound, times, f"the function of {name}"), rank=None)
+        bound = check_finite(name, returned(bound, times, f"the function of {name}"), rank=None)
     fits = np.shape(bound) in ((), shape[-1:], shape)
     if not fits:
         allowed = " or ".join(str(s) for s in dict.fromkeys([shape[-1:], shape]))

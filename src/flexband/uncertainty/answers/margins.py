@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance
+from flexband.errors import InputError, check_instance
 from flexband.uncertainty.answers.allocation.adjustment import Adjusted, compensators, limited
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.peaks import drops, spacing
@@ -76,7 +76,7 @@ def check_limits(
         If `surrogate` is none, a limit does not fit its outputs, or `sigmas` is not positive.
     """
     kinds = Surrogate | SurrogateOfChoices
-    instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    check_instance("surrogate", surrogate, kinds, "one that `expand` returns")
     labels = labels_of(surrogate)
     for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
         check_free(name, labels)

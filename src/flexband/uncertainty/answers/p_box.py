@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtr, ndtri
 
-from flexband.errors import InputError, finite, shown, whole
+from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.quantiles import (
     CONFIDENCE,
-    LEAST_BEYOND,
-    MOST_SAMPLES,
+    MAX_SAMPLES,
+    MIN_BEYOND,
     SAMPLES,
     probability_below,
     searched,
@@ -73,7 +73,10 @@ def p_box(
         If the surrogate is none, an argument is out of its range, or not one number is left.
     """
     surrogates = surrogates_of(surrogate)
-    samples, seed = whole("samples", samples, 128, MOST_SAMPLES), whole("seed", seed, 0)
+    samples, seed = (
+        check_integer("samples", samples, 128, MAX_SAMPLES),
+        check_integer("seed", seed, 0),
+    )
     if at is not None and not isinstance(at, Mapping):
         raise InputError(f"at must be a mapping from dimensions to labels; got {shown(at)}")
     where = dict(at or {})
@@ -88,7 +91,7 @@ def p_box(
         high = max(envelope.quantiles[1].max() for envelope in envelopes.values())
         grid = np.linspace(low, high, VALUES) if high > low else np.array([low])
     else:
-        grid = np.unique(finite("values", values, rank=None))
+        grid = np.unique(check_finite("values", values, rank=None))
     return over_options({label: envelope.at(grid) for label, envelope in envelopes.items()})
 
 
@@ -122,7 +125,7 @@ class _Envelope:
                 f"output, time and at must leave one number; dimensions left: {dimensions}"
             )
         xi = samples_of(space.families, samples, seed)
-        end = -ndtri(LEAST_BEYOND / samples)
+        end = -ndtri(MIN_BEYOND / samples)
         p = ndtr(np.linspace(-end, end, LEVELS)) if len(xi) > 1 else np.array([0.5])
         (expansion,) = surrogate.expansions
         (series,) = SampledSeries.of_outputs(expansion)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, whole
+from flexband.errors import InputError, check_instance, check_integer
 from flexband.uncertainty.answers.quantities import chosen
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.selection import selected, surrogates_of
@@ -23,7 +23,7 @@ from flexband.uncertainty.phases.combination import combined
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-DIRECTIONS, MOST_DIRECTIONS = 32, 4096
+DIRECTIONS, MAX_DIRECTIONS = 32, 4096
 
 
 def path(
@@ -71,9 +71,9 @@ def path(
         more than one point is left at a time.
     """
     for name, output in (("x", x), ("y", y)):
-        instance(name, output, str, "the name of an output")
+        check_instance(name, output, str, "the name of an output")
     every, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    count = whole("directions", directions, 8, MOST_DIRECTIONS)
+    count = check_integer("directions", directions, 8, MAX_DIRECTIONS)
     if count % 4:
         raise InputError(f"directions must be a multiple of 4; got {count}")
     part = None if probability is None else checked_probability(probability)

@@ -18,7 +18,7 @@ import xarray as xr
 from scipy.special import ndtri
 from scipy.stats import t as student
 
-from flexband.errors import InputError, finite, shown, whole
+from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.descent import local_minima, lowest_of_neighbours
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
@@ -32,9 +32,9 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 SAMPLES = 4096
 """Samples of ξ for the values of bounds, unless another number is given."""
 
-MOST_SAMPLES = 2**22
+MAX_SAMPLES = 2**22
 
-LEAST_BEYOND = 10
+MIN_BEYOND = 10
 """Samples that must be expected beyond a quantile."""
 
 SEARCHED, SEARCHED_BEYOND = 128, 4
@@ -58,7 +58,7 @@ TOLERANCE = 1e-4
 AT_ONCE = 2**18
 """Samples of series in one part of the work of a thread."""
 
-MOST_SCANNED_TIMES = 150
+MAX_SCANNED_TIMES = 150
 
 CONFIDENCE = 0.95
 """Of the sampling error."""
@@ -116,7 +116,10 @@ def quantiles(
     """
     surrogates = surrogates_of(surrogate)
     p = checked_probabilities(probabilities)
-    samples, seed = whole("samples", samples, 2, MOST_SAMPLES), whole("seed", seed, 0)
+    samples, seed = (
+        check_integer("samples", samples, 2, MAX_SAMPLES),
+        check_integer("seed", seed, 0),
+    )
     answers = {
         label: _quantiles(selected(case_surrogate, at), p, samples, seed)
         for label, case_surrogate in surrogates.items()
@@ -126,7 +129,7 @@ def quantiles(
 
 def checked_probabilities(probabilities: Any) -> np.ndarray:
     """Return probabilities between 0 and 1, increasing, shape (probabilities,)."""
-    p = np.atleast_1d(finite("probabilities", probabilities, rank=None))
+    p = np.atleast_1d(check_finite("probabilities", probabilities, rank=None))
     if p.ndim > 1 or len(np.unique(p)) < len(p):
         raise InputError(f"probabilities must be different numbers; got {shown(probabilities)}")
     if p.min() <= 0 or p.max() >= 1:
@@ -137,8 +140,8 @@ def checked_probabilities(probabilities: Any) -> np.ndarray:
 def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
     """Raise `InputError` if there are too few samples beyond a quantile."""
     outer = np.minimum(p, 1 - p)
-    if space.random_dimension and outer.min() * samples < LEAST_BEYOND * (1 - 1e-9):
-        worst, least = float(p[outer.argmin()]), math.ceil(LEAST_BEYOND / outer.min())
+    if space.random_dimension and outer.min() * samples < MIN_BEYOND * (1 - 1e-9):
+        worst, least = float(p[outer.argmin()]), math.ceil(MIN_BEYOND / outer.min())
         raise InputError(
             f"samples must be {least} or more for the probability {worst:g}; got {samples}"
         )
@@ -243,7 +246,7 @@ def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray
     """
     points, beside = series.scanned
     times, m = series.times, points.shape[1]
-    stride = math.ceil(times / MOST_SCANNED_TIMES)
+    stride = math.ceil(times / MAX_SCANNED_TIMES)
     stride = max(stride, math.ceil(len(points) * times * len(psi) / SCANNED))
     coarse = np.arange(0, times, stride)
     every = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))

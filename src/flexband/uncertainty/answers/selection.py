@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, shown
+from flexband.errors import InputError, check_instance, shown
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -25,7 +25,9 @@ def surrogates_of(surrogate: Any) -> dict[str, Surrogate]:
     InputError
         If it is no surrogate.
     """
-    instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns")
+    check_instance(
+        "surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns"
+    )
     if isinstance(surrogate, SurrogateOfChoices):
         return dict(surrogate.surrogates)
     return {"": surrogate}
@@ -47,7 +49,7 @@ def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
     """
     if at is None:
         return surrogate
-    instance("at", at, Mapping, "a mapping from dimensions to labels")
+    check_instance("at", at, Mapping, "a mapping from dimensions to labels")
     labels = surrogate.labels
     chosen: dict[str, Any] = {}
     for dim, dim_labels in at.items():

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.errors import InputError, numbers
+from flexband.errors import InputError, check_numbers
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.results import answer, expected_error
 from flexband.uncertainty.answers.selection import selected, surrogates_of
@@ -60,7 +60,7 @@ def value_range(
 
 def checked_probability(probability: Any) -> float:
     """Return the probability of a box; raise `InputError` if it is not above 0 and 1 at most."""
-    part = float(numbers("probability", probability))
+    part = float(check_numbers("probability", probability))
     if not 0 < part <= 1:
         raise InputError(f"probability must be above 0 and at most 1; got {part:g}")
     return part

@@ -16,10 +16,10 @@ from flexband.errors import (
     RunError,
     RunsNeeded,
     StrainWarning,
-    known,
+    check_integer,
+    check_option,
     shown,
     warning_once,
-    whole,
 )
 from flexband.execution.executors import Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
@@ -43,7 +43,7 @@ BATCH = 2048
 HALVINGS = 3
 """How often the step is halved for a run that fails."""
 
-HOPELESS = 8
+FAILURES_BEFORE_STOP = 8
 """Runs without a success after which all are taken to fail."""
 
 
@@ -186,7 +186,7 @@ class Evaluations:
             error = InputError(reason) if raised is None else raised
             if self.failed != "leave out":
                 raise error
-            if evaluation.values is None and len(evaluation.failed) >= HOPELESS:
+            if evaluation.values is None and len(evaluation.failed) >= FAILURES_BEFORE_STOP:
                 raise RunError(
                     f"all of the first {number_of(len(evaluation.failed), 'run')} failed, so that "
                     "no further one is "
@@ -255,8 +255,8 @@ def evaluations(
     failed: str = "stop",
 ) -> Iterator[Evaluations]:
     """Give what makes the runs of a study; its store is closed with the context."""
-    batch = whole("batch", batch, 1)
-    known("failed", failed, POLICIES)
+    batch = check_integer("batch", batch, 1)
+    check_option("failed", failed, POLICIES)
     if failed == "half step" and not callable(getattr(response, "refinements", None)):
         raise InputError(
             "failed='half step' requires a response whose `refinements` have a step, as that of "

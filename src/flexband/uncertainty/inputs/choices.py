@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, non_negative, plausible_spread, shown
+from flexband.errors import InputError, check_non_negative, check_spread, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
-MOST_CASES = 1000
+MAX_CASES = 1000
 """Combinations of options, each of which has an expansion of its own."""
 
 
@@ -103,8 +103,8 @@ class Sizing(Chosen):
         super().__post_init__()
         if self.lower >= self.upper:
             raise InputError(f"Sizing lower {self.lower:g} must be below upper {self.upper:g}")
-        non_negative("Sizing tolerance", np.array(self.tolerance))
-        plausible_spread("width of the Sizing", self.upper - self.lower, self.upper)
+        check_non_negative("Sizing tolerance", np.array(self.tolerance))
+        check_spread("width of the Sizing", self.upper - self.lower, self.upper)
 
     @property
     def covered(self) -> Interval:
@@ -133,7 +133,7 @@ class Compensator(Chosen):
         super().__post_init__()
         if self.lower >= self.upper:
             raise InputError(f"Compensator lower {self.lower:g} must be below upper {self.upper:g}")
-        plausible_spread("width of the Compensator", self.upper - self.lower, self.upper)
+        check_spread("width of the Compensator", self.upper - self.lower, self.upper)
 
     @property
     def covered(self) -> Interval:
@@ -156,9 +156,9 @@ def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     }
     names, inputs_by_label = sorted(choices, key=str), {}
     combined = list(product(*(choices[name] for name in names)))
-    if len(combined) > MOST_CASES:
+    if len(combined) > MAX_CASES:
         raise InputError(
-            f"choices must have {MOST_CASES} combinations or fewer; got {len(combined)}"
+            f"choices must have {MAX_CASES} combinations or fewer; got {len(combined)}"
         )
     for options in combined:
         fixed = {name: Constant(option) for name, option in zip(names, options, strict=True)}

@@ -22,7 +22,7 @@ from numpy.polynomial import polynomial
 from scipy.optimize import brentq
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, instance, known, shown
+from flexband.errors import InputError, check_finite, check_instance, check_option, shown
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.fields.field import Field
@@ -102,7 +102,7 @@ class Correlated:
             raise InputError(
                 f"Correlated inputs must be a dict of two or more; got {shown(self.inputs)}"
             )
-        known("Correlated of", self.of, ("values", "ranks", "scores"))
+        check_option("Correlated of", self.of, ("values", "ranks", "scores"))
         object.__setattr__(self, "inputs", named)
         object.__setattr__(self, "correlation", _matrix(list(named), self.correlation))
         _ = self.factor  # refuses impossible correlations
@@ -159,7 +159,7 @@ def _member(name: Any, member: Any) -> Any:
             "independent fields f and g: r f + √(1 − r²) g has the correlation r with f"
         )
     allowed = "a random number with a distribution: nothing is known of how intervals go together"
-    instance(label, member, Distribution, allowed)
+    check_instance(label, member, Distribution, allowed)
     return member
 
 
@@ -172,14 +172,14 @@ def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:
             if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
                 raise InputError(f"a correlation must be that of a pair (name, name); got {pair!r}")
             for name in pair:
-                known(f"a name of the correlation of {pair}", name, names)
+                check_option(f"a name of the correlation of {pair}", name, names)
             i, j = (names.index(name) for name in pair)
-            matrix[i, j] = matrix[j, i] = finite(f"correlation of {pair}", value, rank=None)
+            matrix[i, j] = matrix[j, i] = check_finite(f"correlation of {pair}", value, rank=None)
     elif np.ndim(given) == 0:
-        matrix = np.full((n, n), finite("correlation", given, rank=None))
+        matrix = np.full((n, n), check_finite("correlation", given, rank=None))
         np.fill_diagonal(matrix, 1.0)
     else:
-        matrix = finite("correlation", given, rank=None)
+        matrix = check_finite("correlation", given, rank=None)
     if matrix.shape != (n, n):
         raise InputError(f"the correlation matrix must have shape ({n}, {n}); got {matrix.shape}")
     for i, j in combinations(range(n), 2):

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from flexband.errors import InputError, numbers, plausible_spread, positive, warn
+from flexband.errors import InputError, check_numbers, check_positive, check_spread, warn
 from flexband.uncertainty.expansions.densities import DensityPolynomials
 from flexband.uncertainty.expansions.families import HERMITE, Family, Hermite
 from flexband.uncertainty.inputs.distributions.quantiles import Quantiles
@@ -260,7 +260,7 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
         )
         raise InputError(f"{name} must have either std or cv; got {text}")
     if distribution.cv is not None:
-        cv = numbers(f"{name} cv", distribution.cv)
+        cv = check_numbers(f"{name} cv", distribution.cv)
         _scattering(name, "cv", cv)
         if cv > distribution.usual_cv:
             warn(
@@ -270,9 +270,9 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
         if mean == 0:
             raise InputError(f"{name} cv must be given as std where the mean is 0")
     spread = distribution.std if distribution.cv is None else distribution.cv * abs(mean)
-    std = float(numbers(f"{name} std", spread))  # pyright: ignore[reportArgumentType]
+    std = float(check_numbers(f"{name} std", spread))  # pyright: ignore[reportArgumentType]
     _scattering(name, "std", std)
-    plausible_spread(f"{name} std", std, mean)
+    check_spread(f"{name} std", std, mean)
     return std
 
 
@@ -280,7 +280,7 @@ def _scattering(name: str, parameter: str, spread: Any) -> None:
     """Raise `InputError` if a spread is not positive."""
     if spread == 0:
         raise InputError(f"{name} {parameter} must be positive; got 0. {NO_SCATTER}")
-    positive(f"{name} {parameter}", spread)
+    check_positive(f"{name} {parameter}", spread)
 
 
 @dataclass(frozen=True, repr=False)
@@ -329,13 +329,13 @@ class Moments(Distribution):
                 f"got {text or 'none'}"
             )
         if of_moments:
-            mean = float(numbers(f"{name} mean", self.mean))  # pyright: ignore[reportArgumentType]
+            mean = float(check_numbers(f"{name} mean", self.mean))  # pyright: ignore[reportArgumentType]
             std = checked_std(self, mean)
             self.check_moments(mean, std)
             parameters = map(float, self.of_moments(mean, std))
         for k, value in zip(self.own, parameters, strict=True):
             object.__setattr__(
-                self, k, float(positive(f"{name} {k}", numbers(f"{name} {k}", value)))
+                self, k, float(check_positive(f"{name} {k}", check_numbers(f"{name} {k}", value)))
             )
         for k in moments:
             object.__setattr__(self, k, None)

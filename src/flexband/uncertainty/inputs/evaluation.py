@@ -27,7 +27,7 @@ OF_BANDS = frozenset((
 ))  # fmt: skip
 """Variables of bands and of what new runs tell of them, which a response cannot have either."""
 
-MOST_INPUTS, FEW_INPUTS = 6, 4
+MAX_INPUTS, FEW_INPUTS = 6, 4
 """Inputs that are all named in a sentence; of more, so many are."""
 
 LARGEST = 1e150
@@ -73,7 +73,7 @@ def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -
     for column in values.values():
         spread = np.ptp(column)
         out.append(abs(column[run] - np.median(column)) / spread if spread else 0.0)
-    count = len(names) if len(names) <= MOST_INPUTS else FEW_INPUTS
+    count = len(names) if len(names) <= MAX_INPUTS else FEW_INPUTS
     which = np.sort(np.argsort(-np.array(out), kind="stable")[:count])
     words = [f"{names[k]} = {float(values[names[k]][run]):.{digits}g}" for k in which]
     others = len(names) - count

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, non_negative, numbers, plausible_spread
+from flexband.errors import InputError, check_non_negative, check_numbers, check_spread
 from flexband.uncertainty.expansions.families import HERMITE, Family
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
@@ -49,7 +49,9 @@ class Input(ABC):
     def __post_init__(self) -> None:
         for field in fields(self):  # pyright: ignore[reportArgumentType]
             if field.type in ("float", float):
-                value = numbers(f"{type(self).__name__} {field.name}", getattr(self, field.name))
+                value = check_numbers(
+                    f"{type(self).__name__} {field.name}", getattr(self, field.name)
+                )
                 object.__setattr__(self, field.name, float(value))
 
     @property
@@ -114,7 +116,7 @@ class Interval(Input):
                 f"Interval lower {self.lower:g} must not be above upper {self.upper:g}"
             )
         if self.lower < self.upper:
-            plausible_spread("width of the Interval", self.upper - self.lower, self.upper)
+            check_spread("width of the Interval", self.upper - self.lower, self.upper)
 
     @classmethod
     def around(
@@ -137,7 +139,7 @@ class Interval(Input):
             If a number is negative, or not exactly one of percent, tolerance, and plus with minus
             is given.
         """
-        nominal = float(numbers("Interval nominal", nominal))
+        nominal = float(check_numbers("Interval nominal", nominal))
         given = {"percent": percent, "tolerance": tolerance, "plus": plus, "minus": minus}
         given = {name: value for name, value in given.items() if value is not None}
         if list(given) not in (["percent"], ["tolerance"], ["plus", "minus"]):
@@ -146,7 +148,7 @@ class Interval(Input):
                 f"got {', '.join(given) or 'none'}"
             )
         sizes = [
-            float(non_negative(f"Interval {name}", numbers(f"Interval {name}", value)))
+            float(check_non_negative(f"Interval {name}", check_numbers(f"Interval {name}", value)))
             for name, value in given.items()
         ]
         if percent is not None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from flexband.errors import InputError, RunError, finite, shown
+from flexband.errors import InputError, RunError, check_finite, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import first_case
@@ -223,7 +223,7 @@ def _check_constant(name: str, constant: Constant, value: Any) -> None:
 def _standard(name: str, input_: Input, value: Any) -> np.ndarray:
     """Return the standard variables of values of an input, shape (runs, dimension)."""
     try:
-        standard = input_.standard(finite("values", value, "finite", rank=None))
+        standard = input_.standard(check_finite("values", value, "finite", rank=None))
     except (InputError, ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
     columns = standard.reshape(len(standard) if standard.ndim else 1, -1)
@@ -287,7 +287,7 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
 
     def nominal(name: str, field: Field) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
-            points = finite(f"{name}: positions", x, rank=None)
+            points = check_finite(f"{name}: positions", x, rank=None)
             positions[name].append(points.ravel())
             nominal_values = field.nominal(np.atleast_2d(points))
             nominal_values = np.broadcast_to(

@@ -29,11 +29,11 @@ is small: only polynomials above the first that is missed are not orthogonal at 
 AT_NODES = 0.03
 """Least size of w at the place of a bound, since products of variables are missed as well."""
 
-LEAST_SHARE, STEPS = 0.1, 10
+MIN_SHARE, STEPS = 0.1, 10
 """Least mean square of a variable's a in parts of the mean of all, since few runs tell them apart,
 and steps towards the likeliest ones."""
 
-MOST_POINTS = 256
+MAX_POINTS = 256
 """Places at which it is looked whether a bound could rest on them."""
 
 BANDS = (((0, 0), (0, 1)), ((1, 0), (2, 1)))
@@ -92,17 +92,17 @@ class NodePolynomials:
         for _ in range(STEPS):
             variance = np.maximum(w @ parts.T, NONE)
             parts *= np.sqrt((w.T @ (square / mean / variance**2)) / (w.T @ (1 / variance))).T
-        return np.maximum(parts, LEAST_SHARE) * mean[:, None]
+        return np.maximum(parts, MIN_SHARE) * mean[:, None]
 
     def places(self) -> np.ndarray:
         """Return η at nodes, between them and at the ends, (places, m); some, if there are many."""
         coordinates = [
             np.unique([-1.0, 1.0, *x, *(x[1:] + x[:-1]) / 2]) for x in map(np.sort, self.nodes)
         ]
-        if np.prod([float(len(x)) for x in coordinates]) <= MOST_POINTS:
+        if np.prod([float(len(x)) for x in coordinates]) <= MAX_POINTS:
             return tensor_points(coordinates)
         rng = np.random.default_rng(0)
-        return np.stack([rng.choice(x, MOST_POINTS) for x in coordinates], axis=-1)
+        return np.stack([rng.choice(x, MAX_POINTS) for x in coordinates], axis=-1)
 
 
 def error_of_bands(

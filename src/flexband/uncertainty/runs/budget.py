@@ -9,7 +9,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods import Method
 from flexband.words import number_of
 
-MOST_RUNS = 1_000_000
+MAX_RUNS = 1_000_000
 
 
 def _count(runs: int) -> str:
@@ -25,7 +25,7 @@ def check_method(method: object) -> None:
         raise InputError(f"method must be one like AdaptivePCCI(0.01); got {text}")
 
 
-def check_runs(method: Method, space: Space, most_runs: int = MOST_RUNS, count: int = 1) -> None:
+def check_runs(method: Method, space: Space, most_runs: int = MAX_RUNS, count: int = 1) -> None:
     """Raise `InputError` if a method takes more runs; it names what a scan could take instead.
 
     `count` is the number of combinations of options, each with runs of its own.

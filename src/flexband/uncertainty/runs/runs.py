@@ -13,9 +13,9 @@ from flexband.errors import (
     InputError,
     ResolutionWarning,
     RunError,
-    function,
+    check_function,
+    check_integer,
     warn,
-    whole,
     without_warnings,
 )
 from flexband.execution.store import as_store, versions
@@ -38,7 +38,7 @@ from flexband.words import number_of
 
 Result = TypeVar("Result")
 
-MOST_FAILED = 0.05
+MAX_FAILED = 0.05
 """Above this part of runs that failed and were left out, results are not trusted."""
 
 
@@ -57,10 +57,10 @@ def in_cases(
     The other arguments and errors are those of `propagate`; `options` are those of `evaluations`.
     """
     if progress is not None:
-        function("progress", progress)
+        check_function("progress", progress)
     if check is not None:
-        function("check", check)
-    function("response", response)
+        check_function("check", check)
+    check_function("response", response)
     check_names(response, inputs)
     with without_warnings(ResolutionWarning):
         placed, explored = located(response, inputs, as_store(options["store"]))
@@ -106,7 +106,7 @@ class CountedRuns:
 
         `count` is the number of combinations of options, each with runs of its own.
         """
-        whole("most_runs", most_runs, 1)
+        check_integer("most_runs", most_runs, 1)
         self.space = space = Space(inputs)
         self.done, self.total, self.labels = 0, method.runs(space), None
         check_runs(method, space, most_runs, count)
@@ -273,7 +273,7 @@ class CountedRuns:
             counts["runs_reused"] = self.reused
         if failed:
             counts["runs_failed"] = failed
-        if failed > MOST_FAILED * self.done:
+        if failed > MAX_FAILED * self.done:
             why = (
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )

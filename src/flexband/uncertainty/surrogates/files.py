@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, shown, without_warnings
+from flexband.errors import InputError, check_instance, shown, without_warnings
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Choice, cases
 from flexband.uncertainty.inputs.correlated import Correlated
@@ -64,7 +64,7 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
         If an input has a field that cannot be saved, such as a correlation function that is not in
         `RandomField.correlations`, or if the file is a folder.
     """
-    instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "a Surrogate")
+    check_instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "a Surrogate")
     if isinstance(surrogate, Surrogate):
         about, arrays = _record(surrogate)
     else:
@@ -148,7 +148,7 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
 
 def _path(file: Any) -> Path:
     """Return the path of a file that could be there; raise `InputError` if none can."""
-    instance("file", file, str | PathLike, "a path")
+    check_instance("file", file, str | PathLike, "a path")
     try:
         path = Path(file)
         with suppress(FileNotFoundError, NotADirectoryError):

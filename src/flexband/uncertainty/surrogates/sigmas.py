@@ -12,7 +12,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, numbers, positive
+from flexband.errors import InputError, check_numbers, check_positive
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 
@@ -29,7 +29,7 @@ MOST = 1000.0
 
 def checked_sigmas(sigmas: float) -> float:
     """Return k as a float; raise `InputError` if it is not a positive number up to 1000."""
-    k = float(positive("sigmas", numbers("sigmas", sigmas)))
+    k = float(check_positive("sigmas", check_numbers("sigmas", sigmas)))
     if k > MOST:
         raise InputError(f"sigmas must be {MOST:g} or less; got {k:g}")
     return k

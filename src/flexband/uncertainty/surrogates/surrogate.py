@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import instance
+from flexband.errors import check_instance
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.narrowing import part_of
@@ -46,7 +46,7 @@ class Surrogate:
     held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
-        instance("labels", self.labels, xr.DataArray)
+        check_instance("labels", self.labels, xr.DataArray)
         # No runs of an array are a view, which would keep all its runs in memory.
         object.__setattr__(self, "labels", self.labels.copy())
 

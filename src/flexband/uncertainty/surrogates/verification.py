@@ -31,9 +31,9 @@ import xarray as xr
 from flexband.errors import (
     ResolutionWarning,
     StrainWarning,
-    function,
-    instance,
-    whole,
+    check_function,
+    check_instance,
+    check_integer,
     without_warnings,
 )
 from flexband.progress import Advance, counted
@@ -54,7 +54,7 @@ from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, 
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
 
-MOST_RUNS = 1_000_000
+MAX_RUNS = 1_000_000
 
 RUNS = 16
 """Number of new runs, unless another is given."""
@@ -83,10 +83,10 @@ ASIDE = 3**-0.5
 PAIRS = 2
 """Pairs of runs per interval that is left out from which their effects are told one by one."""
 
-LEAST_PART, HALVINGS = 1e-6, 60
+MIN_PART, HALVINGS = 1e-6, 60
 """Of a search for what is missed at least: its lowest value, in parts of the mean, and steps."""
 
-BETS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
+BETTING_FACTORS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
 """Values of λ."""
 
 
@@ -156,9 +156,11 @@ def verify(
     InputError
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
-    function("response", response)
-    instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns")
-    runs, seed = whole("runs", runs, 2, MOST_RUNS), whole("seed", seed, 0)
+    check_function("response", response)
+    check_instance(
+        "surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns"
+    )
+    runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}
@@ -259,13 +261,13 @@ def _at_least(square: np.ndarray) -> np.ndarray:
     square : mean square of what is missed in each run, (runs, outputs).
     """
     scale = np.sqrt(square.mean(axis=0)) + TINY
-    threshold, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), LEAST_PART, 1.0
+    threshold, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), MIN_PART, 1.0
     low, high = (np.full(len(scale), end) for end in (low, high))
     for _ in range(HALVINGS):  # what is claimed to be missed, in parts of what is
         middle = np.sqrt(low * high)
         q = square / (middle * scale) ** 2
-        products = np.log1p(BETS[:, None, None] * (q - 1)).sum(axis=1)
-        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(BETS))
+        products = np.log1p(BETTING_FACTORS[:, None, None] * (q - 1)).sum(axis=1)
+        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(BETTING_FACTORS))
         low, high = np.where(evidence < threshold, [low, middle], [middle, high])
     return low * scale
 

@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import RunError, without_warnings
-from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.configuration import assembled
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Acceleration, Position, Velocity
 from flexband.mechanics.simulate import simulated
+from flexband.mechanics.static_response import StaticResponse
 from flexband.report.drawing.scene import Scene
 from flexband.report.page.arrays import packed
 from flexband.report.page.motion.bodies import body_item, outline
@@ -31,7 +31,7 @@ FRAMES = 250
 SAMPLES = 23
 """Samples of the inputs, which are simulated together with the nominal motion."""
 
-MOST_NUMBERS = 250_000
+MAX_NUMBERS = 250_000
 """Of the positions of all samples; if there are more, samples are left out."""
 
 LEVELS = {"position": 30_000, "direction": 1_000, "force": 10_000, "deviation": 2_000}
@@ -168,7 +168,7 @@ def _samples(bodies: list[dict[str, Any]], positions: np.ndarray) -> dict[str, A
     for line in outlines:
         line["points"] = [points.index(point) for point in line["points"]]
     apart = positions[1:, points] - positions[:1, points]
-    most = max(1, MOST_NUMBERS // apart[:1].size) if apart.size else 0
+    most = max(1, MAX_NUMBERS // apart[:1].size) if apart.size else 0
     return {
         "points": points,
         "outlines": outlines,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexband.mechanics.at_rest import StaticResponse
 from flexband.mechanics.response import DynamicResponse
+from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.motion.motion import SAMPLES, motion_data
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice, first_case

@@ -17,7 +17,7 @@ from flexband.uncertainty.inputs.space import Space
 RELATIVE = "coefficient of variation"
 """What is scaled of a LogNormal; it has no unit."""
 
-LEAST_FIELD = 0.01
+MIN_FIELD = 0.01
 """Least scatter of a field, which cannot be replaced by a number, in parts of that of the study."""
 
 
@@ -98,7 +98,7 @@ def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
             fixed, python = fixed + size, "fb.Uniform({0}, {1})"
             ends = [(fixed, -size), (fixed, size)]
         case RandomField(distribution="normal", std=float() | int() as std):
-            of, size, fixed, least = "std", float(std), None, LEAST_FIELD
+            of, size, fixed, least = "std", float(std), None, MIN_FIELD
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None

@@ -32,7 +32,7 @@ SCRIPTS = (
 MAX_COEFFICIENTS = 1_500_000
 """Of a surrogate in a page: some 4 MB."""
 
-LEAST_WIDTH = 1e-9
+MIN_WIDTH = 1e-9
 """Bands that are narrower, in parts of their values, are constant but for rounding."""
 
 
@@ -98,8 +98,8 @@ def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> dict[str, Any]:
     times = labels.shape[-1]
     lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)
     width, size = (upper - lower).max(axis=1), np.maximum(abs(lower), abs(upper)).max(axis=1)
-    width = np.where(width > LEAST_WIDTH * size, width, 0.0)
-    scale = np.where(width > 0, width, np.where(size > 0, LEAST_WIDTH * size, 1.0))
+    width = np.where(width > MIN_WIDTH * size, width, 0.0)
+    scale = np.where(width > 0, width, np.where(size > 0, MIN_WIDTH * size, 1.0))
     names, units, error = names_of_outputs(labels), [""] * len(width), None
     if "unit" in labels.coords:
         first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})

@@ -33,7 +33,7 @@ FIRST, FINEST = 9, 1e-7
 SHRINK = {1: 0.5, 2: 0.8}
 """Factor of the step for one compensator, for which this is a bisection, and for two."""
 
-ORDER, MOST_VERTICES = 3, 256
+ORDER, MAX_VERTICES = 3, 256
 """Order for which places are scanned, and most places if only vertices are."""
 
 STARTS = 4
@@ -137,10 +137,10 @@ class Adjusted:
         others = [k for k in range(self.m) if k not in self.columns]
         if not vertices:
             points, beside = scan((ORDER,) * len(others))
-        elif 2 ** len(others) <= MOST_VERTICES:
+        elif 2 ** len(others) <= MAX_VERTICES:
             points, beside = tensor_grid([2] * len(others))
         else:
-            points, beside = scattered(MOST_VERTICES, np.ones(len(others), bool))
+            points, beside = scattered(MAX_VERTICES, np.ones(len(others), bool))
 
         def placed(places: np.ndarray) -> np.ndarray:
             eta = np.zeros((len(places), self.m))

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.errors import InputError, function, instance, numbers
+from flexband.errors import InputError, check_function, check_instance, check_numbers
 from flexband.uncertainty.answers.allocation.chance import AIM, Chance
 from flexband.uncertainty.answers.allocation.confirmation import Confirmed, confirmed
 from flexband.uncertainty.answers.allocation.costs import checked_costs
@@ -122,7 +122,7 @@ def allocate(
         no tolerance, or a cost is no finite number; if a probability is stated, and no input is
         random, or there are `Grades` or a `Compensator`.
     """
-    instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
+    check_instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)
     limit_corridors = corridors(limits, surrogate.labels)
     tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
@@ -140,7 +140,7 @@ def allocate(
     if response is None:
         confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
     else:
-        function("response", response)
+        check_function("response", response)
         check_names(response, surrogate.space.given)
         with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
             first = search(worst, WatchedPlaces.none(m))
@@ -150,7 +150,7 @@ def allocate(
 
 def checked_probability(probability: Any, tolerances: Tolerances) -> float:
     """Return a stated probability; raise `InputError` if none can be kept."""
-    value = float(numbers("probability", probability))
+    value = float(check_numbers("probability", probability))
     low, high = PROBABILITIES
     if not low <= value <= high:
         raise InputError(f"probability must be from {low:g} to {high:g}; got {value:g}")

@@ -50,7 +50,7 @@ SAME = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Left:
+class ExceedanceEstimate:
     """How likely limits are left with some tolerances, where it is the most likely.
 
     Attributes
@@ -88,7 +88,7 @@ class Chance:
     corridor: Corridor
     probability: float
 
-    def cheapest(self, x: np.ndarray) -> Left:
+    def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
         """Return the cheapest tolerances that a search from x finds.
 
         Raises
@@ -97,7 +97,7 @@ class Chance:
             If no tolerances are found that are likely enough to keep the limits.
         """
         low, high = self.tolerances.bounds
-        best: Left | None = None
+        best: ExceedanceEstimate | None = None
         now = self.left(x)
         watched: list[np.ndarray] = []
         for k in range(ROUNDS):
@@ -124,21 +124,21 @@ class Chance:
             )
         return best
 
-    def left(self, x: np.ndarray) -> Left:
+    def left(self, x: np.ndarray) -> ExceedanceEstimate:
         """Return how likely limits are left with some tolerances."""
         rng = np.random.default_rng(0)
         state, space = self._narrow(x), self.surrogate.space
         n, m = space.random_dimension, space.interval_dimension
         eta, known, noise, _ = ends(state, n, m, rng)
         place_estimate = estimate(state, state, eta[1], known[1], ACCURACY, rng)
-        return Left(x, eta[1], place_estimate, known[1], float(noise[1]), state.exact)
+        return ExceedanceEstimate(x, eta[1], place_estimate, known[1], float(noise[1]), state.exact)
 
     @property
     def series(self) -> np.ndarray:
         """The numbers of the outputs and times of `Estimate.at_each` in the response."""
         return self._start.series
 
-    def by_runs(self, solution: Left, model: ResponseModel) -> Correction:
+    def by_runs(self, solution: ExceedanceEstimate, model: ResponseModel) -> Correction:
         """Return the probability corrected with runs, at the same place."""
         state, rng = self._narrow(solution.x), np.random.default_rng(1)
 
@@ -149,7 +149,7 @@ class Chance:
         correction = corrected(least, of_model, solution.known, model.runs, ACCURACY, rng)
         return replace(correction, noise=solution.noise)
 
-    def elasticity(self, solution: Left) -> np.ndarray:
+    def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:
         """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""
         return self._slope(self._function(solution.x, solution.place, solution.known), solution.x)
 
@@ -161,7 +161,7 @@ class Chance:
         _, error = error_of_runs(narrow)
         return LimitState.of(narrow, self.corridor, error, np.random.default_rng(0))
 
-    def _searched(self, now: Left, places: Sequence[np.ndarray]) -> np.ndarray:
+    def _searched(self, now: ExceedanceEstimate, places: Sequence[np.ndarray]) -> np.ndarray:
         """Return the cheapest tolerances near some that keep the probability at places."""
         x, state, rng = now.x, self._narrow(now.x), np.random.default_rng(0)
         functions, offsets = [], []

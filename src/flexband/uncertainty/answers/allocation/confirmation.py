@@ -28,10 +28,10 @@ from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verification import as_expanded
 
-ROUNDS, MOST_RUNS = 5, 6
+ROUNDS, MAX_RUNS = 5, 6
 """Most times that runs are made, and most runs at a time, at points that bind and at vertices."""
 
-MOST_VARIABLES = 8
+MAX_VARIABLES = 8
 """Interval variables up to which vertices are run."""
 
 AGREEMENT = 3e-6
@@ -98,7 +98,7 @@ def confirmed(
         if not len(points):
             return Confirmed(allocated, shift, run_margins, runs, True)
         narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
-        order = np.argsort(-allocated.multipliers, kind="stable")[:MOST_RUNS]
+        order = np.argsort(-allocated.multipliers, kind="stable")[:MAX_RUNS]
         xi, eta, owner = _run_points(narrow, worst, allocated, order)
         further = _doubtful(worst, allocated, shift, -loosest, eta)
         eta = np.concatenate([eta, further])
@@ -159,7 +159,7 @@ def _doubtful(
     known : places of runs in any case.
     """
     tolerances, m = worst.tolerances, known.shape[1]
-    if worst.sigmas or tolerances.compensators or m > MOST_VARIABLES:
+    if worst.sigmas or tolerances.compensators or m > MAX_VARIABLES:
         return np.zeros((0, m))
     vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
     bars = worst.bars_at(
@@ -169,7 +169,7 @@ def _doubtful(
     least = (margins / worst.scale).min(axis=(1, 2))
     distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
     least[distance < SAME] = np.inf
-    order = np.argsort(least, kind="stable")[:MOST_RUNS]
+    order = np.argsort(least, kind="stable")[:MAX_RUNS]
     return vertices[order[least[order] < 0]]
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
-    function,
-    instance,
-    non_negative,
-    numbers,
-    positive,
+    check_function,
+    check_instance,
+    check_non_negative,
+    check_numbers,
+    check_positive,
     returned,
     shown,
 )
@@ -42,9 +42,15 @@ class ReciprocalCost:
     fixed: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, check in (("factor", positive), ("exponent", positive), ("fixed", non_negative)):
+        for name, check in (
+            ("factor", check_positive),
+            ("exponent", check_positive),
+            ("fixed", check_non_negative),
+        ):
             label = f"ReciprocalCost {name}"
-            object.__setattr__(self, name, float(check(label, numbers(label, getattr(self, name)))))
+            object.__setattr__(
+                self, name, float(check(label, check_numbers(label, getattr(self, name))))
+            )
 
     def __call__(self, tolerance: float) -> float:
         """Return the cost of a tolerance."""
@@ -62,17 +68,19 @@ def checked_costs(costs: Any) -> dict[str, Cost]:
     InputError
         If it is no mapping from names to costs; a number B stands for B/t.
     """
-    instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
+    check_instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
     if not costs:
         raise InputError("costs must name at least one input; got {}")
     functions: dict[str, Cost] = {}
     for name, cost in costs.items():
-        instance("costs: a name", name, str)
+        check_instance("costs: a name", name, str)
         if callable(cost):
-            function(f"costs: {name}", cost, " of the tolerance")
+            check_function(f"costs: {name}", cost, " of the tolerance")
             functions[name] = cast("Cost", cost)
         else:
-            functions[name] = ReciprocalCost(float(positive(f"costs: {name}", numbers(name, cost))))
+            functions[name] = ReciprocalCost(
+                float(check_positive(f"costs: {name}", check_numbers(name, cost)))
+            )
     graded = [isinstance(cost_function, Grades) for cost_function in functions.values()]
     if any(graded) and not all(graded):
         raise InputError("costs must be Grades for all inputs or for none")

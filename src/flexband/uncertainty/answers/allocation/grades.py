@@ -7,7 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, instance, known, numbers, positive, shown
+from flexband.errors import (
+    InputError,
+    check_instance,
+    check_numbers,
+    check_option,
+    check_positive,
+    shown,
+)
 
 SIZES = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 """Nominal sizes [mm] up to which a row of the standard holds."""
@@ -43,13 +50,16 @@ class Grades:
 
     def __post_init__(self) -> None:
         example = "a mapping from names to a tolerance and a cost"
-        instance("Grades", self.grades, Mapping, example)
+        check_instance("Grades", self.grades, Mapping, example)
         if not self.grades:
             raise InputError("Grades must have at least one grade; got none")
         pairs = {}
         for name, pair in self.grades.items():
-            tolerance, cost = numbers(f"Grades {shown(name)}", pair, 2)
-            pairs[str(name)] = (float(positive(f"tolerance of {name}", tolerance)), float(cost))
+            tolerance, cost = check_numbers(f"Grades {shown(name)}", pair, 2)
+            pairs[str(name)] = (
+                float(check_positive(f"tolerance of {name}", tolerance)),
+                float(cost),
+            )
         object.__setattr__(self, "grades", pairs)
 
     @classmethod
@@ -71,16 +81,16 @@ class Grades:
         InputError
             If the size or a grade is not among those of the standard.
         """
-        instance("costs", costs, Mapping, "a mapping from grades to costs")
-        unit = float(positive("millimetre", numbers("millimetre", millimetre)))
-        size_in_mm = float(positive("size", numbers("size", size))) / unit
+        check_instance("costs", costs, Mapping, "a mapping from grades to costs")
+        unit = float(check_positive("millimetre", check_numbers("millimetre", millimetre)))
+        size_in_mm = float(check_positive("size", check_numbers("size", size))) / unit
         if size_in_mm > SIZES[-1]:
             raise InputError(f"size must be up to {SIZES[-1]} mm; got {size_in_mm:g} mm")
         row = int(np.searchsorted(SIZES, size_in_mm * (1 - 1e-12)))
         grades = {}
         for name, cost in costs.items():
-            known("costs: a grade", name, ISO_286)
-            price = float(numbers(f"costs: {name}", cost))
+            check_option("costs: a grade", name, ISO_286)
+            price = float(check_numbers(f"costs: {name}", cost))
             grades[name] = (ISO_286[name][row] / 2000 * unit, price)
         return cls(grades)
 

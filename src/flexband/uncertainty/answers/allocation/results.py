@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.uncertainty.answers.allocation.chance import Chance, Left
+from flexband.uncertainty.answers.allocation.chance import Chance, ExceedanceEstimate
 from flexband.uncertainty.answers.allocation.confirmation import Confirmed
 from flexband.uncertainty.answers.allocation.grades import Grades
 from flexband.uncertainty.answers.allocation.infeasible import limit_at, moment
@@ -112,7 +112,7 @@ def result_of(
 
 
 def chance_result(
-    chance: Chance, solution: Left, correction: Correction | None, runs: int
+    chance: Chance, solution: ExceedanceEstimate, correction: Correction | None, runs: int
 ) -> xr.Dataset:
     """Return the tolerances for a stated probability, and the one that they lead to."""
     tolerances, x = chance.tolerances, solution.x
@@ -160,7 +160,7 @@ def chance_result(
     return result
 
 
-def _stated(chance: Chance, solution: Left, *, by_runs: bool) -> xr.Dataset:
+def _stated(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> xr.Dataset:
     """Return what is stated of the probability that the surrogate finds."""
     labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(solution.x)
     narrow = chance.surrogate.narrowed(**inputs)

@@ -39,7 +39,7 @@ SHIFTS = 33
 STARTS = 4
 """Random starts of a search, besides the best tolerances so far."""
 
-LEAST_SAVING = 1e-6
+MIN_SAVING = 1e-6
 """Part of the cost that is worth going on for."""
 
 BINDING = 1e-4
@@ -115,7 +115,7 @@ def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = Non
         count = len(others) if tolerances.sizes else STARTS
         tried, others = others[:count], others[count:]
         x, points = _best_of(strict, points, tried)
-        if tolerances.cost(x).sum() > least - LEAST_SAVING * abs(least):
+        if tolerances.cost(x).sum() > least - MIN_SAVING * abs(least):
             break
     if np.isinf(least):
         raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")

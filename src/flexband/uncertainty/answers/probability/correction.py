@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtr
 
+from flexband.uncertainty.answers.probability.discrepancy import DiscrepancyModel
 from flexband.uncertainty.answers.probability.estimates import (
     BATCH,
     MOST,
@@ -29,17 +30,16 @@ from flexband.uncertainty.answers.probability.estimates import (
     are_uneven,
     mixture_around,
 )
-from flexband.uncertainty.answers.probability.missed import DiscrepancyModel
 from flexband.uncertainty.answers.probability.subset import COUNT, Rare, rare
 
 Margins = Callable[[np.ndarray], np.ndarray]
 """u of shape (points, n) -> least margins, (points,)."""
 
-PART, LEAST_ROUNDS, MOST_ROUNDS = 8, 2, 6
+PART, MIN_ROUNDS, MAX_ROUNDS = 8, 2, 6
 """Rounds of learning what is missed, each in an eighth of the runs, until the next finds all of its
 samples beyond the limit."""
 
-WIDENED, LEAST_SCATTER = 1.3, 1e-3
+WIDENED, MIN_SCATTER = 1.3, 1e-3
 """By which the scatter is multiplied, and its least part of the margins' standard deviation."""
 
 INSIDE, ANYWHERE = 0.2, 0.1
@@ -94,12 +94,12 @@ def corrected(
         return least(u) + known.expected(u)[0]
 
     remaining = runs
-    for k in range(MOST_ROUNDS):
+    for k in range(MAX_ROUNDS):
         at = near.u[rng.permutation(len(near.u))[: runs // PART]]
         if not len(at):
             break
         run_margins, remaining = model(at), remaining - len(at)
-        if k >= LEAST_ROUNDS and np.all(run_margins < 0):
+        if k >= MIN_ROUNDS and np.all(run_margins < 0):
             break
         known = known.with_runs(at, run_margins - least(at))
         kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
@@ -108,7 +108,7 @@ def corrected(
     u, w, h = _samples(margin, near, accuracy, rng)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
-    scatter = np.maximum(WIDENED * known.expected(u)[1], LEAST_SCATTER * np.std(least(u)))
+    scatter = np.maximum(WIDENED * known.expected(u)[1], MIN_SCATTER * np.std(least(u)))
     which, values = _drawn(h / scatter, w, remaining, rng)
     other = (model(u[which]) < 0).astype(float) - inside[which]
     z = (other * values[which])[other != 0]

@@ -31,7 +31,7 @@ SAMPLES, COMPARED = 512, 4000
 SMOOTH, GROUP = 0.05, 32
 """s, in standard deviations of a margin, and samples that tell these."""
 
-MOST_VERTICES, INSIDE = 128, 32
+MAX_VERTICES, INSIDE = 128, 32
 """Most vertices of the box, and other points, from which the search starts."""
 
 SLACK = 0.3
@@ -54,10 +54,10 @@ def places(m: int, rng: np.random.Generator) -> np.ndarray:
     """Return η from which ends are searched, shape (points, m): vertices and points inside."""
     if m == 0:
         return np.zeros((1, 0))
-    if 2**m <= MOST_VERTICES:
+    if 2**m <= MAX_VERTICES:
         corners = np.array(list(product((-1.0, 1.0), repeat=m)))
     else:
-        corners = rng.choice([-1.0, 1.0], (MOST_VERTICES, m))
+        corners = rng.choice([-1.0, 1.0], (MAX_VERTICES, m))
     faces = np.concatenate([np.zeros((1, m)), np.eye(m), -np.eye(m)])
     return np.concatenate([corners, faces, 2 * sobol(INSIDE, m) - 1])
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, instance, numbers, shown, whole
+from flexband.errors import InputError, check_instance, check_integer, check_numbers, shown
 from flexband.uncertainty.answers.allocation.adjustment import compensators
 from flexband.uncertainty.answers.limits import Corridor, corridors, joint
 from flexband.uncertainty.answers.margins import labels_of
@@ -135,15 +135,15 @@ def failure_probability(
         If a run fails.
     """
     kinds = Surrogate | SurrogateOfChoices
-    instance("surrogate", surrogate, kinds, "one that `expand` returns")
-    accuracy = float(numbers("accuracy", accuracy))
+    check_instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    accuracy = float(check_numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
     if response is None and (not isinstance(runs, int) or runs != RUNS):
         raise InputError(
             f"runs requires a response, of which they are made; got runs={shown(runs)}"
         )
-    seed = whole("seed", seed, 0)
+    seed = check_integer("seed", seed, 0)
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}
     labels = labels_of(surrogate)

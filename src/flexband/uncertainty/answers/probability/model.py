@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import ResolutionWarning, StrainWarning, function, whole, without_warnings
+from flexband.errors import (
+    ResolutionWarning,
+    StrainWarning,
+    check_function,
+    check_integer,
+    without_warnings,
+)
 from flexband.progress import counted
 from flexband.uncertainty.evaluations.evaluations import evaluations, setting
 from flexband.uncertainty.inputs.sampling import of_normals
@@ -18,7 +24,7 @@ from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verification import as_expanded
 
-LEAST_RUNS, MOST_RUNS = 16, 100_000
+MIN_RUNS, MAX_RUNS = 16, 100_000
 """Of a probability."""
 
 
@@ -62,8 +68,8 @@ def models(
     if response is None:
         yield dict.fromkeys(surrogates)
         return
-    function("response", response)
-    runs = whole("runs", runs, LEAST_RUNS, MOST_RUNS)
+    check_function("response", response)
+    runs = check_integer("runs", runs, MIN_RUNS, MAX_RUNS)
     first = next(iter(surrogates.values()))
     given = first.space.given
     check_names(response, given)

@@ -26,7 +26,7 @@ NEGLIGIBLE = 1e-5
 """Expected error, in parts of an output's standard deviation, that is neglected in its tails: terms
 left out of an expansion are up to 300 times as large at 5σ as in the root mean square."""
 
-LEAST_SCATTER = 1e-3
+MIN_SCATTER = 1e-3
 """Least part of the standard deviation over all inputs that a margin is taken to scatter by."""
 
 
@@ -224,7 +224,7 @@ class LimitState:
         moments = []
         for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
             samples = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
-            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), LEAST_SCATTER)))
+            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), MIN_SCATTER)))
         return moments
 
     def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:

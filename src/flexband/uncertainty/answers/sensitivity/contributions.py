@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, flag
+from flexband.errors import InputError, check_flag
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.results import answer, check_free, expected_error, places
 from flexband.uncertainty.answers.selection import selected, surrogates_of
@@ -28,7 +28,7 @@ from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-MOST_SHARED = 8
+MAX_SHARED = 8
 """Inputs among which Shapley's values share the width: there are 2^8 bands to be found."""
 
 LONG_NAMES = {
@@ -86,7 +86,7 @@ def contributions(
         there are more than eight inputs to share the width among.
     """
     surrogates, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    shapley = flag("shapley", shapley)
+    shapley = check_flag("shapley", shapley)
     answers = {
         label: _contributions(selected(case_surrogate, at), k, shapley=shapley)
         for label, case_surrogate in surrogates.items()
@@ -117,9 +117,9 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     for name in ("name", "bound", "input"):
         check_free(name, labels)
     names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
-    if shapley and len(names) > MOST_SHARED:
+    if shapley and len(names) > MAX_SHARED:
         raise InputError(
-            f"shapley takes at most {MOST_SHARED} inputs; got {len(names)}: {', '.join(names)}"
+            f"shapley takes at most {MAX_SHARED} inputs; got {len(names)}: {', '.join(names)}"
         )
     lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
     width = (upper.values[1] - lower.values[0]).reshape(shape)

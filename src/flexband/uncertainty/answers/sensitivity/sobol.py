@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import t as student
 
-from flexband.errors import InputError, whole
+from flexband.errors import InputError, check_integer
 from flexband.uncertainty.answers.choices import over_options
 from flexband.uncertainty.answers.descent import lowest_over_times
 from flexband.uncertainty.answers.quantiles import CONFIDENCE
@@ -76,7 +76,7 @@ def sobol_indices(
     InputError
         If the surrogate is none or has no random input, or `at` does not fit the response.
     """
-    surrogates, seed = surrogates_of(surrogate), whole("seed", seed, 0)
+    surrogates, seed = surrogates_of(surrogate), check_integer("seed", seed, 0)
     if any(not case_surrogate.space.random_dimension for case_surrogate in surrogates.values()):
         raise InputError("surrogate must have random inputs; Sobol' indices are parts of variance")
     parts = {label: selected(case_surrogate, at) for label, case_surrogate in surrogates.items()}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, numbers, shown, without_warnings
+from flexband.errors import InputError, check_numbers, shown, without_warnings
 from flexband.uncertainty.answers.allocation.tolerances import with_tolerance
 from flexband.uncertainty.answers.results import answer, check_free
 from flexband.uncertainty.answers.selection import surrogates_of
@@ -67,7 +67,7 @@ def tolerance_for(
     if len(several) > 1:
         raise InputError("tolerance_for takes a surrogate without choices, that of one option")
     (plain_surrogate,) = several.values()
-    share = float(numbers("share", share))
+    share = float(check_numbers("share", share))
     if not 0 < share < 1:
         raise InputError(f"share must be above 0 and below 1; got {share:g}")
     tolerance, input_ = _tolerance(plain_surrogate, name)

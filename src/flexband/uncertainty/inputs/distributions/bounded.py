@@ -8,12 +8,12 @@ import numpy as np
 from scipy.special import ndtri
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, plausible_spread
+from flexband.errors import InputError, check_spread
 from flexband.uncertainty.expansions.families import LEGENDRE, Family
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution, Moments
 from flexband.uncertainty.inputs.inputs import between, place_between
 
-LEAST_SHAPE, LARGEST_SHAPE = 0.02, 1e10
+MIN_SHAPE, LARGEST_SHAPE = 0.02, 1e10
 """Of a beta distribution. Below the least, nearly all values are the bounds; one that is given by
 its moments is no narrower than the largest tells."""
 
@@ -146,7 +146,7 @@ class Beta(Moments):
             )
         below, above, width = mean - self.lower, self.upper - mean, self.upper - self.lower
         least = width / LARGEST_SHAPE**0.5
-        most = np.sqrt(below * above / (1 + LEAST_SHAPE * width / min(below, above)))
+        most = np.sqrt(below * above / (1 + MIN_SHAPE * width / min(below, above)))
         if not least < std < most:
             raise InputError(
                 f"Beta std must be above {least:.3g} and below {most:.4g} for the mean {mean:g} "
@@ -158,8 +158,8 @@ class Beta(Moments):
         super().check()
         _check_bounds(self, self.lower, self.upper)
         for name, shape in zip(self.own, self.parameters, strict=True):
-            if shape < LEAST_SHAPE:
-                raise InputError(f"Beta {name} must be {LEAST_SHAPE:g} or more; got {shape:g}")
+            if shape < MIN_SHAPE:
+                raise InputError(f"Beta {name} must be {MIN_SHAPE:g} or more; got {shape:g}")
 
 
 def _check_bounds(distribution: Distribution, lower: float, upper: float) -> None:
@@ -168,4 +168,4 @@ def _check_bounds(distribution: Distribution, lower: float, upper: float) -> Non
     if lower >= upper:
         also = f". {NO_SCATTER}" if lower == upper else ""
         raise InputError(f"{name} lower {lower:g} must be below upper {upper:g}{also}")
-    plausible_spread(f"width of the {name}", upper - lower, upper)
+    check_spread(f"width of the {name}", upper - lower, upper)

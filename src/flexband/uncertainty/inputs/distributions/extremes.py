@@ -9,10 +9,10 @@ from scipy.optimize import elementwise
 from scipy.special import gamma, gammaln
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, plausible_spread
+from flexband.errors import InputError, check_spread
 from flexband.uncertainty.inputs.distribution import Moments, Spread
 
-LEAST_SHAPE, LARGEST_SHAPE = 0.2, 1e4
+MIN_SHAPE, LARGEST_SHAPE = 0.2, 1e4
 """Of a Weibull distribution."""
 
 
@@ -56,7 +56,7 @@ class Weibull(Moments):
         variation = np.log1p((std / above) ** 2)
         shape = elementwise.find_root(
             lambda k, sought: _variation(k) - sought,
-            (np.float64(LEAST_SHAPE), np.float64(LARGEST_SHAPE)),
+            (np.float64(MIN_SHAPE), np.float64(LARGEST_SHAPE)),
             args=(variation,),
         ).x
         return above / gamma(1 + 1 / shape), shape
@@ -69,7 +69,7 @@ class Weibull(Moments):
             )
         least, most = (
             (mean - self.location) * np.sqrt(np.expm1(_variation(shape)))
-            for shape in (LARGEST_SHAPE, LEAST_SHAPE)
+            for shape in (LARGEST_SHAPE, MIN_SHAPE)
         )
         if not least < std < most:
             raise InputError(
@@ -81,11 +81,11 @@ class Weibull(Moments):
         """Raise `InputError` if scale or shape is not positive."""
         super().check()
         scale, shape = self.parameters
-        if not LEAST_SHAPE <= shape <= LARGEST_SHAPE:
+        if not MIN_SHAPE <= shape <= LARGEST_SHAPE:
             raise InputError(
-                f"Weibull shape must be from {LEAST_SHAPE:g} to {LARGEST_SHAPE:g}; got {shape:g}"
+                f"Weibull shape must be from {MIN_SHAPE:g} to {LARGEST_SHAPE:g}; got {shape:g}"
             )
-        plausible_spread("Weibull scale", scale, self.location)
+        check_spread("Weibull scale", scale, self.location)
 
 
 def _variation(shape: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, numbers, positive
+from flexband.errors import InputError, check_numbers, check_positive
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.inputs.distribution import Spread
 
@@ -18,7 +18,7 @@ LARGEST_LOGARITHM, LARGEST_VARIATION = 300.0, 100.0
 
 EITHER = "LogNormal must have either mean and one of std and cv, or log_mean and log_std"
 
-LEAST_PROBABILITY = 1e-100
+MIN_PROBABILITY = 1e-100
 """Of the values of a normal distribution that truncation leaves."""
 
 
@@ -121,7 +121,7 @@ class LogNormal(Spread):
             self._check_logarithm()
         if self.mean is None:
             raise InputError(f"{EITHER}; got none")
-        positive("LogNormal mean", numbers("LogNormal mean", self.mean))
+        check_positive("LogNormal mean", check_numbers("LogNormal mean", self.mean))
         super().check()
         if self.spread > LARGEST_VARIATION * self.mean:
             raise InputError(
@@ -135,8 +135,9 @@ class LogNormal(Spread):
             raise InputError(
                 f"LogNormal must have either mean, or log_mean and log_std; got {self!r}"
             )
-        mean = float(numbers("LogNormal log_mean", self.log_mean))  # pyright: ignore[reportArgumentType]
-        std = float(positive("LogNormal log_std", numbers("LogNormal log_std", self.log_std)))  # pyright: ignore[reportArgumentType]
+        mean = float(check_numbers("LogNormal log_mean", self.log_mean))  # pyright: ignore[reportArgumentType]
+        std = check_numbers("LogNormal log_std", self.log_std)  # pyright: ignore[reportArgumentType]
+        std = float(check_positive("LogNormal log_std", std))
         if not abs(mean) + std * std < LARGEST_LOGARITHM:
             raise InputError(
                 f"the mean and std of the logarithm must be smaller for the LogNormal to be "
@@ -189,7 +190,7 @@ class TruncatedNormal(Spread):
         super().check()
         for name in ("lower", "upper"):
             if (limit := getattr(self, name)) is not None:
-                limit = float(numbers(f"TruncatedNormal {name}", limit))
+                limit = float(check_numbers(f"TruncatedNormal {name}", limit))
                 object.__setattr__(self, name, limit)
         low, high = self._limits()
         if not low < high:
@@ -199,7 +200,7 @@ class TruncatedNormal(Spread):
         near, far = sorted((abs(low), abs(high))) if low * high > 0 else (0.0, np.inf)
         if near > 0:
             logarithm = log_ndtr(-near) + np.log1p(-np.exp(log_ndtr(-far) - log_ndtr(-near)))
-            if not logarithm > np.log(LEAST_PROBABILITY):
+            if not logarithm > np.log(MIN_PROBABILITY):
                 raise InputError(
                     f"{self!r} leaves nothing of the normal distribution: its limits are "
                     f"{near:.3g} standard deviations or more from the mean"

@@ -11,7 +11,7 @@ from scipy.optimize import elementwise
 from scipy.special import ndtr, ndtri
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, numbers, positive, warn
+from flexband.errors import InputError, check_finite, check_numbers, check_positive, warn
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 from flexband.words import number_of
 
@@ -65,7 +65,7 @@ class Samples(Distribution):
 
     def check(self) -> None:
         """Raise `InputError` if the values tell no distribution; remark on few values."""
-        values = np.sort(finite("Samples values", self.values, rank=None), axis=None)
+        values = np.sort(check_finite("Samples values", self.values, rank=None), axis=None)
         if np.ndim(self.values) != 1 or len(values) < FEWEST:
             raise InputError(
                 f"Samples values must be {FEWEST} numbers or more, shape (n,); "
@@ -76,7 +76,9 @@ class Samples(Distribution):
             raise InputError(f"Samples values must differ; {same}. {NO_SCATTER}")
         object.__setattr__(self, "values", tuple(values.tolist()))
         if self.bandwidth is not None:
-            width = float(positive("Samples bandwidth", numbers("bandwidth", self.bandwidth)))
+            width = float(
+                check_positive("Samples bandwidth", check_numbers("bandwidth", self.bandwidth))
+            )
             object.__setattr__(self, "bandwidth", width)
         n = len(values)
         if n < FEW:

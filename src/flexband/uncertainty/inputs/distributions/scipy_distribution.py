@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, numbers
+from flexband.errors import InputError, check_numbers
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
@@ -80,7 +80,7 @@ class ScipyDistribution(Tabulated):
         """Raise `InputError` if there is no such distribution."""
         given = self._named()
         for name, value in given.items():
-            given[name] = float(numbers(f"{self.distribution} {name}", value))
+            given[name] = float(check_numbers(f"{self.distribution} {name}", value))
         object.__setattr__(self, "parameters", tuple(given.items()))
         missing = set(_shapes(_named(self.distribution))) - given.keys()
         if missing:

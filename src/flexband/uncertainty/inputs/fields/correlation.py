@@ -9,7 +9,15 @@ import numpy as np
 from scipy.special import gammaln, kve
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, finite, function, numbers, positive, returned, whole
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_function,
+    check_integer,
+    check_numbers,
+    check_positive,
+    returned,
+)
 from flexband.words import number_of
 
 Correlation = Callable[[np.ndarray], np.ndarray]
@@ -26,17 +34,17 @@ ROUNDING = 1e-8
 
 def squared_exponential(distance: np.ndarray) -> np.ndarray:
     """Return exp(−d²), Eq. (30): smooth fields."""
-    return np.exp(-(finite("distance", distance, rank=None) ** 2))
+    return np.exp(-(check_finite("distance", distance, rank=None) ** 2))
 
 
 def exponential(distance: np.ndarray) -> np.ndarray:
     """Return exp(−|d|): continuous, rough fields."""
-    return np.exp(-np.abs(finite("distance", distance, rank=None)))
+    return np.exp(-np.abs(check_finite("distance", distance, rank=None)))
 
 
 def triangular(distance: np.ndarray) -> np.ndarray:
     """Return 1 − |d| up to d = 1 and 0 beyond: moving averages over the length of white noise."""
-    return np.maximum(1.0 - np.abs(finite("distance", distance, rank=None)), 0.0)
+    return np.maximum(1.0 - np.abs(check_finite("distance", distance, rank=None)), 0.0)
 
 
 @frozen()
@@ -56,7 +64,7 @@ class Matern:
     nu: float
 
     def __post_init__(self) -> None:
-        nu = float(numbers("Matern nu", self.nu))
+        nu = float(check_numbers("Matern nu", self.nu))
         if not 0 < nu <= LARGEST_NU:
             raise InputError(
                 f"Matern nu must be above 0 and at most {LARGEST_NU:g}; got {nu:g} "
@@ -67,7 +75,7 @@ class Matern:
     def __call__(self, distance: np.ndarray) -> np.ndarray:
         """Return the correlations."""
         nu = self.nu
-        s = np.sqrt(2 * nu) * np.abs(finite("distance", distance, rank=None))
+        s = np.sqrt(2 * nu) * np.abs(check_finite("distance", distance, rank=None))
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             bessel = kve(nu, s)
             power = (1 - nu) * np.log(2) - gammaln(nu) + nu * np.log(s) + np.log(bessel) - s
@@ -79,7 +87,7 @@ class Matern:
 def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
     """Return a user's correlations; raise `InputError` if they are no numbers of this shape."""
     name = "RandomField correlation"
-    values = finite(name, returned(correlation, distance, name), "numbers", rank=None)
+    values = check_finite(name, returned(correlation, distance, name), "numbers", rank=None)
     if values.shape != distance.shape:
         raise InputError(f"{name} must return shape {distance.shape}; got {values.shape}")
     return values
@@ -89,14 +97,16 @@ def equidistant(
     correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
 ) -> np.ndarray:
     """Return equidistant nodes on the domain; raise `InputError` for what no field can have."""
-    function("RandomField correlation", correlation)
-    positive("RandomField correlation_length", numbers("RandomField correlation_length", length))
-    start, end = numbers("RandomField domain", domain, 2)
+    check_function("RandomField correlation", correlation)
+    check_positive(
+        "RandomField correlation_length", check_numbers("RandomField correlation_length", length)
+    )
+    start, end = check_numbers("RandomField domain", domain, 2)
     if start >= end:
         raise InputError(f"RandomField domain must run upwards; got {domain}")
     if not isfinite(float(end - start) / float(length)):
         raise InputError(f"RandomField correlation_length {length:g} is too short for {domain}")
-    return np.linspace(start, end, whole("RandomField nodes", nodes, 2, MAX_NODES))
+    return np.linspace(start, end, check_integer("RandomField nodes", nodes, 2, MAX_NODES))
 
 
 def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -> np.ndarray:

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexband.errors import InputError, finite, numbers, returned, whole
-from flexband.smoothness import prescribed
+from flexband.errors import InputError, check_finite, check_integer, check_numbers, returned
+from flexband.prescribed_motion import prescribed
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval
 
 Profile = float | Callable[[np.ndarray], np.ndarray]
@@ -37,7 +37,7 @@ class Field(Input):
     def _check_domain(self) -> None:
         """Raise `InputError` if the domain is none."""
         if self.domain is not None:
-            start, end = numbers(f"{self.kind} domain [m or s]", self.domain, 2)
+            start, end = check_numbers(f"{self.kind} domain [m or s]", self.domain, 2)
             if start >= end:
                 raise InputError(f"{self.kind} domain must run upwards; got {self.domain}")
             object.__setattr__(self, "domain", (float(start), float(end)))
@@ -85,7 +85,7 @@ class Field(Input):
         prescribed_parts: set[str] = set()
 
         def at(x: np.ndarray) -> np.ndarray:
-            given = finite(f"{self.kind}: positions", x, rank=None)
+            given = check_finite(f"{self.kind}: positions", x, rank=None)
             positions = np.atleast_2d(given)
             if positions.ndim > 2 or len(positions) not in (1, len(standard)):
                 shapes = f"(points,) or ({len(standard)}, points)"
@@ -133,8 +133,8 @@ class Field(Input):
         ----------
         count, seed : number of samples, and seed of the random numbers.
         """
-        count = whole(f"{self.kind} count", count, 1, MAX_REALIZATIONS)
-        generator = np.random.default_rng(whole(f"{self.kind} seed", seed, 0))
+        count = check_integer(f"{self.kind} count", count, 1, MAX_REALIZATIONS)
+        generator = np.random.default_rng(check_integer(f"{self.kind} seed", seed, 0))
         shape = count, self.dimension
         normal = self.random
         drawn = generator.standard_normal(shape) if normal else generator.uniform(-1, 1, shape)
@@ -158,7 +158,7 @@ def profile(name: str, value: Any, x: np.ndarray) -> np.ndarray:
         parameter = parameter[:, None] if parameter.ndim else parameter
         return np.broadcast_to(parameter, np.broadcast_shapes(parameter.shape, np.shape(x)))
     flat = np.ravel(x)
-    values = finite(name, returned(value, flat, name), rank=None)
+    values = check_finite(name, returned(value, flat, name), rank=None)
     if values.shape not in ((), flat.shape):
         raise InputError(
             f"{name} must return one value per position, shape {flat.shape}; got {values.shape}"
@@ -170,4 +170,4 @@ def check_profile(name: str, value: Profile) -> Profile:
     """Return a finite number or a function; raise `InputError` for anything else."""
     if callable(value) and not isinstance(value, type):
         return value
-    return float(numbers(name, value))  # pyright: ignore[reportArgumentType]
+    return float(check_numbers(name, value))  # pyright: ignore[reportArgumentType]

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, flag, positive
+from flexband.errors import InputError, check_flag, check_positive
 from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profile, profile
 from flexband.words import number_of
 
@@ -60,8 +60,8 @@ class IntervalField(Field):
         for name in ("lower", "upper"):
             value = check_profile(f"IntervalField {name}", getattr(self, name))
             object.__setattr__(self, name, value)
-        positive("IntervalField length", self.length)
-        object.__setattr__(self, "smooth", flag("IntervalField smooth", self.smooth))
+        check_positive("IntervalField length", self.length)
+        object.__setattr__(self, "smooth", check_flag("IntervalField smooth", self.smooth))
         if not (callable(self.lower) or callable(self.upper)):
             self.limits(np.zeros(1))
         self._check_domain()

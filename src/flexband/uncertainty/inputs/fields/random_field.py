@@ -14,13 +14,13 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
-    function,
-    instance,
-    known,
-    plausible_spread,
-    positive,
+    check_function,
+    check_instance,
+    check_integer,
+    check_option,
+    check_positive,
+    check_spread,
     warn,
-    whole,
 )
 from flexband.uncertainty.inputs.fields.correlation import (
     MAX_NODES,
@@ -111,22 +111,22 @@ class RandomField(Field):
                 value = check_profile(f"RandomField {name}", getattr(self, name))
                 object.__setattr__(self, name, value)
         for name in ("correlation_length", "tolerance"):
-            positive(f"RandomField {name}", getattr(self, name))
-        known("RandomField distribution", self.distribution, ("normal", "lognormal"))
+            check_positive(f"RandomField {name}", getattr(self, name))
+        check_option("RandomField distribution", self.distribution, ("normal", "lognormal"))
         for mean, std in product(*map(_ends, (self.mean, self.std))):
             if not callable(std):
-                positive("RandomField std", std)
+                check_positive("RandomField std", std)
             if not callable(mean):
                 self._check_mean(np.asarray(mean))
                 if not callable(std):
-                    plausible_spread("RandomField std", std, mean)
+                    check_spread("RandomField std", std, mean)
         if self.tolerance >= 1:
             raise InputError(f"RandomField tolerance must be below 1; got {self.tolerance:g}")
         for name in ("correlation", "discretization"):
-            function(f"RandomField {name}", getattr(self, name))
+            check_function(f"RandomField {name}", getattr(self, name))
         for name, least, most in (("terms", 1, None), ("nodes", 2, MAX_NODES)):
             if (count := getattr(self, name)) is not None:
-                count = whole(f"RandomField {name}", count, least, most)
+                count = check_integer(f"RandomField {name}", count, least, most)
                 object.__setattr__(self, name, count)
         if self.terms and self.nodes and self.terms > self.nodes:
             raise InputError(
@@ -136,7 +136,7 @@ class RandomField(Field):
 
     def _check_mean(self, mean: np.ndarray) -> np.ndarray:
         if self.distribution == "lognormal":
-            positive("mean of the lognormal RandomField", mean, rank=None)
+            check_positive("mean of the lognormal RandomField", mean, rank=None)
         return mean
 
     @property
@@ -161,7 +161,7 @@ class RandomField(Field):
 
     def deviation(self, x: np.ndarray) -> np.ndarray:
         """Return the standard deviation at positions x, shape x.shape."""
-        return positive("RandomField std", profile("RandomField std", self.std, x), rank=None)
+        return check_positive("RandomField std", profile("RandomField std", self.std, x), rank=None)
 
     def _logarithmic_variance(self, x: np.ndarray) -> np.ndarray:
         """Return ζ² of a lognormal field: the variance of its logarithm."""
@@ -182,7 +182,7 @@ class RandomField(Field):
             series = self.discretization(
                 self.correlation, self.correlation_length, self.located, int(count)
             )
-            instance("what RandomField discretization returns", series, Series)
+            check_instance("what RandomField discretization returns", series, Series)
             x = series.places()
             _ = self.nominal(x), self.deviation(x)  # refused here if impossible anywhere
             if self.terms is not None:

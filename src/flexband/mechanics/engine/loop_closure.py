@@ -14,8 +14,12 @@ import numpy as np
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.initial_conditions import (
+    CONSTRAINT_TOLERANCE,
+    ITERATIONS,
+    LONGEST_STEP,
+)
 from flexband.mechanics.engine.redundancy import RANK, derivatives
-from flexband.mechanics.engine.start import CONSTRAINT_TOLERANCE, ITERATIONS, LONGEST_STEP
 
 TOLERANCE = 1e-13
 """Of the constraints, relative to the size of the mechanism."""
@@ -23,7 +27,7 @@ TOLERANCE = 1e-13
 TURN = 30.0
 """How much more a turn by 1 rad counts than a move by the size of the mechanism."""
 
-LEAST_DAMPING, FIRST_DAMPING, DAMPED = 1e-10, 1e-4, 10.0
+MIN_DAMPING, FIRST_DAMPING, DAMPED = 1e-10, 1e-4, 10.0
 """Of a step: the least, with which redundant constraints do no harm, that after the first step that
 leads away, and the factor from one step to the next."""
 
@@ -43,7 +47,7 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
     misfit = inverse * _constraints(system, values, c, z)
-    damping = np.full(z.shape[1], LEAST_DAMPING)
+    damping = np.full(z.shape[1], MIN_DAMPING)
     for _ in range(ITERATIONS):
         apart = np.abs(misfit).max(axis=0, initial=0.0) > TOLERANCE
         if not apart.any():
@@ -64,7 +68,7 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
         z, misfit = np.where(nearer, moved, z), np.where(nearer, next_misfit, misfit)
         damping = np.where(
             nearer,
-            np.maximum(damping / DAMPED, LEAST_DAMPING),
+            np.maximum(damping / DAMPED, MIN_DAMPING),
             np.maximum(damping * DAMPED, FIRST_DAMPING),
         )
     return z, misfit

@@ -12,7 +12,7 @@ from flexband.mechanics.engine.failures import OUT_OF_REACH
 from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
 from flexband.mechanics.kernels.lane_type import WIDTH
 
-MOST_EXAMINED = 5
+MAX_EXAMINED = 5
 """Samples that are examined; messages list no more."""
 
 
@@ -31,7 +31,7 @@ def find_out_of_reach(
     if not np.any(system.structure.terms.f > 0):
         return
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=2)
-    for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MOST_EXAMINED]:
+    for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MAX_EXAMINED]:
         number, lane_samples = int(failures[place, 1]), np.full(WIDTH, samples[place])
         packed = pack(system, times, lane_samples)
         values = packed(0)

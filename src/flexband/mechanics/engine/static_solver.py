@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.engine.start import SMALLEST_PIVOT
+from flexband.mechanics.engine.initial_conditions import SMALLEST_PIVOT
 from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side
 from flexband.mechanics.kernels.factorization import backward, factorize
 from flexband.mechanics.kernels.lanes import (

@@ -10,8 +10,8 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, function, numbers, whole
-from flexband.mechanics.equilibrium import LONGEST_TIME, MOST_STEPS, equilibrium
+from flexband.errors import InputError, RunError, check_function, check_integer, check_numbers
+from flexband.mechanics.equilibrium import LONGEST_TIME, MAX_STEPS, equilibrium
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.parts import check_sensors
 from flexband.mechanics.response import quantities_of, shown_inputs, tensors_of
@@ -151,11 +151,11 @@ def static_response(
         If the builder is no function or a number is out of its range; when it is called, if the
         mechanism has no sensors.
     """
-    function("builder", builder, " that returns a Mechanism")
-    steps = whole("steps", steps, 1, MOST_STEPS)
-    at = float(numbers("time [s]", time))
+    check_function("builder", builder, " that returns a Mechanism")
+    steps = check_integer("steps", steps, 1, MAX_STEPS)
+    at = float(check_numbers("time [s]", time))
     if abs(at) > LONGEST_TIME:
         raise InputError(f"time [s] must be at most {LONGEST_TIME:g}; got {at:g}")
     if threads is not None:
-        whole("threads", threads, 1)
+        check_integer("threads", threads, 1)
     return StaticResponse(builder, steps, time=at, threads=threads)

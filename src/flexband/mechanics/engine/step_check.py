@@ -32,13 +32,13 @@ HALF_WIDTH = 0.15
 CONTRAST = 2.0
 """Energy of a vibration's band over that of the bands on either side."""
 
-FEWEST_PERIODS, FEWEST_TIMES = 6, 24
+MIN_PERIODS, MIN_TIMES = 6, 24
 """In the record."""
 
-FEWEST_SWINGS = 1.5
+MIN_SWINGS = 1.5
 """To and fro in a run, of a part whose lag adds up over them."""
 
-FEWEST_TURNS = 3
+MIN_TURNS = 3
 """Periods of a function of time in the record, of those that force vibrations."""
 
 HARMONICS = 12
@@ -116,7 +116,7 @@ def _warn_of_swings(turned: np.ndarray, system: System, count: int, rho: float) 
     angle = (turned[..., 0] / count * 8 / 3) ** 0.25
     phase = count * angle / (reach / 2)
     lag = 3 / 32 * (1 + 3 * ((1 - rho) / (1 + rho)) ** 2) * angle**2 * phase
-    lag = np.where(phase > 2 * np.pi * FEWEST_SWINGS, lag, 0.0)
+    lag = np.where(phase > 2 * np.pi * MIN_SWINGS, lag, 0.0)
     sample, part = np.unravel_index(np.argmax(lag), lag.shape)
     most = float(lag[sample, part])
     if most > LARGEST_ERROR:
@@ -143,7 +143,7 @@ def remark_on_few_steps(
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
     outputs, times = first.values, first["time"].values
     count = len(times)
-    if count < FEWEST_TIMES or not len(outputs):
+    if count < MIN_TIMES or not len(outputs):
         return ""
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
     rho, dt = float(integrator.spectral_radius), times[1] - times[0]
@@ -222,7 +222,7 @@ def worst_vibration(
 
 def bands(energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return numbers of periods, the energy of a band about each, and the larger one beside it."""
-    k = np.arange(FEWEST_PERIODS, energy.shape[-1] - 1)
+    k = np.arange(MIN_PERIODS, energy.shape[-1] - 1)
     total = np.concatenate([np.zeros_like(energy[..., :1]), energy.cumsum(axis=-1)], axis=-1)
     (low, high), (lower, higher) = (_edges(k, energy.shape[-1], power) for power in (1, 3))
     band = total[..., high] - total[..., low]
@@ -242,7 +242,7 @@ def not_driven(functions: np.ndarray) -> np.ndarray:
         energy[:, 1:] += spectrum[:, -1 : -len(free) : -1]
         peaks = energy > DRIVEN * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
         for line in np.flatnonzero(peaks.any(axis=0)):
-            if line < FEWEST_TURNS:
+            if line < MIN_TURNS:
                 continue
             for m in range(1, HARMONICS + 1):
                 low, high = _edges(np.array([line * m]), len(free), 1).ravel()

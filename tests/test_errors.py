@@ -45,14 +45,19 @@ REFUSED = [
 
 @pytest.mark.parametrize("value", REFUSED, ids=lambda value: type(value).__name__)
 def test_what_is_no_number_is_refused_by_name(value):
-    for check in (errors.finite, errors.positive, errors.non_negative, errors.numbers):
+    for check in (
+        errors.check_finite,
+        errors.check_positive,
+        errors.check_non_negative,
+        errors.check_numbers,
+    ):
         with pytest.raises(fb.InputError, match=r"mass \[kg\] must be"):
             check("mass [kg]", value)
 
 
 @pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.int8(2), 10**30, np.array(2.0)])
 def test_a_number_is_a_float(value):
-    array = errors.positive("mass", value)
+    array = errors.check_positive("mass", value)
     assert array.dtype == float
     assert array == float(value)
 
@@ -79,15 +84,15 @@ def test_an_angle_in_degrees_is_remarked_on():
 
 def test_a_text_in_place_of_a_number_is_called_one():
     with pytest.raises(fb.InputError, match=r"got the text '1e-3'; write .* without quotes. YAML"):
-        errors.positive("mass [kg]", "1e-3")
+        errors.check_positive("mass [kg]", "1e-3")
     with pytest.raises(fb.InputError, match=r"got the text '12'; write the number without quotes$"):
-        errors.whole("samples", "12", 1)
+        errors.check_integer("samples", "12", 1)
     with pytest.raises(fb.InputError, match=r"must be finite numbers; got the text 'heavy'$"):
-        errors.numbers("mass [kg]", "heavy")
+        errors.check_numbers("mass [kg]", "heavy")
 
 
 def test_zero_may_be_allowed_besides_a_range():
-    assert [errors.whole("runs", k, 2, or_zero=True) for k in (0, 2, 5)] == [0, 2, 5]
+    assert [errors.check_integer("runs", k, 2, or_zero=True) for k in (0, 2, 5)] == [0, 2, 5]
     for bad in (1, -1):
         with pytest.raises(fb.InputError, match=f"runs must be 0, or 2 or more; got {bad}"):
-            errors.whole("runs", bad, 2, or_zero=True)
+            errors.check_integer("runs", bad, 2, or_zero=True)

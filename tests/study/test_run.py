@@ -7,6 +7,8 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from flexband.report import tables
+from flexband.report.study_report import answer_of
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.result import doubts_about
 from flexband.study.run import RunOptions, run_study
@@ -62,6 +64,26 @@ def test_a_result_that_is_there_is_read(file, tmp_path):
         assert getattr(second, name) == getattr(first, name), name
     xr.testing.assert_identical(second.surrogate.bands(), first.surrogate.bands())
     xr.testing.assert_equal(second.limits.margins, first.limits.margins)
+
+
+@pytest.mark.parametrize("carriers", [0, 1, 2])
+def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
+    t = np.linspace(0.0, 10.0, 400)
+
+    def response(a, e):
+        signal = 0.2 * (e + a)[:, None] * t
+        for k in range(1, carriers + 1):
+            signal = signal + np.cos(2 * np.pi * k**2 * (1 + 0.02 * (a + e))[:, None] * t) / k
+        return signal
+
+    inputs = {"a": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
+    study = fb.Study(response, inputs, fb.AdaptivePCCI(0.05))
+    first, second = study.run_in(tmp_path), study.run_in(tmp_path)
+    assert second.reused
+    assert np.size(first.bands.attrs["carrier_frequencies"]) == carriers
+    for said in (tables.remarks, tables.summary_table):
+        assert said(second.bands, second.verification) == said(first.bands, first.verification)
+    assert answer_of(study, second) == answer_of(study, first)
 
 
 def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):

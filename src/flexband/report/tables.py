@@ -293,7 +293,10 @@ def remarks(
                 "of another component of the same tensor or vector, which is wider; the table "
                 "tells errors in parts of the own width"
             )
-        carriers = attrs.get("carrier_frequencies", ()), attrs.get("steps_per_period", ())
+        carriers = (  # NetCDF has a number in place of one that is alone
+            np.atleast_1d(attrs.get(name, ()))
+            for name in ("carrier_frequencies", "steps_per_period")
+        )
         lines += [
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)

@@ -37,13 +37,35 @@ MAX_PARTS, MAX_TIMES = 64, 2**15
 
 
 @dataclass(frozen=True)
-class DynamicResponse:
+class MechanismResponse:
+    """A response whose arguments are those of a function that builds a mechanism."""
+
+    builder: Callable[..., Mechanism]
+
+    @property
+    def __wrapped__(self) -> Callable[..., Mechanism]:
+        """The function that reads the arguments."""
+        return self.builder
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.signature(self.builder)
+
+    def built(self, values: Mapping[str, Any]) -> Mechanism:
+        """Return the mechanism of values; raise `InputError` if the builder returns none."""
+        mechanism = self.builder(**values)
+        if not isinstance(mechanism, Mechanism):
+            raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
+        return mechanism
+
+
+@dataclass(frozen=True)
+class DynamicResponse(MechanismResponse):
     """``response(**values)``: build the mechanism for all samples at once and simulate it.
 
     Each step between two outputs is divided into `step_parts`, each element into `element_parts`.
     """
 
-    builder: Callable[..., Mechanism]
     duration: float
     output_step: float
     integrator: GeneralizedAlpha = field(default_factory=GeneralizedAlpha)
@@ -74,7 +96,7 @@ class DynamicResponse:
         The values are those of a call.
         """
         finer = {"step": self._finer(step_parts=2)}
-        if self._mechanism(values).elements:
+        if self.built(values).elements:
             finer["elements"] = self._finer(element_parts=2)
         return finer
 
@@ -94,36 +116,27 @@ class DynamicResponse:
 
     def left_out(self, **values: Any) -> list[str]:
         """Return which of "step" and "elements" were not given, so that a study chooses them."""
-        mechanism = self._mechanism(values)
+        mechanism = self.built(values)
         return ["step"] * (not self.given_step) + ["elements"] * bool(mechanism.without_elements)
 
     def discretization(self, **values: Any) -> dict[str, float]:
         """Return the step [s] and the number of elements of every flexible member."""
-        elements = self._mechanism(values).refined(self.element_parts).elements
+        elements = self.built(values).refined(self.element_parts).elements
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component: its sensor and unit."""
-        return quantities_of(self._mechanism(values))
+        return quantities_of(self.built(values))
 
     def tensors(self, **values: Any) -> list[str]:
         """Return which of the `quantities` are tensors."""
-        return tensors_of(self._mechanism(values))
+        return tensors_of(self.built(values))
 
     @property
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""
         parts = self.step_parts, self.element_parts, self.given_step
         return self.builder, self.duration, self.output_step, self.integrator, *parts
-
-    @property
-    def __wrapped__(self) -> Callable[..., Mechanism]:
-        """The function that reads the arguments."""
-        return self.builder
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        return inspect.signature(self.builder)
 
     def __call__(self, **values: Any) -> xr.DataArray:
         """Return the sensors' outputs, dims (sample, output, time).
@@ -145,7 +158,7 @@ class DynamicResponse:
         with without_warnings(when=self.given is not None):
             if not self.given_step:
                 warn(f"the step is left out: {self.step:g} s is used", ResolutionWarning)
-            mechanism = self._mechanism(values)
+            mechanism = self.built(values)
             if self.element_parts > 1:
                 mechanism = mechanism.refined(self.element_parts)
             try:
@@ -175,12 +188,6 @@ class DynamicResponse:
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion
-
-    def _mechanism(self, values: dict[str, Any]) -> Mechanism:
-        mechanism = self.builder(**values)
-        if not isinstance(mechanism, Mechanism):
-            raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
-        return mechanism
 
     def _finer(self, step_parts: int = 1, element_parts: int = 1) -> DynamicResponse:
         """Return the response with each step and each element divided further."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -14,18 +13,17 @@ from flexband.errors import InputError, RunError, check_function, check_integer,
 from flexband.mechanics.equilibrium import LONGEST_TIME, MAX_STEPS, equilibrium
 from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.parts import check_sensors
-from flexband.mechanics.response import quantities_of, shown_inputs, tensors_of
+from flexband.mechanics.response import MechanismResponse, quantities_of, shown_inputs, tensors_of
 from flexband.words import number_of
 
 
 @dataclass(frozen=True)
-class AtRest:
+class AtRest(MechanismResponse):
     """``response(**values)`` of a mechanism at rest; a subclass says what is computed.
 
     Each element of a flexible member is divided into `element_parts`.
     """
 
-    builder: Callable[..., Mechanism]
     steps: int = 1
     element_parts: int = 1
 
@@ -40,20 +38,11 @@ class AtRest:
 
     def left_out(self, **values: Any) -> list[str]:
         """Return "elements" if their number is not given, so that a study chooses it."""
-        return ["elements"] * bool(built(self.builder, values).without_elements)
+        return ["elements"] * bool(self.built(values).without_elements)
 
     def discretization(self, **values: Any) -> dict[str, float]:
         """Return the number of elements of every flexible member."""
         return {f"elements of {name}": n for name, n in self.mechanism(values).elements.items()}
-
-    @property
-    def __wrapped__(self) -> Callable[..., Mechanism]:
-        """The function that reads the arguments."""
-        return self.builder
-
-    @property
-    def __signature__(self) -> inspect.Signature:
-        return inspect.signature(self.builder)
 
     def __call__(self, **values: Any) -> xr.DataArray:
         """Return the outputs, dims (sample, output).
@@ -82,16 +71,8 @@ class AtRest:
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """Return the mechanism of values, with its elements divided."""
-        mechanism = built(self.builder, values)
+        mechanism = self.built(values)
         return mechanism.refined(self.element_parts) if self.element_parts > 1 else mechanism
-
-
-def built(builder: Callable[..., Mechanism], values: Mapping[str, Any]) -> Mechanism:
-    """Return the mechanism of values; raise `InputError` if the builder returns none."""
-    mechanism = builder(**values)
-    if not isinstance(mechanism, Mechanism):
-        raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
-    return mechanism
 
 
 @dataclass(frozen=True)
@@ -108,11 +89,11 @@ class StaticResponse(AtRest):
 
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component: its sensor and unit."""
-        return quantities_of(built(self.builder, values))
+        return quantities_of(self.built(values))
 
     def tensors(self, **values: Any) -> list[str]:
         """Return which of the `quantities` are tensors."""
-        return tensors_of(built(self.builder, values))
+        return tensors_of(self.built(values))
 
     def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
         """Return the outputs of the sensors."""

@@ -50,7 +50,7 @@ def package(tmp_path, monkeypatch):
     (tmp_path / "laws").mkdir()
     (tmp_path / "laws" / "springs.py").write_text(CODE, encoding="utf-8")
     monkeypatch.setattr(module, "PACKAGE", tmp_path)
-    monkeypatch.setattr(module, "user_folder", lambda: tmp_path / "user")
+    monkeypatch.setattr("flexband.caching.user_folder", lambda: tmp_path / "user")
     return tmp_path
 
 

@@ -9,7 +9,6 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from flexband.caching import user_folder
 from flexband.files import read_unlinked, replaced
 
 PACKAGE = Path(__file__).parent
@@ -24,7 +23,8 @@ def source_hash(*folders: str) -> str:
 
     Hashes of files are kept on disk, so that only files that have changed are parsed.
     """
-    memory, file = _memory(), user_folder() / MEMORY
+    file = _memory_file()
+    memory = _remembered(file)
     hashes: dict[str, str] = {}
     total = hashlib.sha256()
     for source in sorted(path for folder in folders for path in (PACKAGE / folder).rglob("*.py")):
@@ -52,9 +52,15 @@ class _WithoutTexts(ast.NodeTransformer):
         return None if isinstance(node.value, ast.Constant) else node
 
 
-def _memory() -> dict[str, str]:
+def _memory_file() -> Path:
+    from flexband.caching import user_folder  # noqa: PLC0415  (imports Numba)
+
+    return user_folder() / MEMORY
+
+
+def _remembered(file: Path) -> dict[str, str]:
     with suppress(OSError, ValueError):
-        content = json.loads(read_unlinked(user_folder() / MEMORY))
+        content = json.loads(read_unlinked(file))
         if isinstance(content, dict):
             return content
     return {}

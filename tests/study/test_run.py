@@ -66,6 +66,44 @@ def test_a_result_that_is_there_is_read(file, tmp_path):
     xr.testing.assert_equal(second.limits.margins, first.limits.margins)
 
 
+def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
+    study, folder = load_study(file), tmp_path / "out"
+    for name in ("limits", "probability"):
+        first = study.run_in(folder)
+        (folder / f"{name}.nc").unlink()
+        again = study.run_in(folder)
+        assert not again.reused
+        xr.testing.assert_equal(again.limits.margins, first.limits.margins)
+        assert again.limits.probability is not None
+    CliRunner().invoke(app, ["limits", str(folder), "--below", "response=9"])
+    assert study.run_in(folder).reused  # limits of a question do not take their place
+
+
+def test_a_damaged_study_json_is_written_again(file, tmp_path):
+    study, folder = load_study(file), tmp_path / "out"
+    first = study.run_in(folder)
+    (folder / "study.json").write_text("{", encoding="utf-8")
+    with pytest.warns(fb.FlexbandWarning, match="cannot be read"):
+        again = study.run_in(folder)
+    xr.testing.assert_identical(again.bands, first.bands)
+    assert study.run_in(folder).reused
+
+
+@pytest.mark.parametrize("method", [fb.SobolScanning(16, 3), fb.PCCI(2, 2)])
+def test_results_of_other_methods_and_of_choices_are_read(method, tmp_path):
+    def response(a, kind):
+        return np.outer(a * np.where(kind == "x", 1.0, 2.0), np.ones(3))
+
+    inputs = {"a": fb.Interval(1.0, 2.0), "kind": fb.Choice("x", "y")}
+    study = fb.Study(response, inputs, method, limits=fb.Limit(below=5.0))
+    first, second = study.run_in(tmp_path), study.run_in(tmp_path)
+    assert second.reused
+    xr.testing.assert_equal(second.bands, first.bands)
+    assert second.limits_unchecked == first.limits_unchecked
+    assert (second.limits is None) == (first.limits is None) == (first.surrogate is None)
+    assert answer_of(study, second) == answer_of(study, first)
+
+
 @pytest.mark.parametrize("carriers", [0, 1, 2])
 def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
     t = np.linspace(0.0, 10.0, 400)

@@ -21,7 +21,7 @@ from flexband.execution.names import (
     WRITTEN_BY_RUN,
 )
 from flexband.files import try_write
-from flexband.study.results.answers import Unusable, answer_file, unusable_answers
+from flexband.study.results.answers import Unusable, answer_file, read_answers
 from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
 
 
@@ -67,7 +67,7 @@ def report(
 
 def check_answers(folder: Path) -> None:
     """Raise `InputError` if an answer in a folder is not as written."""
-    for name, why in unusable_answers(folder).items():
+    for name, why in read_answers(folder).unusable.items():
         if why is not Unusable.ALTERED:
             continue
         restored = RESTORED if name in WRITTEN_BY_RUN else "ask again, or delete it"

@@ -12,7 +12,7 @@ from flexband.files import read_unlinked
 from flexband.report.figures import is_likely
 from flexband.report.numbers import number
 from flexband.report.tables import Table, deviations, summary_table
-from flexband.study.results.answers import Unusable, read_answer, unusable_answers
+from flexband.study.results.answers import Unusable, read_answers
 from flexband.uncertainty.answers.probability.texts import told
 
 TITLES = {
@@ -68,19 +68,15 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
 
     Answers of earlier results, and those that are not as written, are left out, and named.
     """
-    answers = []
-    limits, probability = (read_answer(folder, name) for name in ("limits", "probability"))
-    for name, title in TITLES.items():
-        answer = read_answer(folder, name)
-        if answer is not None:
-            answers.append(_part(folder, name, title, answer))
+    usable, unusable = read_answers(folder, (*TITLES, "limits", "probability"))
+    limits, probability = usable.get("limits"), usable.get("probability")
+    answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
     sentences = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
     if limits is not None and (
         pictures := _pictures(folder, "limits", ". ".join(sentences).strip())
     ):
         answers.insert(0, Answer("Limits over time", None, [], pictures))
-    unusable = unusable_answers(folder, (*TITLES, "limits", "probability"))
     texts = [
         f"Answers {reason.value} are left out: {', '.join(names)}. Ask again."
         for reason in Unusable

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -32,26 +33,42 @@ def answer_file(folder: Path, name: str) -> Path:
     return folder / f"{name}.nc"
 
 
+class Answers(NamedTuple):
+    """Answers in a folder by name.
+
+    Attributes
+    ----------
+    usable
+        Those that belong to the surrogate, as they were written.
+    unusable
+        Why others cannot be used.
+    """
+
+    usable: dict[str, xr.Dataset]
+    unusable: dict[str, Unusable]
+
+
+def read_answers(folder: Path, names: Iterable[str] = ANSWERS) -> Answers:
+    """Return the answers in a folder that have these names."""
+    answers = Answers({}, {})
+    for name in names:
+        try:
+            answer = read_netcdf(answer_file(folder, name))
+        except FileNotFoundError:
+            continue
+        except InputError:
+            answers.unusable[name] = Unusable.ALTERED
+            continue
+        if STALE in answer.attrs:
+            answers.unusable[name] = Unusable.STALE
+        else:
+            answers.usable[name] = answer
+    return answers
+
+
 def read_answer(folder: Path, name: str) -> xr.Dataset | None:
     """Return an answer in a folder; None if it is missing, altered, or of an earlier surrogate."""
-    answer = _read(folder, name)
-    return answer if isinstance(answer, xr.Dataset) else None
-
-
-def unusable_answers(folder: Path, names: Iterable[str] = ANSWERS) -> dict[str, Unusable]:
-    """Return the answers in a folder that cannot be used, each with the reason."""
-    read = {name: _read(folder, name) for name in names}
-    return {name: answer for name, answer in read.items() if isinstance(answer, Unusable)}
-
-
-def _read(folder: Path, name: str) -> xr.Dataset | Unusable | None:
-    try:
-        answer = read_netcdf(answer_file(folder, name))
-    except FileNotFoundError:
-        return None
-    except InputError:
-        return Unusable.ALTERED
-    return Unusable.STALE if STALE in answer.attrs else answer
+    return read_answers(folder, [name]).usable.get(name)
 
 
 def mark_stale(folder: Path) -> None:
@@ -66,6 +83,6 @@ def mark_stale(folder: Path) -> None:
 
 def stale_files(folder: Path) -> list[Path]:
     """Return the files of answers of an earlier surrogate, and their pictures."""
-    stale = [k for k, why in unusable_answers(folder).items() if why is Unusable.STALE]
+    stale = [k for k, why in read_answers(folder).unusable.items() if why is Unusable.STALE]
     files = (folder / f"{name}.{kind}" for name in stale for kind in ("nc", "png"))
     return [file for file in files if file.is_file()]

@@ -9,10 +9,10 @@ from typing import Any
 
 import xarray as xr
 
-from flexband.errors import InputError
+from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import BANDS, CONTRIBUTIONS, SURROGATE, VERIFICATION, WRITTEN_BY_RUN
 from flexband.study.folder import StudyFolder, checksum_of
-from flexband.study.results.answers import Unusable, read_answer, unusable_answers
+from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
 from flexband.study.results.limits import OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf
@@ -88,6 +88,13 @@ class StudyResult:
         """Names of the files that no command but ``flexband run`` writes."""
         return [name for name in self.files if name != CONTRIBUTIONS]
 
+    @property
+    def answers(self) -> list[str]:
+        """Names of the answers of the result."""
+        if self.limits is None:
+            return []
+        return ["limits", *["probability"] * (self.limits.probability is not None)]
+
     def record(self) -> dict[str, Any]:
         """Return what study.json has of the result, beside its files."""
         content = {
@@ -96,6 +103,7 @@ class StudyResult:
             "doubts": [doubt.as_json() for doubt in self.doubts],
             "seconds_per_run": self.seconds_per_run,
             "files": list(self.files),
+            "answers": self.answers,
             "computed": dict(self.computed),
             "checksums": StudyFolder(self.folder).signed(
                 [self.folder / name for name in self.result_files]
@@ -107,24 +115,22 @@ class StudyResult:
 def finished_result(folder: StudyFolder, identity: str) -> StudyResult | None:
     """Return the result in a folder; None unless it is that of this study, and as written.
 
+    A study.json that is damaged is warned of, and written again.
+
     Parameters
     ----------
     identity : hash of the study.
-
-    Raises
-    ------
-    StoreError
-        If study.json is damaged.
     """
-    about = folder.read()
+    try:
+        about = folder.read()
+    except StoreError as error:
+        warn(str(error))
+        return None
     record: dict[str, Any] = about.get("result") or {}
     if about.get("identity") != identity or about.get("state") != "finished":
         return None
-    unusable = unusable_answers(folder.path, WRITTEN_BY_RUN).values()
-    if not folder.is_result(record) or Unusable.ALTERED in unusable:
-        return None
     try:
-        return _read(folder.path, record)
+        return _read(folder.path, record) if folder.is_result(record) else None
     except (InputError, OSError, KeyError, ValueError):
         return None
 
@@ -135,10 +141,15 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
         read_netcdf(folder / name) if name in files else None
         for name in (VERIFICATION, CONTRIBUTIONS)
     )
-    margins = read_answer(folder, "limits")
-    limits = None
-    if margins is not None and margins.attrs.get("of") == OF_STUDY:
-        limits = LimitCheck(margins, read_answer(folder, "probability"), True)
+    answers, limits = read_answers(folder, WRITTEN_BY_RUN), None
+    if Unusable.ALTERED in answers.unusable.values():
+        raise InputError("an answer is not as written")
+    if "limits" in record["answers"]:
+        likely = "probability" in record["answers"]
+        probability = answers.usable["probability"] if likely else None
+        limits = LimitCheck(answers.usable["limits"], probability, True)
+        if limits.margins.attrs["of"] != OF_STUDY:
+            raise InputError("the limits are not those of the study")
     return StudyResult(
         folder,
         record["label"],

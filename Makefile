@@ -24,10 +24,10 @@ test: install
 	$(BIN)/pytest
 
 # The methods under another kernel of OpenBLAS, whose sums are rounded otherwise.
-KERNEL_TESTS := adaptive constants honesty methods phase_resolved regression repetition
+KERNEL_TESTS := adaptive methods phase_resolved surrogates/test_constants.py runs/test_repetition.py
 kernels: install
 	OPENBLAS_CORETYPE="$$($(BIN)/python -m tests.kernels)" \
-		$(BIN)/pytest --dist load $(KERNEL_TESTS:%=tests/uncertainty/test_%.py)
+		$(BIN)/pytest --dist load $(KERNEL_TESTS:%=tests/uncertainty/%)
 
 check: install metrics
 	$(BIN)/ruff check
@@ -79,7 +79,7 @@ models: install .venv/modelled
 	touch $@
 
 references: install .venv/referenced
-	$(BIN)/pytest tests/uncertainty/test_references.py
+	$(BIN)/pytest tests/uncertainty/expansions/test_references.py
 
 .venv/referenced: pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[reference]'

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 import flexband as fb
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Method
+from flexband.uncertainty.methods.pcci import Method
 
 FULL = 200
 """With at least this many samples of LHS–Scanning the documentation is written."""

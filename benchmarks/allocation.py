@@ -20,7 +20,7 @@ from harness import options, report
 from scipy.optimize import minimize
 
 import flexband as fb
-from flexband.uncertainty.answers.allocation import confirmation
+from flexband.analysis.allocation import confirmation
 
 SEED = 16_000
 TIMES = np.linspace(0.0, 1.0, 41)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from paper_studies import Result
 
 import flexband as fb
-from flexband.report.figures import (
+from flexband.report.plot.figures import (
     bands_figure,
     errors_figure,
     response_figure,

@@ -22,10 +22,10 @@ from scipy.optimize import minimize
 from scipy.special import ndtri
 
 import flexband as fb
-from flexband.uncertainty.answers.limits import corridors
-from flexband.uncertainty.answers.probability.estimates import TWO_SIDED, estimate
-from flexband.uncertainty.answers.probability.states import LimitState
-from flexband.uncertainty.answers.probability.subset import rare
+from flexband.analysis.limits import corridors
+from flexband.analysis.probability.estimates import TWO_SIDED, estimate
+from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.subset import rare
 from flexband.uncertainty.inputs.sampling import sobol
 
 SEED = 18_000

@@ -21,7 +21,7 @@ TEXT = """# Validation
 
 Results of flexband compared with published problems. `make validate` builds the problems in
 `validation/` from the public interface alone, solves them and writes this page;
-`tests/test_validation.py` repeats the comparison. The references are converged independent
+`tests/docs/test_validation.py` repeats the comparison. The references are converged independent
 solutions. The tolerances depend on the accuracy of the method and of the mesh.
 
 {table}

@@ -14,7 +14,30 @@ from typing import TYPE_CHECKING
 # The public names. Type checkers read these imports; at run time `__getattr__` imports a name's
 # module when the name is first used, so that `import flexband` itself loads nothing heavy.
 if TYPE_CHECKING:
-    from flexband import plot
+    import flexband.report.plot as plot  # noqa: PLR0402
+    from flexband.analysis.allocation.allocate import allocate
+    from flexband.analysis.allocation.costs import ReciprocalCost
+    from flexband.analysis.allocation.grades import Grades
+    from flexband.analysis.derived import derived
+    from flexband.analysis.limits import Limit
+    from flexband.analysis.margins import check_limits
+    from flexband.analysis.p_box import p_box
+    from flexband.analysis.path import path
+    from flexband.analysis.probability.failure import failure_probability
+    from flexband.analysis.quantiles import quantiles
+    from flexband.analysis.quantities import (
+        Magnitude,
+        Peak,
+        PeakTime,
+        RootMeanSquare,
+        Spectrum,
+        Trough,
+    )
+    from flexband.analysis.sensitivity.contributions import contributions
+    from flexband.analysis.sensitivity.sobol import sobol_indices
+    from flexband.analysis.sensitivity.tolerance_for import tolerance_for
+    from flexband.analysis.value_range import value_range
+    from flexband.analysis.verification.verify import verify
     from flexband.errors import (
         AssemblyError,
         FlexbandWarning,
@@ -30,6 +53,7 @@ if TYPE_CHECKING:
     from flexband.execution.dask import Dask
     from flexband.execution.processes import Processes
     from flexband.execution.store import Store, open_runs
+    from flexband.mechanics.assembly.mechanism import Mechanism
     from flexband.mechanics.bodies.beam import Beam
     from flexband.mechanics.bodies.cable import Cable
     from flexband.mechanics.bodies.point_mass import PointMass
@@ -50,7 +74,6 @@ if TYPE_CHECKING:
     from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
     from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
     from flexband.mechanics.loads.springs import Spring, TorsionSpring
-    from flexband.mechanics.mechanism import Mechanism
     from flexband.mechanics.modal import modal_response
     from flexband.mechanics.modes import SteadyRotation, modes
     from flexband.mechanics.response import dynamic_response
@@ -92,28 +115,6 @@ if TYPE_CHECKING:
     from flexband.study.run import RunOptions
     from flexband.study.study import Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI
-    from flexband.uncertainty.answers.allocation.allocate import allocate
-    from flexband.uncertainty.answers.allocation.costs import ReciprocalCost
-    from flexband.uncertainty.answers.allocation.grades import Grades
-    from flexband.uncertainty.answers.derived import derived
-    from flexband.uncertainty.answers.limits import Limit
-    from flexband.uncertainty.answers.margins import check_limits
-    from flexband.uncertainty.answers.p_box import p_box
-    from flexband.uncertainty.answers.path import path
-    from flexband.uncertainty.answers.probability.failure import failure_probability
-    from flexband.uncertainty.answers.quantiles import quantiles
-    from flexband.uncertainty.answers.quantities import (
-        Magnitude,
-        Peak,
-        PeakTime,
-        RootMeanSquare,
-        Spectrum,
-        Trough,
-    )
-    from flexband.uncertainty.answers.sensitivity.contributions import contributions
-    from flexband.uncertainty.answers.sensitivity.sobol import sobol_indices
-    from flexband.uncertainty.answers.sensitivity.tolerance_for import tolerance_for
-    from flexband.uncertainty.answers.value_range import value_range
     from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
     from flexband.uncertainty.inputs.correlated import Correlated
     from flexband.uncertainty.inputs.distribution import Distribution
@@ -134,15 +135,14 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.fields.interval_field import IntervalField
     from flexband.uncertainty.inputs.fields.random_field import RandomField
     from flexband.uncertainty.inputs.inputs import Input, Interval
-    from flexband.uncertainty.least_squares import RegressionPCCI
-    from flexband.uncertainty.methods import PCCI, ImprovedPCCI
-    from flexband.uncertainty.perturbation import PerturbationChebyshev
+    from flexband.uncertainty.methods.least_squares import RegressionPCCI
+    from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
+    from flexband.uncertainty.methods.perturbation import PerturbationChebyshev
+    from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, SobolScanning
     from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
     from flexband.uncertainty.propagate import expand, propagate
-    from flexband.uncertainty.scanning import LHSScanning, MonteCarlo, SobolScanning
     from flexband.uncertainty.surrogates.files import load_surrogate, save_surrogate
     from flexband.uncertainty.surrogates.surrogate import Surrogate
-    from flexband.uncertainty.surrogates.verification import verify
 
 with open(__file__, "rb") as _source:
     _MODULES = {
@@ -159,7 +159,7 @@ def __getattr__(name: str) -> object:
     if name == "__version__":
         value = import_module("importlib.metadata").version("flexband")
     elif name == "plot":
-        value = import_module("flexband.plot")
+        value = import_module("flexband.report.plot")
     elif name in _MODULES:
         value = getattr(import_module(_MODULES[name]), name)
     else:

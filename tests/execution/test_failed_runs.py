@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.uncertainty.evaluations.evaluations import FAILURES_BEFORE_STOP
+from flexband.uncertainty.runs.evaluations import FAILURES_BEFORE_STOP
 from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}

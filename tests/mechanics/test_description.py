@@ -1,8 +1,7 @@
 """What a description counts and names."""
 
 import flexband as fb
-
-from .models import gears, parallelogram, spring_and_moment
+from tests.mechanics.models import gears, parallelogram, spring_and_moment
 
 
 def test_description_counts_degrees_of_freedom_and_names_what_is_redundant():

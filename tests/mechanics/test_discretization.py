@@ -7,8 +7,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import flexband as fb
-
-from .models import hardening_spring, parallelogram, pendulum
+from tests.mechanics.models import hardening_spring, parallelogram, pendulum
 
 ROPE = {"mass_per_length": 0.12, "axial_stiffness": 450.0, "bending_stiffness": 4e-3}
 

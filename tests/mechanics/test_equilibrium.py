@@ -8,8 +8,7 @@ from scipy.optimize import minimize_scalar
 
 import flexband as fb
 from flexband.mechanics.linearization import balance, eigenmodes
-
-from .models import pendulum
+from tests.mechanics.models import pendulum
 
 
 def test_hanging_chain_of_springs_in_series():

@@ -5,8 +5,7 @@ import pytest
 
 import flexband as fb
 from flexband.mechanics.simulate import _times
-
-from .models import hardening_spring, rigid_slider_crank
+from tests.mechanics.models import hardening_spring, rigid_slider_crank
 
 
 def test_a_builder_must_return_a_mechanism():

@@ -13,8 +13,14 @@ import flexband as fb
 from flexband import errors, progress
 from flexband.mechanics.engine import threads
 from flexband.mechanics.simulate import _times
-
-from .models import beam, between_rods, block, hardening_spring, pendulum, pendulum_driven
+from tests.mechanics.models import (
+    beam,
+    between_rods,
+    block,
+    hardening_spring,
+    pendulum,
+    pendulum_driven,
+)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.report.figures import bands_figure, errors_figure
+from flexband.report.plot.figures import bands_figure, errors_figure
 from flexband.report.results import write_comparison_report
 from flexband.study.comparison import compare
 

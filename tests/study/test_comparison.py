@@ -6,7 +6,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.study.comparison import compare, relative_error, warm_up
-from flexband.uncertainty.methods import ImprovedPCCI
+from flexband.uncertainty.methods.pcci import ImprovedPCCI
 
 
 def test_relative_error_is_over_both_bounds():

@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
-from flexband.report import tables
 from flexband.report.study_report import answer_of
+from flexband.report.text import tables
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.result import doubts_about
 from flexband.study.run import RunOptions, run_study

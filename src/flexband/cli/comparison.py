@@ -44,11 +44,11 @@ def compare_methods(
     more than a million runs are left out. A step or elements that the study leaves out are
     chosen by the adaptive method.
     """
-    from flexband.report import tables  # noqa: PLC0415
     from flexband.report.results import (  # noqa: PLC0415
         data_file,
         write_comparison_report,
     )
+    from flexband.report.text import tables  # noqa: PLC0415
 
     study = load_study(file)
     if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):

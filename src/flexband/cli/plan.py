@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from flexband.analysis.verification.verify import MAX_RUNS
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.methods import METHODS
 from flexband.errors import InputError, StoreError, check_integer, check_option, check_positive
@@ -19,9 +20,8 @@ from flexband.study.folder import StudyFolder
 from flexband.study.options import with_options
 from flexband.study.run import RunOptions
 from flexband.study.study import Study, load_study
-from flexband.uncertainty.evaluations.evaluations import BATCH
+from flexband.uncertainty.runs.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
-from flexband.uncertainty.surrogates.verification import MAX_RUNS
 
 POLICIES = {"stop": "stop", "half-step": "half step", "leave-out": "leave out"}
 """Values of --failed, and what `propagate` calls them."""

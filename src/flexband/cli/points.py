@@ -20,7 +20,7 @@ from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder
 from flexband.study.points import RequestedPoints
 from flexband.study.study import Study
-from flexband.uncertainty.evaluations.evaluations import evaluations
+from flexband.uncertainty.runs.evaluations import evaluations
 from flexband.words import are
 
 

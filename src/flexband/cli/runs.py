@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from flexband.analysis.verification.verify import RUNS
 from flexband.cli.answers.checking import draw_limits
 from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output, check_folder
@@ -30,17 +31,16 @@ from flexband.error_text import error_text
 from flexband.errors import InputError, RunsNeeded
 from flexband.execution.names import BANDS, POINTS, REPORT, SURROGATE, VERIFICATION
 from flexband.progress import doing
-from flexband.report import tables
-from flexband.report.doubts import doubt_text
 from flexband.report.page.given import read_given
 from flexband.report.progress import progress_bars
 from flexband.report.study_report import answer_of, remarks, report_study
+from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import StudyFolder
 from flexband.study.results.result import StudyResult
 from flexband.study.run import run_study
 from flexband.study.study import Study
-from flexband.uncertainty.evaluations.evaluations import BATCH
-from flexband.uncertainty.surrogates.verification import RUNS
+from flexband.uncertainty.runs.evaluations import BATCH
 from flexband.words import are, number_of
 
 Method = Annotated[

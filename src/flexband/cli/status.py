@@ -20,8 +20,8 @@ from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import AGAIN, DONE, FAILED
-from flexband.report.doubts import doubt_text
 from flexband.report.progress import duration
+from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
 from flexband.study.results.reliability import Doubt
 from flexband.words import are, number_of

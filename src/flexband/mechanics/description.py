@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.errors import check_instance
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin
@@ -17,7 +18,6 @@ from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.loads.load import Load
-from flexband.mechanics.mechanism import Mechanism
 
 
 def describe(mechanism: Mechanism) -> str:

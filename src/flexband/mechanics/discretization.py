@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import without_warnings
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.step_check import SMALLEST_SCALE
-from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
 from flexband.rounding import Units
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_instance, check_integer, check_numbers, warn
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.structure import Values
@@ -24,7 +25,6 @@ from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
 from flexband.mechanics.linearization.load_path import raised, snap_throughs
-from flexband.mechanics.mechanism import Mechanism
 from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 

@@ -25,8 +25,8 @@ from flexband.errors import (
     shown,
     warn,
 )
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.equilibrium import MAX_STEPS
-from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.modes import found_modes
 from flexband.mechanics.static_response import AtRest
 from flexband.words import number_of

@@ -28,6 +28,7 @@ from flexband.errors import (
     check_option,
     warn,
 )
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.structure import Values
@@ -45,7 +46,6 @@ from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 from flexband.mechanics.linearization.rotation import check_rotation
 from flexband.mechanics.linearization.thickness import Thickness
-from flexband.mechanics.mechanism import Mechanism
 
 PERTURBATION = 1e-6
 """Displacement of the central differences that differentiate the sensors, relative to the size."""

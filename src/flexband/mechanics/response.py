@@ -23,8 +23,8 @@ from flexband.errors import (
     warn,
     without_warnings,
 )
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
-from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.simulate import simulated, whole_steps
 from flexband.progress import listener
 from flexband.words import number_of

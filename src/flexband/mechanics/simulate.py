@@ -21,6 +21,8 @@ from flexband.errors import (
     returned,
     warn,
 )
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.parts import check_sensors
 from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Impulse, run_samples
@@ -33,8 +35,6 @@ from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_la
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.lane_type import WIDTH
-from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.parts import check_sensors
 from flexband.progress import heard, hearing
 from flexband.rounding import rounding_attributes
 from flexband.words import number_of

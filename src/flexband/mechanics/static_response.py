@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, check_function, check_integer, check_numbers
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.parts import check_sensors
 from flexband.mechanics.equilibrium import LONGEST_TIME, MAX_STEPS, equilibrium
-from flexband.mechanics.mechanism import Mechanism
-from flexband.mechanics.parts import check_sensors
 from flexband.mechanics.response import MechanismResponse, quantities_of, shown_inputs, tensors_of
 from flexband.words import number_of
 

@@ -11,10 +11,10 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from flexband.errors import InputError, shown
-from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
-from flexband.report.numbers import percent
 from flexband.report.page.inputs import statistics
+from flexband.report.text.numbers import percent
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.correlated import Correlated

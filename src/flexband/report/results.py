@@ -8,15 +8,16 @@ from itertools import chain, count
 from pathlib import Path
 
 from flexband.execution.names import REPORT
-from flexband.report import figures, tables
 from flexband.report.page.figures import Drawing, write_figures
 from flexband.report.page.given import field_axes
+from flexband.report.plot import figures
+from flexband.report.text import tables
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-from flexband.uncertainty.methods import PCCI, ImprovedPCCI
+from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 
 BANDS = "Interval mean and interval error bar"
 

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from flexband.files import try_write
-from flexband.report import tables
 from flexband.report.page.given import given_by, write_given
 from flexband.report.page.inputs import inputs_table
 from flexband.report.page.paths import widest_path
 from flexband.report.page.study import uncertain_ones, verdict, write_report
+from flexband.report.text import tables
 from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import answer_file, read_answer
 from flexband.study.results.netcdf import write_netcdf

@@ -15,12 +15,12 @@ from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.choices import cases, first_case
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.least_squares import RegressionPCCI
-from flexband.uncertainty.methods import PCCI, ImprovedPCCI, Method
-from flexband.uncertainty.perturbation import PerturbationChebyshev
+from flexband.uncertainty.methods.least_squares import RegressionPCCI
+from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI, Method
+from flexband.uncertainty.methods.perturbation import PerturbationChebyshev
+from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
 from flexband.uncertainty.runs.budget import check_method, check_runs
-from flexband.uncertainty.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 
 ROUND_OFF_SHARE = 1e-10
 """An output below this share of the largest output is round-off."""

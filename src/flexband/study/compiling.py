@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexband.caching import kept
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.engine.entries import dynamics
 from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.joints.joints import Revolute
-from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
@@ -28,7 +28,7 @@ from flexband.progress import doing
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
-from flexband.uncertainty.methods import PCCI
+from flexband.uncertainty.methods.pcci import PCCI
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.propagate import propagate

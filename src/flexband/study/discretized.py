@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from flexband.analysis.verification.verify import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -13,7 +14,6 @@ from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.space import Response, Space
 from flexband.uncertainty.propagate import expand
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verification import as_expanded
 
 
 @dataclass(frozen=True)

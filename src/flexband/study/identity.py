@@ -19,7 +19,7 @@ from flexband.uncertainty.inputs.unfolding import in_words
 if TYPE_CHECKING:
     from flexband.study.study import Study
 
-COMPUTING = "mechanics", "uncertainty", "models", "study"
+COMPUTING = "mechanics", "uncertainty", "analysis", "models", "study"
 """Folders of flexband whose code results depend on."""
 
 

@@ -16,10 +16,10 @@ from flexband.execution.lock import this_process
 from flexband.progress import Budget, Progress, doing, hearing
 from flexband.study.folder import StudyFolder
 from flexband.study.points import ask_points
-from flexband.uncertainty.evaluations.reuse import located
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.runs.memory import peak_memory
+from flexband.uncertainty.runs.reuse import located
 from flexband.words import number_of
 
 if TYPE_CHECKING:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.sensitivity.contributions import contributions
+from flexband.analysis.verification.verify import MAX_RUNS, RUNS, verify
 from flexband.arguments import frozen
 from flexband.error_text import error_text
 from flexband.errors import (
@@ -30,9 +32,7 @@ from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
-from flexband.uncertainty.answers.sensitivity.contributions import contributions
-from flexband.uncertainty.evaluations.evaluations import BATCH, POLICIES, forget_failed
-from flexband.uncertainty.surrogates.verification import MAX_RUNS, RUNS, verify
+from flexband.uncertainty.runs.evaluations import BATCH, POLICIES, forget_failed
 
 if TYPE_CHECKING:
     from flexband.study.study import Study

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any, cast
 
 import xarray as xr
 
+from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
-from flexband.uncertainty.answers.limits import Limit, several
-from flexband.uncertainty.evaluations.evaluations import BATCH, Evaluations
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
-from flexband.uncertainty.methods import Expanding, Method
+from flexband.uncertainty.methods.pcci import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs.budget import check_method
+from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate

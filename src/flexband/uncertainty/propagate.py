@@ -9,11 +9,11 @@ from typing import Any
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.evaluations.evaluations import BATCH
 from flexband.uncertainty.inputs.space import Response
-from flexband.uncertainty.methods import Expanding, Method
+from flexband.uncertainty.methods.pcci import Expanding, Method
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.budget import MAX_RUNS, check_method
+from flexband.uncertainty.runs.evaluations import BATCH
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices

@@ -7,6 +7,9 @@ from typing import Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.analysis.allocation.allocate import checked_probability
+from flexband.analysis.allocation.costs import checked_costs
+from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.answers.saved import Json, Saved, one_of, runs_in, saved
 from flexband.cli.application import app
@@ -22,9 +25,6 @@ from flexband.cli.messages import (
 from flexband.cli.plan import Trust
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
-from flexband.uncertainty.answers.allocation.allocate import checked_probability
-from flexband.uncertainty.answers.allocation.costs import checked_costs
-from flexband.uncertainty.answers.allocation.tolerances import Tolerances
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
@@ -64,8 +64,8 @@ def allocate(
     (Sizing) are chosen as well. allocation.nc and allocation.png are written. New runs are kept
     with those of the study.
     """
-    from flexband.report.figures import allocation_figure  # noqa: PLC0415
     from flexband.report.page.answers import allocation_table  # noqa: PLC0415
+    from flexband.report.plot.figures import allocation_figure  # noqa: PLC0415
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

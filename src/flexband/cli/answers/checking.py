@@ -11,7 +11,7 @@ from flexband.study.results.limits import LimitCheck
 
 def draw_limits(check: LimitCheck, folder: Path) -> None:
     """Draw limits.png in a folder, unless it keeps the limits of its study: a remark says so."""
-    from flexband.report.figures import limits_figure  # noqa: PLC0415
+    from flexband.report.plot.figures import limits_figure  # noqa: PLC0415
 
     if not check.written:
         print_remark("the report keeps the limits of the study; others must be in its `limits`")

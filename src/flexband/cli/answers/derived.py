@@ -10,6 +10,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
+from flexband.analysis.margins import labels_of
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw
@@ -23,7 +24,6 @@ from flexband.cli.messages import (
 )
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
-from flexband.uncertainty.answers.margins import labels_of
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 
@@ -70,8 +70,8 @@ def derived(
 
     No runs are made. derived.nc is written, and derived.png of a spectrum.
     """
-    from flexband.report.figures import derived_figure  # noqa: PLC0415
     from flexband.report.page.answers import derived_table  # noqa: PLC0415
+    from flexband.report.plot.figures import derived_figure  # noqa: PLC0415
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

@@ -10,6 +10,10 @@ import typer
 import xarray as xr
 
 import flexband as fb
+from flexband.analysis.limits import corridors
+from flexband.analysis.probability.failure import COARSEST, FINEST
+from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
+from flexband.analysis.selection import surrogates_of
 from flexband.cli.answers.checking import draw_limits
 from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
 from flexband.cli.application import app
@@ -27,10 +31,6 @@ from flexband.errors import check_integer
 from flexband.execution.names import STUDY
 from flexband.report.progress import progress_bars
 from flexband.study.results.limits import check_limits_in, has_probability
-from flexband.uncertainty.answers.limits import corridors
-from flexband.uncertainty.answers.probability.failure import COARSEST, FINEST
-from flexband.uncertainty.answers.probability.model import MAX_RUNS, MIN_RUNS
-from flexband.uncertainty.answers.selection import surrogates_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 Side = Annotated[

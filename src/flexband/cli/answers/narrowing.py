@@ -12,6 +12,8 @@ import typer
 import xarray as xr
 
 import flexband as fb
+from flexband.analysis.margins import labels_of
+from flexband.analysis.probability.texts import NOT_GIVEN
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved, study_limits
 from flexband.cli.application import app
 from flexband.cli.files import check_folder
@@ -26,8 +28,8 @@ from flexband.cli.messages import (
 from flexband.cli.plan import Trust
 from flexband.errors import InputError
 from flexband.files import try_write
-from flexband.report.numbers import number, percent_to_tenth
-from flexband.report.tables import (
+from flexband.report.text.numbers import number, percent_to_tenth
+from flexband.report.text.tables import (
     CONSTANT,
     averaged,
     constants,
@@ -38,8 +40,6 @@ from flexband.report.tables import (
 )
 from flexband.study.results.answers import answer_file
 from flexband.study.results.limits import has_probability
-from flexband.uncertainty.answers.margins import labels_of
-from flexband.uncertainty.answers.probability.texts import NOT_GIVEN
 from flexband.uncertainty.inputs.correlated import Score
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of

@@ -13,7 +13,7 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, write_figure
 from flexband.cli.messages import print_json, print_text, reported_errors, usage
 from flexband.files import try_write
-from flexband.report.tables import deviations
+from flexband.report.text.tables import deviations
 from flexband.study.results.answers import answer_file
 
 
@@ -37,7 +37,7 @@ def path(
 
     path.nc and path.png are written.
     """
-    from flexband.report.figures import path_figure  # noqa: PLC0415
+    from flexband.report.plot.figures import path_figure  # noqa: PLC0415
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

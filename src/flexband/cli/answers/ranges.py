@@ -15,7 +15,7 @@ from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.files import try_write
-from flexband.report.numbers import number
+from flexband.report.text.numbers import number
 from flexband.study.results.answers import answer_file
 from flexband.words import number_of
 
@@ -99,7 +99,7 @@ def tell(
     bounds: xr.Dataset, name: str, title: str, place: Path, *, as_json: bool, file: str = ""
 ) -> None:
     """Print the bounds of a variable; write the answer and its figure beside the surrogate."""
-    from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
+    from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     check_folder(place)
@@ -132,7 +132,7 @@ def tell(
 
 def bounds_table(bounds: xr.Dataset, name: str) -> tuple[list[str], list[list[str]]]:
     """Return the lowest and the highest bounds of each output, and their largest errors."""
-    from flexband.report.tables import outputs_of, select  # noqa: PLC0415
+    from flexband.report.text.tables import outputs_of, select  # noqa: PLC0415
 
     header = ["output", "probability", "lowest", "highest", "sampling error", "expected error"]
     rows: list[list[str]] = []

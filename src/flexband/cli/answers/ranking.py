@@ -11,16 +11,16 @@ import typer
 import xarray as xr
 
 import flexband as fb
+from flexband.analysis.selection import surrogates_of
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
 from flexband.execution.names import CONTRIBUTIONS, CONTRIBUTIONS_PICTURE
 from flexband.files import try_write
-from flexband.report.numbers import percent_to_tenth
-from flexband.report.tables import CONSTANT, deviations, outputs_of, select
+from flexband.report.text.numbers import percent_to_tenth
+from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
 from flexband.study.results.answers import answer_file
-from flexband.uncertainty.answers.selection import surrogates_of
 
 
 @app.command("contributions")
@@ -36,8 +36,8 @@ def contributions(
     With --shapley, all inputs together share the whole width, which takes eight inputs at most.
     contributions.nc and contributions.png are written.
     """
-    from flexband.report.figures import contributions_figure  # noqa: PLC0415
     from flexband.report.page.inputs import over_time  # noqa: PLC0415
+    from flexband.report.plot.figures import contributions_figure  # noqa: PLC0415
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)
@@ -118,8 +118,8 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     and its highest value for any values of the interval inputs. sobol.nc and sobol.png have them at
     all times.
     """
-    from flexband.report.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.report.page.answers import only_one  # noqa: PLC0415
+    from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
     from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
     surrogate, place = saved(folder)

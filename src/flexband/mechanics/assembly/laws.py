@@ -9,7 +9,7 @@ import numpy as np
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
-from flexband.mechanics.forms import TimeFunction
+from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.mechanics.kernels.laws import AXES
 from flexband.mechanics.loads.compiled_laws import compiled_law
 from flexband.mechanics.loads.load import LawEntry

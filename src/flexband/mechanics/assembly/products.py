@@ -10,7 +10,7 @@ import numpy as np
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import ConstraintProducts, Products
 from flexband.mechanics.assembly.tables import Couples, Places
-from flexband.mechanics.forms import Form, TimeFunction
+from flexband.mechanics.kernels.forms import Form, TimeFunction
 
 
 class Product(NamedTuple):

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError, ResolutionWarning, named, returned, warn
 from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
 from flexband.mechanics.assembly.laws import LawTable
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.products import ProductTable, TermTable
 from flexband.mechanics.assembly.springs import SpringTable
 from flexband.mechanics.assembly.stacking import (
@@ -30,12 +31,11 @@ from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.rigid import RigidBody
-from flexband.mechanics.forms import Form, TimeFunction
+from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.compiled_laws import CompiledLaw
-from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.sensors.motion import Sensor
 from flexband.words import number_of
 

@@ -16,7 +16,7 @@ import numpy as np
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Mass
 from flexband.mechanics.bodies.body import MassEntries
-from flexband.mechanics.forms import TimeFunction
+from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.mechanics.kernels.state import State
 
 Couples = Iterator[tuple[int, int]]

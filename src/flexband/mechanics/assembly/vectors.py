@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Vectors, VectorValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
-from flexband.mechanics.forms import Vector
+from flexband.mechanics.kernels.forms import Vector
 
 
 def linear(vector: Vector) -> dict[int, list[ArrayLike]]:

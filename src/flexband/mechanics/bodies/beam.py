@@ -46,9 +46,9 @@ from flexband.mechanics.bodies.section_stiffness import (
     SectionStiffness,
 )
 from flexband.mechanics.bodies.sections import Rectangle, Section, curved_second_moment
-from flexband.mechanics.forms import Form, Frame, Vector, add, scale, subtract
 from flexband.mechanics.kernels.elements.continuum_strains import strains
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
+from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, subtract
 
 DIRECTION = ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1)
 """Coordinates of an element that the components of d follow from, and the sign of the first four.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_finite, shown
-from flexband.mechanics.forms import Form, Frame
+from flexband.mechanics.kernels.forms import Form, Frame
 
 Point = tuple[ArrayLike, ArrayLike]
 """Coordinates (x, y) [m], each a number or an array of shape (n,)."""

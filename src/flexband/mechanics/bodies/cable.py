@@ -28,7 +28,7 @@ from flexband.mechanics.bodies.assumed_strains import (
 from flexband.mechanics.bodies.body import MassEntries
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Along, Property
-from flexband.mechanics.forms import Form, Frame, Vector, cross, subtract
+from flexband.mechanics.kernels.forms import Form, Frame, Vector, cross, subtract
 
 
 @frozen(kw_only=True)

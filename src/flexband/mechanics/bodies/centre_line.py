@@ -30,8 +30,8 @@ from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, 
 from flexband.mechanics.bodies.curves import PANELS, Path, arc, drawn, measured
 from flexband.mechanics.bodies.mesh import Mesh, divided_mesh
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
-from flexband.mechanics.forms import Frame, Vector, add, scale
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
+from flexband.mechanics.kernels.forms import Frame, Vector, add, scale
 
 MAX_ELEMENTS = 100_000
 

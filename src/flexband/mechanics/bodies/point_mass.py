@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import check_non_negative, check_option
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
-from flexband.mechanics.forms import Form, Frame, fixed
+from flexband.mechanics.kernels.forms import Form, Frame, fixed
 
 
 @frozen(kw_only=True)

@@ -30,7 +30,7 @@ from flexband.errors import (
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.bodies.outlines import touching_edges
 from flexband.mechanics.bodies.plausible import plausible_block
-from flexband.mechanics.forms import Form, Frame, dot
+from flexband.mechanics.kernels.forms import Form, Frame, dot
 
 
 @frozen(kw_only=True)

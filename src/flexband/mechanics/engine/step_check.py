@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, returned, warn
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
-from flexband.mechanics.mechanism import Mechanism
 from flexband.rounding import Units
 
 LARGEST_LOSS = 0.01

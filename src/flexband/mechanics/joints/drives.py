@@ -8,17 +8,6 @@ import numpy as np
 
 from flexband.arguments import frozen
 from flexband.errors import check_function
-from flexband.mechanics.forms import (
-    Composed,
-    Form,
-    TimeFunction,
-    Vector,
-    cross,
-    dot,
-    length,
-    scale,
-    subtract,
-)
 from flexband.mechanics.joints.joint import (
     Couple,
     Joint,
@@ -28,6 +17,17 @@ from flexband.mechanics.joints.joint import (
     along,
     check_axis,
     couple,
+)
+from flexband.mechanics.kernels.forms import (
+    Composed,
+    Form,
+    TimeFunction,
+    Vector,
+    cross,
+    dot,
+    length,
+    scale,
+    subtract,
 )
 
 

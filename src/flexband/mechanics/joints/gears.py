@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite
-from flexband.mechanics.forms import Form, Vector, angle, dot, scale, subtract
 from flexband.mechanics.joints.joint import (
     PairJoint,
     PointName,
@@ -22,6 +21,7 @@ from flexband.mechanics.joints.joint import (
     check_axis,
     straight,
 )
+from flexband.mechanics.kernels.forms import Form, Vector, angle, dot, scale, subtract
 
 
 @frozen()

@@ -14,7 +14,7 @@ import numpy as np
 
 from flexband.errors import InputError, check_numbers
 from flexband.mechanics.bodies.body import Point
-from flexband.mechanics.forms import Form, Frame, Vector
+from flexband.mechanics.kernels.forms import Form, Frame, Vector
 
 PointName = str | Point
 """A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import check_angle, check_flag, check_positive
-from flexband.mechanics.forms import Form, Vector, cross, dot, scale, subtract, turned
 from flexband.mechanics.joints.joint import (
     Couple,
     PairJoint,
@@ -20,6 +19,7 @@ from flexband.mechanics.joints.joint import (
     couple,
     straight,
 )
+from flexband.mechanics.kernels.forms import Form, Vector, cross, dot, scale, subtract, turned
 
 
 def _normal(axis: tuple[float, float]) -> tuple[float, float]:

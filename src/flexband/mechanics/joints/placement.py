@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from flexband.errors import returned
-from flexband.mechanics.forms import Form
+from flexband.mechanics.kernels.forms import Form
 
 ITERATIONS = 10
 TOLERANCE = 1e-12

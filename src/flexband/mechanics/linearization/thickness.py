@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.beam import DIRECTION, Beam
-from flexband.mechanics.mechanism import Mechanism
 
 
 class Thickness:

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_finite
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.loads.compiled_laws import Law
 
 InTime = ArrayLike | TimeFunction

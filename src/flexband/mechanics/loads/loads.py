@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_flag, check_function
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.forms import Form, TimeFunction, about, at_point, moves
 from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.kernels.forms import Form, TimeFunction, about, at_point, moves
 from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_angle, check_finite, check_non_negative
-from flexband.mechanics.forms import moves, subtract
 from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.kernels.forms import moves, subtract
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, SpringEntry, in_time
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.mechanics.forms import Form, during_impulse
+from flexband.mechanics.kernels.forms import Form, during_impulse
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 

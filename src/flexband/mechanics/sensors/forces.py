@@ -9,8 +9,8 @@ import numpy as np
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_option
-from flexband.mechanics.forms import Form
 from flexband.mechanics.joints.joint import Couple
+from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 

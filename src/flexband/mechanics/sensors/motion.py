@@ -16,8 +16,8 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.cable import Cable
-from flexband.mechanics.forms import Form, Frame
 from flexband.mechanics.joints.joint import Joint, PointName
+from flexband.mechanics.kernels.forms import Form, Frame
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
 

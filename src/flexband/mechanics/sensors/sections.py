@@ -21,8 +21,8 @@ from flexband.mechanics.bodies.cable import Cable
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.bodies.section_stiffness import Elasticity
 from flexband.mechanics.bodies.sections import Along
-from flexband.mechanics.forms import Form
 from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants
+from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 from flexband.words import with_article
 

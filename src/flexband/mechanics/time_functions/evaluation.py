@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import InputError, named, returned
-from flexband.mechanics.forms import TimeFunction
+from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.words import number_of
 
 SAME = 1e-12

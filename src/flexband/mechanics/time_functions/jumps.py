@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import InputError, returned
-from flexband.mechanics.forms import TimeFunction
+from flexband.mechanics.kernels.forms import TimeFunction
 
 SHARPEST, MOST = 4, 100
 """Number of the intervals between times that are looked into: the sharpest, and the most."""

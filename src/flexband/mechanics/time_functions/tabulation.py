@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexband.errors import ResolutionWarning, warn
-from flexband.mechanics.forms import Composed, TimeFunction, during_impulse
+from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
 from flexband.mechanics.time_functions.averages import ChordMiss, averaged, warn_of_vibrations
 from flexband.mechanics.time_functions.breakpoints import (
     Breakpoints,

@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexband.errors import AssemblyError, check_flag, check_instance, warn
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import Configuration, assembled, given
 from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.loads.loads import Gravity
-from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.bodies import draw_body
 from flexband.report.drawing.canvas import GREY, Canvas
 from flexband.report.drawing.joints import draw_joint

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import InputError
-from flexband.mechanics.forms import TimeFunction
 from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import Joint, PointName, along
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
+from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.report.drawing import symbols
 from flexband.report.drawing.canvas import Canvas
 from flexband.report.drawing.scene import Scene, body_of

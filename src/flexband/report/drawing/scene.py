@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import PointName, along
-from flexband.mechanics.mechanism import Mechanism
 from flexband.report.drawing.symbols import circle
 
 AXIS_GAPS = 48

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from flexband.analysis.probability.texts import told
 from flexband.files import read_unlinked
-from flexband.report.figures import is_likely
-from flexband.report.numbers import number
-from flexband.report.tables import Table, deviations, summary_table
+from flexband.report.plot.figures import is_likely
+from flexband.report.text.numbers import number
+from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.results.answers import Unusable, read_answers
-from flexband.uncertainty.answers.probability.texts import told
 
 TITLES = {
     "allocation": "Allocated tolerances",

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.report.figures import drawable_outputs
+from flexband.analysis.results import ERRORS
 from flexband.report.page.arrays import packed
-from flexband.report.tables import deviations, outputs_of, select
-from flexband.uncertainty.answers.results import ERRORS
+from flexband.report.plot.figures import drawable_outputs
+from flexband.report.text.tables import deviations, outputs_of, select
 
 DIGITS = 2e-6
 """To which part of the largest width of an error bar numbers are rounded."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import xarray as xr
 
-from flexband.report import tables
-from flexband.report.figures import bounds
+from flexband.report.plot.figures import bounds
+from flexband.report.text import tables
 
 TERMS = {
     "nominal": "the response with every interval at its midpoint and every random input at its "

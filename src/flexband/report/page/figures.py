@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from flexband.errors import warn
 from flexband.report.page.template import picture, write_page
-from flexband.report.tables import Table
+from flexband.report.text.tables import Table
 
 
 class Drawing(NamedTuple):

@@ -15,15 +15,15 @@ from typing import Any
 from flexband.errors import InputError, warn, without_warnings
 from flexband.execution.names import PAGE
 from flexband.files import read_json, write_json
-from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.drawing.draw import draw
-from flexband.report.figures import fields_figure
 from flexband.report.page.inputs import inputs_table
 from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
+from flexband.report.plot.figures import fields_figure
 from flexband.study.folder import StudyFolder
 from flexband.study.results.netcdf import RESTORED
 from flexband.study.results.reliability import Doubt

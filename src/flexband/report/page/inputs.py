@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.report.numbers import number, percent
-from flexband.report.tables import Table, outputs_of, select
+from flexband.report.text.numbers import number, percent
+from flexband.report.text.tables import Table, outputs_of, select
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.report import tables
-from flexband.report.numbers import number
 from flexband.report.page.inputs import over_time
+from flexband.report.text import tables
+from flexband.report.text.numbers import number
 
 MOST = 4
 """Outputs or limits of which the input that matters most is told."""

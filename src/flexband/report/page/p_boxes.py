@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.p_box import VALUES, p_box
 from flexband.report.page.arrays import packed
-from flexband.report.tables import outputs_of
-from flexband.uncertainty.answers.p_box import VALUES, p_box
+from flexband.report.text.tables import outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

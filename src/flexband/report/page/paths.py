@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.path import path
 from flexband.report.page.arrays import packed
-from flexband.report.tables import deviations, outputs_of
-from flexband.uncertainty.answers.path import path
+from flexband.report.text.tables import deviations, outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.margins import told_between
+from flexband.analysis.probability.texts import chance
+from flexband.analysis.results import ERRORS
 from flexband.execution.names import REPORT
-from flexband.report import tables
-from flexband.report.doubts import doubt_text
-from flexband.report.numbers import number
 from flexband.report.page.answers import answers_in, limits_table
 from flexband.report.page.charts import chart_data
 from flexband.report.page.definitions import definitions
@@ -22,11 +22,11 @@ from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
 from flexband.report.page.what_if import panel as what_if
+from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
+from flexband.report.text.numbers import number
 from flexband.study.results.answers import read_answer
 from flexband.study.results.reliability import Doubt, DoubtKind
-from flexband.uncertainty.answers.margins import told_between
-from flexband.uncertainty.answers.probability.texts import chance
-from flexband.uncertainty.answers.results import ERRORS
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from flexband.analysis.allocation.adjustment import compensators
+from flexband.analysis.limits import Limit
+from flexband.analysis.margins import check_limits
+from flexband.analysis.probability.failure import failure_probability
+from flexband.analysis.selection import surrogates_of
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
-from flexband.uncertainty.answers.allocation.adjustment import compensators
-from flexband.uncertainty.answers.limits import Limit
-from flexband.uncertainty.answers.margins import check_limits
-from flexband.uncertainty.answers.probability.failure import failure_probability
-from flexband.uncertainty.answers.selection import surrogates_of
 
 OF_STUDY, OF_QUESTION = "the study", "a question"
 """Values of attribute "of" of limits.nc: whose limits these are."""

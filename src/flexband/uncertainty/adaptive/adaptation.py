@@ -31,7 +31,7 @@ from flexband.uncertainty.adaptive.runs import (
 )
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate, earlier_runs, quantities
+from flexband.uncertainty.methods.pcci import Evaluate, earlier_runs, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import running, share, step

@@ -16,7 +16,7 @@ from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
 from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
 from flexband.uncertainty.expansions.expansion import extremes_of
-from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.methods.pcci import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked

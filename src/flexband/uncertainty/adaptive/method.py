@@ -19,7 +19,7 @@ from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.methods.pcci import Evaluate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of

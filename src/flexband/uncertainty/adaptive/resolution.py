@@ -16,7 +16,7 @@ from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import doing
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.discretization import in_words, refinements
-from flexband.uncertainty.methods import Evaluate
+from flexband.uncertainty.methods.pcci import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
 

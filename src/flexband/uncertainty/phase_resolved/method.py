@@ -16,7 +16,7 @@ from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Evaluate, ImprovedPCCI, Order, quantities
+from flexband.uncertainty.methods.pcci import Evaluate, ImprovedPCCI, Order, quantities
 from flexband.uncertainty.phase_resolved.bands_error import (
     NodePolynomials,
     error_of_bands,

@@ -6,7 +6,7 @@ import math
 
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods import Method
+from flexband.uncertainty.methods.pcci import Method
 from flexband.words import number_of
 
 MAX_RUNS = 1_000_000

@@ -20,8 +20,6 @@ from flexband.errors import (
 )
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget
-from flexband.uncertainty.evaluations.evaluations import evaluations, setting
-from flexband.uncertainty.evaluations.reuse import generic_runs, keep_domains, located
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
@@ -29,9 +27,11 @@ from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Response, Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
-from flexband.uncertainty.methods import Method
+from flexband.uncertainty.methods.pcci import Method
 from flexband.uncertainty.runs.budget import check_runs
+from flexband.uncertainty.runs.evaluations import evaluations, setting
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
+from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, located
 from flexband.uncertainty.runs.size import check_size
 from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.words import number_of

@@ -9,8 +9,8 @@ import numpy as np
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.point_mass import PointMass
 from flexband.mechanics.bodies.rigid import RigidBody
-from flexband.mechanics.forms import Vector, add, scale
 from flexband.mechanics.joints.gears import Gear, Rack
+from flexband.mechanics.kernels.forms import Vector, add, scale
 from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.drawing.bodies import drawn_by_a_joint
 from flexband.report.drawing.scene import Scene, body_of, hull, pitch_radii

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.forms import Vector, add, scale, subtract
 from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import PointName, along
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
+from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
 from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.drawing.joints import first_sense, held_body, pivot, upward
 from flexband.report.drawing.scene import Scene, body_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.forms import Vector
+from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
 from flexband.mechanics.loads.load import in_time
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment

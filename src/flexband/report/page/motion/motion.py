@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import RunError, without_warnings
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import assembled
-from flexband.mechanics.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Acceleration, Position, Velocity
 from flexband.mechanics.simulate import simulated

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from flexband.analysis.verification.verify import as_expanded
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.motion.motion import SAMPLES, motion_data
@@ -12,7 +13,6 @@ from flexband.uncertainty.inputs.choices import Choice, first_case
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verification import as_expanded
 
 
 def study_motion(

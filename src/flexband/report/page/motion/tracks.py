@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.mechanics.forms import Vector
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.mechanism import Mechanism
+from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.sensors.forces import Reaction
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.selection import surrogates_of
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
-from flexband.uncertainty.answers.selection import surrogates_of
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices

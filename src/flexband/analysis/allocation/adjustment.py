@@ -1,0 +1,197 @@
+"""Margins with compensators: inputs that are adjusted for each value of the others.
+
+A machine with tolerances x is adjusted once, for its whole motion. Its margin is the largest over
+the compensators c of the least one over all limits and times. What a limit leaves is the least of
+this over all x:  min_x max_c min_t margin(x, c, t).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from flexband.analysis.descent import descend, local_minima
+from flexband.errors import InputError
+from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scattered, tensor_grid
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.inputs.choices import Compensator
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SIGNS = np.array([1.0, -1.0])
+"""Of a value in the margins of the lower and of the upper limit."""
+
+MOST = 2
+"""Compensators."""
+
+FIRST, FINEST = 9, 1e-7
+"""Points of each compensator that are tried first, and the last step of its search."""
+
+SHRINK = {1: 0.5, 2: 0.8}
+"""Factor of the step for one compensator, for which this is a bisection, and for two."""
+
+ORDER, MAX_VERTICES = 3, 256
+"""Order for which places are scanned, and most places if only vertices are."""
+
+STARTS = 4
+"""Places from which the worst one is searched."""
+
+GAIN = 1e-9
+"""Part of the scale that counts as no gain of the search of places."""
+
+AT_ONCE = 4_000_000
+"""Margins that are computed together."""
+
+
+def compensators(space: Space) -> dict[str, int]:
+    """Return the number of the variable η of each `Compensator`, by name.
+
+    Raises
+    ------
+    InputError
+        If there are more than two.
+    """
+    columns, k = {}, 0
+    for name, interval in space.of_kind(random=False).items():
+        if isinstance(interval, Compensator):
+            columns[name] = k
+        k += interval.dimension
+    if len(columns) > MOST:
+        raise InputError(f"at most {MOST} inputs can be a Compensator; got {', '.join(columns)}")
+    return columns
+
+
+def bars_of(expansions: Sequence[Expansion], eta: np.ndarray, sigmas: float) -> np.ndarray:
+    """Return lower and upper end of μ ± kσ at η, (points, 2, series); the response if k is 0."""
+    bars = []
+    for expansion in expansions:
+        if sigmas:
+            mean, std = expansion.moments(eta)
+            bar = np.stack([mean - sigmas * std, mean + sigmas * std], axis=1)
+        else:
+            values = expansion.evaluate(np.zeros((len(eta), 0)), eta)
+            bar = np.stack([values, values], axis=1)
+        bars.append(bar.reshape(len(eta), 2, -1))
+    return np.concatenate(bars, axis=2)
+
+
+def limited(
+    surrogate: Surrogate, lower: np.ndarray, upper: np.ndarray
+) -> tuple[list[Expansion], np.ndarray, np.ndarray]:
+    """Return what is limited: expansions, the numbers of their series in the response, and limits.
+
+    Parameters
+    ----------
+    lower, upper : limits, of the shape of the response; ∓∞ where there are none.
+
+    Returns
+    -------
+    Expansions of outputs with limits at all times with any; numbers, shape (series,); lower and
+    upper limits, (2, series).
+    """
+    times = surrogate.times
+    bounds = np.stack([lower, upper]).reshape(2, -1, times)
+    some = np.asarray(np.isfinite(bounds).any(axis=0))
+    at = np.flatnonzero(some.any(axis=0))
+    expansions, numbers = [], []
+    for expansion in surrogate.expansions:
+        outputs = expansion.outputs[some[expansion.outputs].any(axis=1)]
+        if len(outputs):
+            expansions.append(expansion.of(outputs, at))
+            numbers.append((outputs[:, None] * times + at).ravel())
+    series = np.concatenate(numbers)
+    return expansions, series, bounds.reshape(2, -1)[:, series]
+
+
+@dataclass(frozen=True, eq=False)
+class Adjusted:
+    """A response whose compensators are adjusted to keep limits.
+
+    Attributes
+    ----------
+    expansions : of the series that are limited, in η from −1 to 1.
+    bounds : lower and upper limit, (2, series).
+    scale : by which margins of each series are divided, so that they can be compared, (series,).
+    sigmas : k of μ ± kσ; 0 without random inputs.
+    columns : numbers of the compensators among the m variables η.
+    m : number of variables η.
+    """
+
+    expansions: Sequence[Expansion]
+    bounds: np.ndarray
+    scale: np.ndarray
+    sigmas: float
+    columns: Sequence[int]
+    m: int
+
+    def worst(self, *, vertices: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return lower and upper end of μ ± kσ where margins are least, (series,), and their η.
+
+        Parameters
+        ----------
+        vertices : whether places are searched from vertices alone, and not from a whole scan.
+        """
+        others = [k for k in range(self.m) if k not in self.columns]
+        if not vertices:
+            points, beside = scan((ORDER,) * len(others))
+        elif 2 ** len(others) <= MAX_VERTICES:
+            points, beside = tensor_grid([2] * len(others))
+        else:
+            points, beside = scattered(MAX_VERTICES, np.ones(len(others), bool))
+
+        def placed(places: np.ndarray) -> np.ndarray:
+            eta = np.zeros((len(places), self.m))
+            eta[:, others] = places
+            return eta
+
+        def margin(places: np.ndarray, _: np.ndarray) -> np.ndarray:
+            return self.best(placed(places))[0]
+
+        values = margin(points, points)
+        starts = np.unique(local_minima(values[:, None], beside, STARTS))
+        which, gain = np.zeros(len(starts), int), np.full(len(starts), GAIN)
+        _, minima = descend(margin, which, points[starts], values[starts], gain)
+        _, eta = self.best(placed(np.concatenate([points, minima])))
+        bars = self._bars(eta)
+        margins = SIGNS[:, None] * (bars - self.bounds)
+        row = margins.argmin(axis=0)
+        low, high = np.take_along_axis(bars, row[None], axis=0)[0]
+        return low, high, eta[row]
+
+    def best(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least margin at η, (points,), and η with the best compensators."""
+        columns = list(self.columns)
+        grid = np.array(list(product(lobatto(FIRST), repeat=len(columns))))
+        around = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(columns))))
+        around = around[np.abs(around).max(axis=1) > 0]
+        best, values = eta.copy(), np.full(len(eta), -np.inf)
+        step, trials = float(np.diff(lobatto(FIRST)).max()), np.tile(grid, (len(eta), 1, 1))
+        while True:
+            tried = np.repeat(best[:, None], trials.shape[1], axis=1)
+            tried[..., columns] = trials
+            margins = self._least(tried.reshape(-1, self.m)).reshape(len(eta), -1)
+            at = margins.argmax(axis=1)
+            better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
+            rows = np.flatnonzero(better)
+            values[rows], best[rows] = margins[rows, at[rows]], tried[rows, at[rows]]
+            step *= SHRINK[len(columns)]
+            if step < FINEST:
+                return values, best
+            trials = np.clip(best[:, None, columns] + step * around, -1.0, 1.0)
+
+    def _least(self, eta: np.ndarray) -> np.ndarray:
+        """Return the least margin of all series in parts of the scale, (points,)."""
+        block = max(1, AT_ONCE // self.bounds.size)
+        blocks = [
+            (SIGNS[:, None] * (self._bars(eta[k : k + block]) - self.bounds) / self.scale).min(
+                axis=(1, 2)
+            )
+            for k in range(0, len(eta), block)
+        ]
+        return np.concatenate(blocks)
+
+    def _bars(self, eta: np.ndarray) -> np.ndarray:
+        return bars_of(self.expansions, eta, self.sigmas)

@@ -1,0 +1,206 @@
+"""The cheapest tolerances with which limits are kept at every instant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtri
+
+from flexband.analysis.allocation.chance import AIM, Chance
+from flexband.analysis.allocation.confirmation import Confirmed, confirmed
+from flexband.analysis.allocation.costs import checked_costs
+from flexband.analysis.allocation.grade_search import cheapest_grades
+from flexband.analysis.allocation.grades import Grades
+from flexband.analysis.allocation.infeasible import check_feasible
+from flexband.analysis.allocation.results import chance_result, result_of
+from flexband.analysis.allocation.search import cheapest
+from flexband.analysis.allocation.tolerances import Tolerances
+from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.analysis.limits import corridors, joint
+from flexband.analysis.probability.failure import RUNS
+from flexband.analysis.probability.model import models
+from flexband.errors import InputError, check_function, check_instance, check_numbers
+from flexband.uncertainty.inputs.space import check_names
+from flexband.uncertainty.runs.evaluations import BATCH, evaluations
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+PROBABILITIES = 1e-8, 0.3
+"""That can be stated."""
+
+CORRECTIONS, KEPT, RATIO = 5, 0.7, (0.2, 5.0)
+"""Most times that runs are made, the part of the stated probability from which on theirs is near
+enough, and by how much what is aimed at changes at a time."""
+
+
+def allocate(
+    surrogate: Surrogate,
+    limits: Any,
+    costs: Mapping[str, Any],
+    *,
+    response: Any = None,
+    sigmas: float = 3.0,
+    probability: float | None = None,
+    store: Any = None,
+    executor: Any = None,
+) -> xr.Dataset:
+    """Return the cheapest tolerances with which limits are kept at every instant.
+
+    Tolerances are half the widths of interval inputs around their midpoints, and standard
+    deviations of random inputs; those of the surrogate are the largest that are considered. Limits
+    are kept for all values of the interval inputs, by μ ± kσ over the random inputs, and, without
+    these, by the response itself.
+
+    The surrogate is narrowed to find the tolerances. With a `response`, runs are made at the worst
+    places of the instants that bind; where they differ from the surrogate, the limits are shifted
+    there by the difference, and the search goes on.
+
+    Sizes that are free (`Sizing`) are chosen together with the tolerances around them: those that
+    allow the cheapest. The best of 1024 are improved, so that another valley may be missed. A
+    `Compensator` is adjusted for each value of the other interval inputs, as in `check_limits`.
+
+    Parameters
+    ----------
+    surrogate : what `expand` returns, without choices.
+    limits : a `Limit`, or several.
+    costs : name of an input -> cost of its tolerance: a function of it, such as `ReciprocalCost`,
+        or a number B, for B/tolerance; or, for all of them, `Grades`, if no input is a `Sizing`
+        or `Compensator`. Inputs without a cost keep their tolerances.
+    response : makes runs that confirm the tolerances; none are made without.
+    sigmas : k of μ ± kσ.
+    probability : the most with which samples of the random inputs may leave any limit at any time,
+        whatever the interval inputs are, from 1e-8 to 0.3. It takes the place of μ ± kσ.
+    store, executor : as in `propagate`.
+
+    Returns
+    -------
+    Dataset with the dim "limit":
+
+    - `margin` at every instant, NaN where nothing is limited, and `expected_error`, that of the
+      surrogate;
+    - `slack`, the least margin, `slack_at` where it is, and `grid_error`, by how much the margin
+      may be less between the times;
+    - `saving`, by how much the cost falls per unit by which the limit is relaxed;
+    - `shift`, by how much the limit was made tighter because of what runs showed, at most.
+
+    With the dim "name" for the inputs, and "binding" for the instants that bind, or, if none
+    does, where the margin is least:
+
+    - `size`, dim "sizing", of every input that is a `Sizing`;
+    - `tolerance`, `largest` (that of the surrogate), `cost`, and `grade` if there are grades;
+    - `contribution`, the part of the margin that a tolerance takes at an instant that binds:
+      −t ∂margin/∂t;
+    - `binding_limit`, `binding_at`, `binding_side` and `binding_inputs`, the values of the interval
+      inputs there, dim "input"; `run_margin`, that of a fresh run there;
+    - `saving_at`, by how much the cost falls per unit by which the limit is relaxed at this
+      instant alone; NaN for grades, where it is not defined.
+
+    With a stated `probability`, there are no margins, but `probability`, that of leaving any limit
+    at any time where it is the largest over the interval inputs, `probability_at`; its confidence
+    interval, `confidence_low` and `confidence_high`; `at_each_time`, that of being outside; and
+    `elasticity`, ∂ ln P / ∂ ln t of every tolerance. As in `failure_probability`, the interval
+    allows for the expected error of the surrogate, probabilities below 1e-4 are only bounded unless
+    this is negligible (`at_each_time` is NaN there), and all are NaN if the surrogate missed its
+    tolerance; `surrogate_probability` is what the surrogate alone finds. With a `response`, 64 runs
+    or more correct it: `run_probability`, `run_confidence_low` and `run_confidence_high`.
+    Where it is larger than stated, or less than 0.7 of that, the search goes on, with five times
+    64 runs at most. "Confirmed" means that it is not larger.
+
+    ``attrs["cost"]`` is the sum of all costs, ``attrs["confirmed"]`` "yes", "no", "inferred" (no
+    run violates a limit, but some are so far inside μ ± kσ that they tell nothing of it) or "no
+    runs were made", ``attrs["runs"]`` the number of runs, ``attrs["verdict"]`` a text.
+
+    Raises
+    ------
+    InputError
+        If the limits cannot be kept: the message names the instant and the inputs to blame; if
+        `surrogate` is none or has choices, a limit does not fit its outputs, a name in `costs` has
+        no tolerance, or a cost is no finite number; if a probability is stated, and no input is
+        random, or there are `Grades` or a `Compensator`.
+    """
+    check_instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
+    k = checked_sigmas(sigmas)
+    limit_corridors = corridors(limits, surrogate.labels)
+    tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
+    tolerances.cost(tolerances.bounds[1])
+    corridor, m = joint(limit_corridors), surrogate.space.interval_dimension
+    options = {"store": store, "executor": executor}
+    if probability is not None:
+        stated = checked_probability(probability, tolerances)
+        chance = Chance(surrogate, tolerances, corridor, stated)
+        return _with_chance(chance, response, options)
+    worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
+    check_feasible(surrogate, worst, limit_corridors)
+    graded = isinstance(next(iter(tolerances.costs.values())), Grades)
+    search = cheapest_grades if graded else cheapest
+    if response is None:
+        confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
+    else:
+        check_function("response", response)
+        check_names(response, surrogate.space.given)
+        with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
+            first = search(worst, WatchedPlaces.none(m))
+            confirmation = confirmed(surrogate, worst, first, response, evaluate, search)
+    return result_of(surrogate, limit_corridors, worst, confirmation)
+
+
+def checked_probability(probability: Any, tolerances: Tolerances) -> float:
+    """Return a stated probability; raise `InputError` if none can be kept."""
+    value = float(check_numbers("probability", probability))
+    low, high = PROBABILITIES
+    if not low <= value <= high:
+        raise InputError(f"probability must be from {low:g} to {high:g}; got {value:g}")
+    if not tolerances.space.random_dimension:
+        raise InputError("probability needs an input that is random; all are intervals")
+    if tolerances.compensators:
+        raise InputError("probability cannot be stated where an input is a Compensator")
+    if any(isinstance(cost, Grades) for cost in tolerances.costs.values()):
+        raise InputError("probability cannot be stated for Grades")
+    return value
+
+
+def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> xr.Dataset:
+    """Return the cheapest tolerances for a stated probability.
+
+    Where runs show another probability than the surrogate, another one is aimed at in its place.
+    """
+    solution, correction, runs = chance.cheapest(_start(chance)), None, 0
+    stated, high = chance.probability, chance.tolerances.bounds[1]
+    for k in range(CORRECTIONS if response is not None else 0):
+        narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
+        with models({"": narrow}, response, RUNS, 1, None, **options) as known:
+            model = known[""]
+            assert model is not None
+            correction = chance.by_runs(solution, model)
+        runs += correction.runs
+        least = 0.0 if np.all(solution.x >= high) else KEPT * stated
+        if least <= correction.probability <= stated or k == CORRECTIONS - 1:
+            break
+        ratio = float(np.clip(stated / max(correction.probability, 1e-300), *RATIO))
+        aim = min(AIM * ratio * solution.estimate.probability, 0.5)
+        try:
+            solution = replace(chance, probability=aim).cheapest(solution.x)
+        except InputError:  # no tolerances are that tight: what was found is not confirmed
+            break
+    return chance_result(chance, solution, correction, runs)
+
+
+def _start(chance: Chance) -> np.ndarray:
+    """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
+    k = -float(ndtri(chance.probability))
+    m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
+    for sigmas in (k, k / 2, 0.1 * k):
+        worst = WorstCase.of(
+            chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
+        )
+        try:
+            check_feasible(chance.surrogate, worst, {"a limit": corridor})
+            return cheapest(worst, WatchedPlaces.none(m)).x
+        except InputError:
+            if sigmas == 0.1 * k:
+                raise
+    raise AssertionError

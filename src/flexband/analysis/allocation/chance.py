@@ -1,0 +1,244 @@
+"""The cheapest tolerances for a stated probability of leaving limits: a chance constraint.
+
+The probability of leaving any limit at any time is estimated by importance sampling, where it is
+largest over the interval inputs. Near these tolerances it is a function of them by the same rare
+samples (common random numbers), a smooth one if margins g count as Φ(−g/s) with a small s. This
+function replaces it in a search within a trust region, at whose end it is estimated again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import log_ndtr
+
+from flexband.analysis.allocation.tolerances import STEP, Tolerances
+from flexband.analysis.limits import Corridor
+from flexband.analysis.probability.correction import Correction, corrected
+from flexband.analysis.probability.ends import SLACK, SMOOTH, ends
+from flexband.analysis.probability.estimates import Estimate, estimate, mixture_around
+from flexband.analysis.probability.model import ResponseModel
+from flexband.analysis.probability.statements import error_of_runs
+from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.subset import Rare, rare
+from flexband.errors import InputError
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+ACCURACY, AIM = 0.02, 0.95
+"""Relative standard error of a probability, and the part of the stated one that is aimed at, so
+that the end of its confidence interval is below the stated one."""
+
+ROUNDS, PLACES = 10, 3
+"""Most searches, and most places of the interval inputs that are watched."""
+
+TRUST, NEAR = 0.4, 0.1
+"""By how much a search changes logarithms of tolerances, and η of sizes."""
+
+COMMON = 1000
+"""Samples that a search shares."""
+
+SAVED = 2e-3
+"""Part of the cost that is worth going on for."""
+
+SAME = 0.05
+"""Distance in η up to which places are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExceedanceEstimate:
+    """How likely limits are left with some tolerances, where it is the most likely.
+
+    Attributes
+    ----------
+    x : the search's variables.
+    place : in the box of the tolerances, (m,).
+    estimate : the probability there.
+    known : rare samples there, of the narrower inputs.
+    noise : of the search for the place, as in `Estimate`.
+    exact : whether the expected error of the surrogate is negligible.
+    """
+
+    x: np.ndarray
+    place: np.ndarray
+    estimate: Estimate
+    known: Rare
+    noise: float
+    exact: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Chance:
+    """The cheapest tolerances for a probability of leaving limits.
+
+    Attributes
+    ----------
+    surrogate : with the largest tolerances.
+    tolerances : which are varied.
+    corridor : where the response must be.
+    probability : of leaving it, at most.
+    """
+
+    surrogate: Surrogate
+    tolerances: Tolerances
+    corridor: Corridor
+    probability: float
+
+    def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
+        """Return the cheapest tolerances that a search from x finds.
+
+        Raises
+        ------
+        InputError
+            If no tolerances are found that are likely enough to keep the limits.
+        """
+        low, high = self.tolerances.bounds
+        best: ExceedanceEstimate | None = None
+        now = self.left(x)
+        watched: list[np.ndarray] = []
+        for k in range(ROUNDS):
+            now = self.left(x) if k else now
+            enough = now.estimate.confidence()[1] <= self.probability
+            if enough and (best is None or self._cost(x) < self._cost(best.x)):
+                saved = np.inf if best is None else self._cost(best.x) - self._cost(x)
+                best = now
+            else:
+                saved = 0.0 if enough else np.inf
+            if enough and (saved < SAVED * abs(self._cost(x)) or np.all(x >= high)):
+                break
+            if not len(now.known.u):  # nothing leaves the limits
+                x = np.clip(x + TRUST * (np.arange(len(x)) < len(self.tolerances.names)), low, high)
+                continue
+            watched = [p for p in watched if np.abs(p - now.place).max(initial=0) > SAME]
+            watched = [now.place, *watched][:PLACES]
+            x = self._searched(now, watched)
+        if best is None:
+            text = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
+            raise InputError(
+                f"probability: no tolerances that keep it at {self.probability:g} were found; the "
+                f"last probability is {text}"
+            )
+        return best
+
+    def left(self, x: np.ndarray) -> ExceedanceEstimate:
+        """Return how likely limits are left with some tolerances."""
+        rng = np.random.default_rng(0)
+        state, space = self._narrow(x), self.surrogate.space
+        n, m = space.random_dimension, space.interval_dimension
+        eta, known, noise, _ = ends(state, n, m, rng)
+        place_estimate = estimate(state, state, eta[1], known[1], ACCURACY, rng)
+        return ExceedanceEstimate(x, eta[1], place_estimate, known[1], float(noise[1]), state.exact)
+
+    @property
+    def series(self) -> np.ndarray:
+        """The numbers of the outputs and times of `Estimate.at_each` in the response."""
+        return self._start.series
+
+    def by_runs(self, solution: ExceedanceEstimate, model: ResponseModel) -> Correction:
+        """Return the probability corrected with runs, at the same place."""
+        state, rng = self._narrow(solution.x), np.random.default_rng(1)
+
+        def of_model(u: np.ndarray) -> np.ndarray:
+            return state.least_of_response(model(u, solution.place))
+
+        least = partial(state.least, eta=solution.place)
+        correction = corrected(least, of_model, solution.known, model.runs, ACCURACY, rng)
+        return replace(correction, noise=solution.noise)
+
+    def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:
+        """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""
+        return self._slope(self._function(solution.x, solution.place, solution.known), solution.x)
+
+    def _cost(self, x: np.ndarray) -> float:
+        return float(self.tolerances.cost(x).sum())
+
+    def _narrow(self, x: np.ndarray) -> LimitState:
+        narrow = self.surrogate.narrowed(**self.tolerances.inputs(x))
+        _, error = error_of_runs(narrow)
+        return LimitState.of(narrow, self.corridor, error, np.random.default_rng(0))
+
+    def _searched(self, now: ExceedanceEstimate, places: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the cheapest tolerances near some that keep the probability at places."""
+        x, state, rng = now.x, self._narrow(now.x), np.random.default_rng(0)
+        functions, offsets = [], []
+        for k, place in enumerate(places):
+            known, result = now.known, now.estimate
+            if k:
+                known = rare(partial(state.least, eta=place), now.known.u.shape[1], rng)
+                if not len(known.u):
+                    continue
+                result = estimate(state, state, place, known, ACCURACY, rng)
+            functions.append(self._function(x, place, known))
+            offsets.append(functions[-1](x) - np.log(max(result.probability, 1e-300)))
+        aim = np.log(AIM * self.probability) + np.array(offsets)
+        (low, high), count = self.tolerances.bounds, len(self.tolerances.names)
+        reach = np.where(np.arange(len(x)) < count, TRUST, NEAR)
+        low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
+        reference = abs(self._cost(x)) or 1.0
+        result: Any = minimize(
+            lambda at: self._cost(at) / reference,
+            x,
+            jac=lambda at: self.tolerances.cost_gradient(at) / reference,
+            bounds=list(zip(low, high, strict=True)),
+            constraints={
+                "type": "ineq",
+                "fun": lambda at: aim - [function(at) for function in functions],
+                "jac": lambda at: -np.array([self._slope(function, at) for function in functions]),
+            },
+            method="SLSQP",
+            options={"maxiter": 30, "ftol": 1e-6},
+        )
+        return np.clip(result.x, low, high)
+
+    def _slope(self, function: Callable[[np.ndarray], float], x: np.ndarray) -> np.ndarray:
+        steps = 10 * STEP * np.eye(len(x))
+        return np.array([(function(x + d) - function(x - d)) / (20 * STEP) for d in steps])
+
+    def _function(
+        self, x: np.ndarray, place: np.ndarray, known: Rare
+    ) -> Callable[[np.ndarray], float]:
+        """Return the logarithm of the smoothed probability at a place, as a function of x."""
+        tolerances, rng, start = self.tolerances, np.random.default_rng(0), self._start
+
+        def eta(at: np.ndarray) -> np.ndarray:
+            return np.clip(tolerances.center(at) + tolerances.radius(at) * place, -1.0, 1.0)
+
+        def least(u: np.ndarray) -> np.ndarray:
+            return start.least(self._old(u, x), eta(x))
+
+        usual = least(rng.standard_normal((COMMON, known.u.shape[1]))).std()
+        width = SMOOTH * max(float(usual), 1e-12)
+        mixture = mixture_around(least, known.u, rng)
+        u = mixture.sample(COMMON, rng)
+        weights = np.log(mixture.weights(u)) - np.log(COMMON)
+        moving = [self._old(u, tolerances.tighter(x, by)) for by in (-TRUST, 0.0, TRUST)]
+        near = np.tile(eta(x), (COMMON, 1))
+        near = np.tile(near, (3, 1))
+        state = start.at(start.deciding(np.concatenate(moving), near, SLACK * usual))
+
+        def function(at: np.ndarray) -> float:
+            margins = state.least(self._old(u, at), eta(at))
+            return float(np.logaddexp.reduce(weights + log_ndtr(-margins / width)))
+
+        return function
+
+    @cached_property
+    def _start(self) -> LimitState:
+        none = np.zeros(self.surrogate.labels.shape[1:])
+        return LimitState.of(self.surrogate, self.corridor, none, np.random.default_rng(0))
+
+    def _old(self, u: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return normal variables of the surrogate's inputs from those of narrower ones."""
+        normals, k = u.copy(), 0
+        stds = dict(zip(self.tolerances.names, self.tolerances.values(x), strict=True))
+        for name, distribution in self.surrogate.space.of_kind(random=True).items():
+            if name in stds:
+                old_distribution: Any = distribution
+                new = replace(old_distribution, std=float(stds[name]))
+                normals[:, k] = old_distribution.to_normal(new.at_normal(u[:, k]))
+            k += distribution.dimension
+        return normals

@@ -1,0 +1,210 @@
+"""Fresh runs of the response where limits bind, and what they correct.
+
+Where a run differs from the surrogate, the limits are shifted by the difference, at the instants
+for which the run is about the worst one, and the search goes on. They are made looser by no more
+than three expected errors of the surrogate. Vertices whose margins on the surrogate are less than
+this are run as well.
+
+The random inputs of a run are where the response is μ ± kσ, to first order. Where the response is
+far inside this there, as where it is bounded, the run shows that the limit is kept, and tells
+nothing of μ ± kσ: that this keeps the limit is inferred by the surrogate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from flexband.analysis.allocation.search import Allocated
+from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCase
+from flexband.analysis.results import expected_error
+from flexband.analysis.verification.verify import as_expanded
+from flexband.errors import ResolutionWarning, StrainWarning, without_warnings
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.space import Response
+from flexband.uncertainty.runs.evaluations import Evaluations, setting
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+ROUNDS, MAX_RUNS = 5, 6
+"""Most times that runs are made, and most runs at a time, at points that bind and at vertices."""
+
+MAX_VARIABLES = 8
+"""Interval variables up to which vertices are run."""
+
+AGREEMENT = 3e-6
+"""Part of the scale up to which surrogate and runs agree."""
+
+NEAR = 0.02
+"""Part of the scale up to which the margin of a run counts as the least one."""
+
+LOOSER = 3.0
+"""Expected errors, root mean squares, by which limits are made looser at most."""
+
+DIFFERENCE = 1e-3
+"""Step of differences in normal variables."""
+
+
+Search = Callable[[WorstCase, WatchedPlaces, np.ndarray | None], Allocated]
+"""Returns tolerances that keep margins, given points where they are watched, and a start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmed:
+    """Tolerances, and what runs where they bind have shown.
+
+    Attributes
+    ----------
+    allocated : the tolerances.
+    shift : by how much the limits were made tighter, or looser, for the search, (2, series).
+    run_margins : margins of the last runs at the binding points, NaN without, (points,).
+    runs : number of all runs.
+    kept : whether the last runs keep the limits.
+    inferred : whether μ ± kσ keeps some of them by the surrogate alone.
+    """
+
+    allocated: Allocated
+    shift: np.ndarray
+    run_margins: np.ndarray
+    runs: int
+    kept: bool
+    inferred: bool = False
+
+    @staticmethod
+    def without_runs(worst: WorstCase, allocated: Allocated) -> Confirmed:
+        """Return tolerances for which no runs were made."""
+        run_margins = np.full(len(allocated.points), np.nan)
+        return Confirmed(allocated, np.zeros(worst.bounds.shape), run_margins, 0, False)
+
+
+def confirmed(
+    surrogate: Surrogate,
+    worst: WorstCase,
+    allocated: Allocated,
+    response: Response,
+    evaluate: Evaluations,
+    search: Search,
+) -> Confirmed:
+    """Return tolerances that runs at the binding points confirm, after new searches if need be."""
+    error = expected_error(surrogate, worst.sigmas)
+    loosest = 0.0 * worst.scale if error is None else -LOOSER * error.ravel()[worst.numbers]
+    shift, runs, kept, inside = np.zeros(worst.bounds.shape), 0, True, np.zeros(0, bool)
+    run_margins = np.zeros(0)
+    for k in range(ROUNDS):
+        points = allocated.points
+        run_margins = np.full(len(points), np.nan)
+        if not len(points):
+            return Confirmed(allocated, shift, run_margins, runs, True)
+        narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
+        order = np.argsort(-allocated.multipliers, kind="stable")[:MAX_RUNS]
+        xi, eta, owner = _run_points(narrow, worst, allocated, order)
+        further = _doubtful(worst, allocated, shift, -loosest, eta)
+        eta = np.concatenate([eta, further])
+        xi = np.concatenate([xi, np.zeros((len(further), xi.shape[1]))])
+        values, missed = _runs(narrow, worst, response, evaluate, xi, eta)
+        runs += len(xi)
+        missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
+        margins = SIGNS[:, None] * (values[:, None] - worst.bounds)
+        at = owner, points.side[order], points.series[order]
+        bars, run = worst.values(allocated.x[None], points.of(order))[0], margins[at] + missed[at]
+        inside = (margins[at] > bars + NEAR * worst.scale[at[2]]) & (run >= 0)
+        run_margins[order] = np.where(inside, run, bars + missed[at])
+        kept = np.all(run_margins[order] >= 0)
+        if not surrogate.space.random_dimension:
+            kept = kept and np.all(margins + missed >= 0)
+        new = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
+        moved = np.abs(new - shift)[at[1:]]
+        agree = np.all(moved <= AGREEMENT * worst.scale[at[2]])
+        if (kept and agree) or k == ROUNDS - 1:
+            break
+        shift = new
+        moved = worst.tightened(shift)
+        allocated = search(moved, allocated.watched, allocated.x)
+    return Confirmed(allocated, shift, run_margins, runs, bool(kept), bool(np.any(inside)))
+
+
+def _run_points(
+    narrow: Surrogate, worst: WorstCase, allocated: Allocated, order: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ξ and η of runs at points, and the number of each point's run.
+
+    Random inputs are where the value is that of μ ± kσ, to first order.
+    """
+    points = allocated.points.of(order)
+    n = narrow.space.random_dimension
+    u = np.zeros((len(points), n))
+    steps = DIFFERENCE * np.concatenate([np.eye(n), -np.eye(n)])
+    for k in range(len(points) if n else 0):
+        xi = of_normals(steps, narrow.space.families)
+        values = narrow.standard(xi, np.repeat(points.places[k : k + 1], 2 * n, axis=0))
+        up, down = values.reshape(2, n, -1)[..., worst.numbers[points.series[k]]]
+        slope = up - down
+        size = np.linalg.norm(slope)
+        u[k] = -SIGNS[points.side[k]] * worst.sigmas * slope / size if size else 0.0
+    both = np.concatenate([u, points.places], axis=1)
+    _, first, owner = np.unique(both.round(6), axis=0, return_index=True, return_inverse=True)
+    return of_normals(u[first], narrow.space.families), points.places[first], owner.ravel()
+
+
+def _doubtful(
+    worst: WorstCase, allocated: Allocated, shift: np.ndarray, error: np.ndarray, known: np.ndarray
+) -> np.ndarray:
+    """Return vertices at which the surrogate may be wrong about the limits, (places, m).
+
+    Parameters
+    ----------
+    error : what the surrogate may miss, (series,).
+    known : places of runs in any case.
+    """
+    tolerances, m = worst.tolerances, known.shape[1]
+    if worst.sigmas or tolerances.compensators or m > MAX_VARIABLES:
+        return np.zeros((0, m))
+    vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
+    bars = worst.bars_at(
+        tolerances.center(allocated.x) + tolerances.radius(allocated.x) * vertices, allocated.x
+    )
+    margins = SIGNS[:, None] * (bars - worst.bounds) - shift - error
+    least = (margins / worst.scale).min(axis=(1, 2))
+    distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
+    least[distance < SAME] = np.inf
+    order = np.argsort(least, kind="stable")[:MAX_RUNS]
+    return vertices[order[least[order] < 0]]
+
+
+def _runs(
+    narrow: Surrogate,
+    worst: WorstCase,
+    response: Response,
+    evaluate: Evaluations,
+    xi: np.ndarray,
+    eta: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the surrogate at points, and by how much runs there are larger, (runs, series)."""
+    with without_warnings(ResolutionWarning, StrainWarning):
+        response, halved = as_expanded(narrow, response)
+        made = evaluate(
+            response, narrow.space, setting("", halved), (xi, eta), narrow.labels, lambda *_: None
+        )
+    assert made.values is not None
+    values = narrow.standard(xi, eta)
+    missed = (made.values.values - values).reshape(len(xi), -1)[:, worst.numbers]
+    return values.reshape(len(xi), -1)[:, worst.numbers], missed
+
+
+def _shifted(
+    worst: WorstCase,
+    allocated: Allocated,
+    shift: np.ndarray,
+    margins: np.ndarray,
+    missed: np.ndarray,
+) -> np.ndarray:
+    """Return new shifts, from margins and what they miss of runs, (runs, 2, series)."""
+    shift = shift.copy()
+    near = margins - shift < allocated.margins + NEAR * worst.scale
+    use = np.isfinite(worst.bounds) & (near | (margins + missed < 0))
+    run_margins = np.where(use, margins + missed, np.inf)
+    run = run_margins.argmin(axis=0)
+    new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * AGREEMENT * worst.scale
+    return np.where(use.any(axis=0), new, shift)

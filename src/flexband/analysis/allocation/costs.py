@@ -1,0 +1,101 @@
+"""What tolerances cost: functions of the tolerance, or grades with a price each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from flexband.analysis.allocation.grades import Grades
+from flexband.arguments import frozen
+from flexband.errors import (
+    InputError,
+    check_function,
+    check_instance,
+    check_non_negative,
+    check_numbers,
+    check_positive,
+    returned,
+    shown,
+)
+
+
+@frozen()
+class ReciprocalCost:
+    """The cost A + B/tᵏ of a tolerance t (Chase and Greenwood, 1988).
+
+    Parameters
+    ----------
+    factor : B, the cost of the tolerance 1, positive.
+    exponent : k, positive.
+    fixed : A, not negative.
+
+    Raises
+    ------
+    InputError
+        If a number is not in its range.
+    """
+
+    factor: float = 1.0
+    exponent: float = 1.0
+    fixed: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, check in (
+            ("factor", check_positive),
+            ("exponent", check_positive),
+            ("fixed", check_non_negative),
+        ):
+            label = f"ReciprocalCost {name}"
+            object.__setattr__(
+                self, name, float(check(label, check_numbers(label, getattr(self, name))))
+            )
+
+    def __call__(self, tolerance: float) -> float:
+        """Return the cost of a tolerance."""
+        return self.fixed + self.factor / tolerance**self.exponent
+
+
+Cost = Callable[[float], float]
+
+
+def checked_costs(costs: Any) -> dict[str, Cost]:
+    """Return a function for each tolerance, by the name of its input.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping from names to costs; a number B stands for B/t.
+    """
+    check_instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
+    if not costs:
+        raise InputError("costs must name at least one input; got {}")
+    functions: dict[str, Cost] = {}
+    for name, cost in costs.items():
+        check_instance("costs: a name", name, str)
+        if callable(cost):
+            check_function(f"costs: {name}", cost, " of the tolerance")
+            functions[name] = cast("Cost", cost)
+        else:
+            functions[name] = ReciprocalCost(
+                float(check_positive(f"costs: {name}", check_numbers(name, cost)))
+            )
+    graded = [isinstance(cost_function, Grades) for cost_function in functions.values()]
+    if any(graded) and not all(graded):
+        raise InputError("costs must be Grades for all inputs or for none")
+    return functions
+
+
+def cost_of(name: str, cost: Cost, tolerance: float) -> float:
+    """Return a cost; raise `InputError` if it is no finite number."""
+    value = returned(cost, tolerance, f"costs: {name}")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise InputError(
+            f"costs: {name} must be a finite number at {tolerance:g}; got {shown(value)}"
+        )
+    return number

@@ -1,0 +1,92 @@
+"""The cheapest grades with which margins are kept.
+
+A tighter box lies in a looser one. So where margins are negative in a box, they are in all that are
+looser in every input, and one of its inputs must be tighter. The cheapest grades that fulfil all
+such conditions known so far are found by integer programming, until their box has no negative
+margin: these are the cheapest of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from flexband.analysis.allocation.grades import Grades
+from flexband.analysis.allocation.search import Allocated, allocated
+from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.errors import InputError
+
+ROUNDS = 2000
+"""Most choices of grades that are tried."""
+
+NEGATIVE = -1e-9
+"""Part of the scale below which a margin is negative."""
+
+
+def cheapest_grades(
+    worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = None
+) -> Allocated:
+    """Return the cheapest grades that keep all margins of a box.
+
+    Parameters
+    ----------
+    points : where margins are watched from the beginning.
+    x : not used; grades are found without a start.
+    """
+    grades: list[Any] = list(worst.tolerances.costs.values())
+    largest = worst.tolerances.largest
+    logs = [
+        np.log(input_grades.tolerances / t) for input_grades, t in zip(grades, largest, strict=True)
+    ]
+    cuts: list[np.ndarray] = []
+    for _ in range(ROUNDS):
+        x = _chosen(grades, logs, cuts)
+        scale = worst.scale[points.series]
+        below = worst.values(x[None], points)[0] < NEGATIVE * scale
+        violated = points.of(np.flatnonzero(below))
+        if not len(violated):
+            margins, places = worst.least(x)
+            violated = worst.lowest(margins, places, NEGATIVE)
+            points = points.with_new(violated)
+        if not len(violated):
+            return allocated(worst, x, points, with_multipliers=False)
+        cuts += [_cut(worst, violated.of(np.array([k])), x, logs) for k in range(len(violated))]
+    raise InputError(f"limits: no grades that keep them were found in {ROUNDS} rounds")
+
+
+def _chosen(
+    grades: Sequence[Grades], logs: Sequence[np.ndarray], cuts: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Return the logarithms of the cheapest tolerances that fulfil all conditions, (names,)."""
+    costs = np.concatenate([input_grades.costs for input_grades in grades])
+    owner = np.repeat(np.arange(len(grades)), [len(input_grades.costs) for input_grades in grades])
+    one_each = (owner == np.arange(len(grades))[:, None]).astype(float)
+    conditions = [LinearConstraint(one_each, 1, 1)]
+    if cuts:
+        conditions.append(LinearConstraint(np.array(cuts, dtype=float), 1, np.inf))
+    solution = milp(
+        costs, constraints=conditions, integrality=np.ones(len(costs)), bounds=Bounds(0, 1),
+        options={"mip_rel_gap": 0.0},
+    )  # fmt: skip
+    return np.concatenate(logs)[np.flatnonzero(solution.x > 0.5)]
+
+
+def _cut(
+    worst: WorstCase, point: WatchedPlaces, x: np.ndarray, logs: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Return which grades are tighter than some that violate a margin, (all grades,).
+
+    These are made as tight as they still violate it at this point.
+    """
+    x = x.copy()
+    for k, input_logs in enumerate(logs):
+        for tighter in np.sort(input_logs[input_logs < x[k]]):
+            trial = x.copy()
+            trial[k] = tighter
+            if worst.values(trial[None], point)[0, 0] < NEGATIVE * worst.scale[point.series[0]]:
+                x = trial
+                break
+    return np.concatenate([input_logs < at for input_logs, at in zip(logs, x, strict=True)])

@@ -1,0 +1,318 @@
+"""Allocated tolerances as a labelled dataset and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.allocation.chance import Chance, ExceedanceEstimate
+from flexband.analysis.allocation.confirmation import Confirmed
+from flexband.analysis.allocation.grades import Grades
+from flexband.analysis.allocation.infeasible import limit_at, moment
+from flexband.analysis.allocation.search import BINDING
+from flexband.analysis.allocation.tolerances import Tolerances
+from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
+from flexband.analysis.limits import Corridor
+from flexband.analysis.peaks import drops, spacing
+from flexband.analysis.probability.correction import Correction
+from flexband.analysis.probability.statements import (
+    RARE,
+    STATED,
+    allowance,
+    bounded,
+    error_of_runs,
+    withheld,
+)
+from flexband.analysis.probability.texts import NOT_GIVEN
+from flexband.analysis.results import (
+    INDICATOR,
+    answer,
+    doubts_of,
+    expected_error,
+    missed_tolerance,
+    places,
+)
+from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
+
+NO_RUNS = ". No runs were made to confirm it"
+"""End of a verdict by the surrogate alone."""
+
+YES, NO, INFERRED, NOT_MADE = "yes", "no", "inferred", "no runs were made"
+
+
+def result_of(
+    surrogate: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
+) -> xr.Dataset:
+    """Return the tolerances, what limits them, and the margins that they leave."""
+    tolerances, allocation, labels = worst.tolerances, confirmation.allocated, surrogate.labels
+    narrow = surrogate.narrowed(**tolerances.inputs(allocation.x))
+    points, cost = allocation.points, tolerances.cost(allocation.x)
+    pairs = list(zip(points.side.tolist(), points.series.tolist(), strict=True))
+    names = np.array(
+        [limit_at(limits, s, int(worst.numbers[k]), float(worst.bounds[s, k])) for s, k in pairs],
+        dtype=str,
+    )
+    of_limit = [names == name for name in limits]
+    shift = confirmation.shift[points.side, points.series]
+    data: dict[str, Any] = {
+        "tolerance": ("name", tolerances.values(allocation.x)),
+        "largest": ("name", tolerances.largest),
+        "cost": ("name", cost),
+        "contribution": (("name", "binding"), -allocation.gradients.T[: len(cost)]),
+        "saving_at": ("binding", allocation.multipliers),
+        "saving": ("limit", [allocation.multipliers[some].sum() for some in of_limit]),
+        "shift": ("limit", [shift[some].max(initial=0.0) for some in of_limit]),
+        "binding_limit": ("binding", names),
+        "binding_side": ("binding", np.array(["above", "below"])[points.side]),
+        "run_margin": ("binding", confirmation.run_margins),
+    }
+    if len(points):
+        data |= places("binding_inputs", narrow.space, points.places, ["binding"], [len(points)])
+    data |= _margins(narrow, limits, worst, confirmation)
+    time = axes_of(labels).time
+    if time is not None and time in labels.coords:
+        times = labels[time]
+        at = worst.numbers[points.series] % len(times)
+        data["binding_at"] = "binding", times.values[at]
+        data["slack_at"] = "limit", times.values[data["slack_at"][1]]
+    graded = [
+        cost.name(t)
+        for cost, t in zip(tolerances.costs.values(), tolerances.values(allocation.x), strict=True)
+        if isinstance(cost, Grades)
+    ]
+    if graded:
+        data["grade"] = "name", graded
+    coords: dict[str, Any] = {"name": tolerances.names, "limit": list(limits)}
+    if tolerances.sizes:
+        coords["sizing"] = list(tolerances.sizes)
+        data["size"] = "sizing", list(tolerances.nominal(allocation.x).values())
+    attrs = {
+        "sigmas": worst.sigmas,
+        "cost": float(cost.sum()),
+        "runs": confirmation.runs,
+        "confirmed": _confirmed(confirmation),
+    }
+    moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
+    attrs["verdict"] = _verdict(
+        worst, confirmation, attrs, [*map(str.__add__, names.tolist(), moments)]
+    )
+    for doubt in doubts_of(narrow, corrected=confirmation.runs > 0 and not confirmation.inferred):
+        attrs["verdict"] += f". Not reliable: {doubt}"
+    result = answer(narrow, data, coords, attrs, LONG_NAMES).drop_vars("bound")
+    for name in WITHOUT_UNITS:
+        if name in result:
+            result[name].attrs.pop("units", None)
+    return result
+
+
+def chance_result(
+    chance: Chance, solution: ExceedanceEstimate, correction: Correction | None, runs: int
+) -> xr.Dataset:
+    """Return the tolerances for a stated probability, and the one that they lead to."""
+    tolerances, x = chance.tolerances, solution.x
+    narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
+    cost, slope = tolerances.cost(x), chance.elasticity(solution)
+    stated = _stated(chance, solution, by_runs=correction is not None)
+    data: dict[str, Any] = {
+        "tolerance": ("name", tolerances.values(x)),
+        "largest": ("name", tolerances.largest),
+        "cost": ("name", cost),
+        "elasticity": ("name", slope[: len(cost)]),
+        **{str(name): array.variable for name, array in stated.items()},
+    }
+    if correction is not None:
+        of_runs = correction.probability, *correction.confidence()
+        data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
+    data |= places("probability_at", narrow.space, solution.place[None], [], [])
+    coords: dict[str, Any] = {"name": tolerances.names}
+    if tolerances.sizes:
+        coords["sizing"] = list(tolerances.sizes)
+        data["size"] = "sizing", list(tolerances.nominal(x).values())
+    kept = correction is not None and correction.probability <= chance.probability
+    attrs = {
+        "stated": chance.probability,
+        "cost": float(cost.sum()),
+        "runs": runs,
+        "confirmed": NOT_MADE if correction is None else (YES if kept else NO),
+    }
+    text = (
+        f"{_in_words(tolerances, x, attrs['cost'])}. {_chance_in_words(stated, chance, correction)}"
+    )
+    if correction is None:
+        text += NO_RUNS
+    else:
+        text += f". {'Confirmed' if kept else 'NOT confirmed'} by {_new(runs)}, "
+        text += "which tell {:.3g} ({:.3g} to {:.3g})".format(
+            correction.probability, *correction.confidence()
+        )
+    for doubt in doubts_of(narrow, corrected=correction is not None):
+        text += f". Not reliable: {doubt}"
+    result = answer(narrow, data, coords, attrs | {"verdict": text}, LONG_NAMES)
+    result = result.drop_vars("bound")
+    for array in result.data_vars.values():
+        array.attrs.pop("units", None)
+    return result
+
+
+def _stated(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> xr.Dataset:
+    """Return what is stated of the probability that the surrogate finds."""
+    labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(solution.x)
+    narrow = chance.surrogate.narrowed(**inputs)
+    estimate = replace(solution.estimate, noise=solution.noise)
+    ends = np.array(estimate.confidence())
+    if error_of_runs(narrow)[0] != INDICATOR and not solution.exact:
+        ends = np.minimum(1.0, ends * allowance(estimate))
+    each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
+    each[chance.series] = estimate.at_each
+    if not solution.exact:
+        each[each < RARE] = np.nan
+    stated = xr.Dataset({
+        **dict(zip(STATED, [estimate.probability, *ends], strict=True)),
+        "surrogate_probability": estimate.probability,
+        "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
+    })  # fmt: skip
+    stated = bounded(stated, xr.DataArray(solution.exact), STATED)
+    if missed_tolerance(narrow):
+        names = (*STATED, "at_each_time", *["surrogate_probability"] * (not by_runs))
+        stated = withheld(stated, names)
+    return stated
+
+
+def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction | None) -> str:
+    """Return the probability that the surrogate finds, as a sentence."""
+    value, low, high, alone = (float(stated[k]) for k in (*STATED, "surrogate_probability"))
+    by_runs = "; runs of the model (response=…) " if correction is None else ""
+    if np.isnan(value):
+        text = f"The probability of leaving limits is {NOT_GIVEN} by the surrogate, which missed "
+        return f"{text}its tolerance{by_runs and by_runs + 'correct it'}"
+    text = "Limits are left with probability "
+    if not value:
+        text += f"below {high:.2g}"
+        rare = f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs"
+        return text + rare * bool(alone)
+    text += f"{value:.3g} ({low:.3g} to {high:.3g}) at most"
+    beyond = bool(by_runs) and high > chance.probability
+    return text + f"{by_runs}tell whether it is above {chance.probability:g}" * beyond
+
+
+def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
+    """Return the cost, sizes and tolerances as a text."""
+    text = f"cost {cost:.5g} with "
+    if sizes := tolerances.nominal(x):
+        text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
+    pairs = zip(tolerances.names, tolerances.values(x), strict=True)
+    return text + "tolerances " + ", ".join(f"{k} {t:.4g}" for k, t in pairs)
+
+
+def _margins(
+    narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
+) -> dict[str, Any]:
+    """Return the margin of each limit over time, and the least one."""
+    labels, steps = narrow.labels, spacing(narrow.labels)
+    error = expected_error(narrow, worst.sigmas)
+    low, high, _ = worst.bars(confirmation.allocated.x)
+    everywhere = np.full(labels.shape[1:], np.inf)
+    each: dict[str, list[Any]] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
+    errors = []
+    for corridor in limits.values():
+        margins = everywhere.copy()
+        bounds = np.stack([corridor.lower.ravel(), corridor.upper.ravel()])[:, worst.numbers]
+        margins.reshape(-1)[worst.numbers] = np.min(
+            SIGNS[:, None] * (np.stack([low, high]) - bounds) - confirmation.shift, axis=0
+        )
+        margin = margins[corridor.where]
+        at = int(margin.argmin())
+        slack = margin.ravel()[at]
+        each["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
+        each["slack"].append(slack)
+        each["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
+        each["grid_error"].append(slack - (margin - drops(margin, steps)).min())
+        if error is not None:
+            errors.append(error[corridor.where])
+    dims = [dim for dim in labels.dims[1:] if dim != "output"]
+    data: dict[str, Any] = {name: ("limit", values) for name, values in each.items()}
+    data["margin"] = ("limit", *dims), np.array(each["margin"])
+    if errors:
+        data["expected_error"] = ("limit", *dims), np.array(errors)
+    return data
+
+
+def _verdict(
+    worst: WorstCase, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
+) -> str:
+    """Return the answer in words."""
+    allocation = confirmation.allocated
+    text = _in_words(worst.tolerances, allocation.x, attrs["cost"])
+    bound = bool(np.any(allocation.margins < BINDING * worst.scale))
+    text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
+    if attrs["confirmed"] == NOT_MADE:
+        return text + NO_RUNS
+    if attrs["confirmed"] == NO:
+        by = -np.nanmin(confirmation.run_margins, initial=0.0)
+        if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
+            return (
+                f"{text}. NOT confirmed: μ ± {worst.sigmas:g}σ of the surrogate, corrected with "
+                f"{_new(confirmation.runs)}, violates limits by up to {by:.3g}"
+            )
+        verb = "violates" if confirmation.runs == 1 else "violate"
+        return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
+    if attrs["confirmed"] == INFERRED:
+        return (
+            f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
+            f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
+        )
+    shifted = ", limits shifted by what runs showed" if confirmation.shift.any() else ""
+    return f"{text}. Confirmed by {_new(confirmation.runs)}{shifted}"
+
+
+def _confirmed(confirmation: Confirmed) -> str:
+    """Return whether runs confirm tolerances."""
+    if not confirmation.runs:
+        return NOT_MADE
+    if not confirmation.kept:
+        return NO
+    return INFERRED if confirmation.inferred else YES
+
+
+def _new(runs: int) -> str:
+    """Return a number of new runs in words."""
+    return number_of(runs, "new run")
+
+
+WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")
+
+LONG_NAMES = {
+    "elasticity": "relative increase of the probability per relative increase of the tolerance",
+    "probability": "probability of leaving any limit at any time, where it is the largest",
+    "confidence_low": "lower end of its confidence interval",
+    "confidence_high": "upper end of its confidence interval",
+    "surrogate_probability": "probability of the surrogate alone",
+    "at_each_time": "probability of being outside at each time, there",
+    "probability_at": "values of the interval inputs there",
+    "run_probability": "probability corrected with runs",
+    "run_confidence_low": "lower end of its confidence interval",
+    "run_confidence_high": "upper end of its confidence interval",
+    "tolerance": "half the width of an interval, or standard deviation",
+    "size": "nominal size",
+    "largest": "tolerance of the surrogate",
+    "cost": "cost of the tolerance",
+    "grade": "grade of the tolerance",
+    "contribution": "part of the margin that the tolerance takes",
+    "saving_at": "by how much the cost falls per unit by which the limit is relaxed there",
+    "saving": "by how much the cost falls per unit by which the limit is relaxed",
+    "shift": "by how much the limit was tightened by what runs showed",
+    "binding_limit": "limit that binds",
+    "binding_side": "side of the limit that binds",
+    "binding_inputs": "values of the interval inputs where the limit binds",
+    "run_margin": "margin of a fresh run where the limit binds",
+    "margin": "distance from the limit, for all values of the interval inputs",
+    "slack": "least margin",
+    "grid_error": "by how much the margin may be less between the times",
+    "expected_error": "error expected of the margin",
+}

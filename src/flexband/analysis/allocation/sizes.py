@@ -1,0 +1,138 @@
+"""Nominal sizes at which searches of the cheapest tolerances start.
+
+At each of many sizes margins are linear functions of the tolerances, about. Those sizes are the
+best at which tolerances in the ratio of the largest are the loosest; a pattern search improves
+them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
+from flexband.analysis.descent import descend
+from flexband.uncertainty.inputs.sampling import sobol
+
+SAMPLES, IMPROVED = 1024, 16
+"""Sizes that are tried, and those of them that are improved."""
+
+MOST, DISTANCE, APART = 9, 0.05, 0.3
+"""Most starts, least distance of those that were improved, in half the range of a size, and of
+others."""
+
+STEP = 1e-3
+"""Step of differences in η."""
+
+AT_ONCE = 2_000_000
+"""Margins that are computed together."""
+
+LOOSEST = 10.0
+"""Tolerances in parts of the largest beyond which sizes are not distinguished."""
+
+
+def starts(worst: WorstCase) -> np.ndarray:
+    """Return variables of a search, the best first, (starts, variables)."""
+    tolerances = worst.tolerances
+    count, (low, high) = len(tolerances.sizes), tolerances.bounds
+    reach = high[-count:]
+
+    def lacking(places: np.ndarray, _: np.ndarray) -> np.ndarray:
+        return -looseness(worst, reach * places)
+
+    places = np.concatenate([np.zeros((1, count)), 2 * sobol(SAMPLES, count, 0) - 1])
+    values = lacking(places, np.arange(0))
+    order = np.argsort(values, kind="stable")
+    best, all_places, all_values = order[:IMPROVED], places[order], values[order]
+    which, gains = np.zeros(len(best), int), np.full(len(best), 1e-6)
+    values, places = descend(lacking, which, places[best], values[best], gains)
+    if values.min() > 0 and not tolerances.compensators:  # no margins without any tolerance
+        places[0] = _with_most_room(worst, places[values.argmin()], reach)
+        values[0] = lacking(places[:1], which[:1])[0]
+    order = np.argsort(values, kind="stable")
+    pairs = [*zip(places[order], values[order], [DISTANCE] * len(order), strict=True),
+             *zip(all_places, all_values, [APART] * len(all_places), strict=True)]  # fmt: skip
+    chosen: list[tuple[np.ndarray, float]] = []
+    for place, value, distance in pairs:
+        alone = all(np.abs(place - other).max() > distance for other, _ in chosen)
+        if not chosen or (alone and value < 0 and len(chosen) < MOST):
+            chosen.append((place, value))
+    variables = np.tile(high, (len(chosen), 1))
+    part = np.clip([[-value] for _, value in chosen], 1e-300, 1.0)
+    variables[:, :-count] = np.maximum(np.log(part), low[:-count])
+    variables[:, -count:] = reach * np.array([place for place, _ in chosen])
+    return variables
+
+
+def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Return sizes, in parts of their reach, near which the least margin is largest."""
+    low, _ = worst.tolerances.bounds
+    limited = np.isfinite(worst.bounds)
+
+    def margins(places: np.ndarray) -> np.ndarray:
+        eta = worst.tolerances.center(_joined(low, reach * places))
+        all_margins = SIGNS[:, None] * (worst.bars_at(eta, low) - worst.bounds) / worst.scale
+        return all_margins[:, limited]
+
+    def slopes(v: np.ndarray) -> np.ndarray:
+        steps = STEP * np.eye(len(place))
+        after, before = np.split(margins(np.concatenate([v[:-1] + steps, v[:-1] - steps])), 2)
+        return np.column_stack([(after - before).T / (2 * STEP), -np.ones(after.shape[1])])
+
+    downward = np.append(np.zeros(len(place)), -1.0)
+    solution: Any = minimize(
+        lambda v: -v[-1],
+        np.append(place, margins(place[None]).min()),
+        jac=lambda v: downward,
+        bounds=[(-1.0, 1.0)] * len(place) + [(None, None)],
+        constraints={
+            "type": "ineq",
+            "fun": lambda v: margins(v[None, :-1])[0] - v[-1],
+            "jac": slopes,
+        },
+        method="SLSQP",
+    )
+    ends = np.stack([place, np.clip(solution.x[:-1], -1.0, 1.0)])
+    return ends[margins(ends).min(axis=1).argmax()]
+
+
+def _joined(x: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return the variables x with other sizes, (points, variables)."""
+    count = sizes.shape[1]
+    return np.concatenate([np.tile(x[: len(x) - count], (len(sizes), 1)), sizes], axis=1)
+
+
+def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
+    """Return the tolerances in parts of the largest that sizes allow, to first order, (points,).
+
+    Where margins are negative without any tolerance, it is the least of these in parts of their
+    scale.
+
+    Parameters
+    ----------
+    sizes : their η, (points, sizes).
+    """
+    (low, high), tolerances = worst.tolerances.bounds, worst.tolerances
+    radii = tolerances.radius(high)
+    radii[list(tolerances.compensators.values())] = 0.0
+    m = tolerances.space.interval_dimension
+    block = max(1, AT_ONCE // (2 * len(worst.numbers) * (1 + 2 * m)))
+    blocks = []
+    for first in range(0, len(sizes), block):
+        some = sizes[first : first + block]
+        eta = tolerances.center(_joined(high, some))
+        if tolerances.compensators:
+            eta = worst.adjusted(worst.expansions).best(eta)[1]
+        bars = worst.bars_at(eta, low)
+        margins = SIGNS[:, None] * (bars - worst.bounds)
+        loss = np.maximum(SIGNS[:, None] * (bars - worst.bars_at(eta, high)), 0.0)
+        for step, radius in zip(STEP * np.eye(m), radii, strict=True):
+            after, before = (worst.bars_at(eta + k * step, low) for k in (1, -1))
+            loss += radius * np.abs(after - before) / (2 * STEP)
+        room = (margins / worst.scale).min(axis=(1, 2))
+        margins = np.where(np.isfinite(margins), margins, LOOSEST * loss + 1e-300)
+        part = (margins / np.maximum(loss, margins / LOOSEST + 1e-300)).min(axis=(1, 2))
+        blocks.append(np.where(room > 0, part, room))
+    return np.concatenate(blocks)

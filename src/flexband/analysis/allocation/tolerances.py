@@ -1,0 +1,207 @@
+"""The tolerances and sizes that are allocated, as one vector that a search changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from flexband.analysis.allocation.adjustment import compensators
+from flexband.analysis.allocation.costs import Cost, cost_of
+from flexband.analysis.allocation.grades import Grades
+from flexband.errors import InputError
+from flexband.uncertainty.inputs.choices import Chosen, Sizing
+from flexband.uncertainty.inputs.constants import Constant, is_number
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.space import Space
+
+LEAST = 1e-4
+"""Least tolerance that is considered, in parts of the largest."""
+
+ROUNDING = 1e-9
+"""By which a grade may be beyond the largest tolerance."""
+
+STEP = 1e-4
+"""Step of differences, of the logarithm of a tolerance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerances:
+    """Half widths of intervals and standard deviations of random inputs, and nominal sizes.
+
+    The search's variables are the logarithms of tolerances in parts of the largest ones, and then η
+    of the sizes.
+
+    Attributes
+    ----------
+    space : the inputs of the surrogate, with the largest tolerances.
+    costs : name -> cost of the tolerance.
+    least, largest : the least ones that are considered, and those of the surrogate, (names,).
+    columns : number of each interval input's variable η, −1 of random inputs, (names,).
+    sizes, compensators : number of the variable η of each `Sizing` and `Compensator`, by name.
+    """
+
+    space: Space
+    costs: Mapping[str, Cost]
+    least: np.ndarray
+    largest: np.ndarray
+    columns: np.ndarray
+    sizes: Mapping[str, int]
+    compensators: Mapping[str, int]
+
+    @staticmethod
+    def of(space: Space, costs: Mapping[str, Cost]) -> Tolerances:
+        """Return the tolerances of some inputs.
+
+        Raises
+        ------
+        InputError
+            If a name is none of the inputs that have a tolerance: intervals, and distributions with
+            a number `std` that are not correlated; or a grade is looser than the surrogate.
+        """
+        allowed = with_tolerance(space)
+        for name in costs:
+            if name not in allowed:
+                own = ", ".join(allowed) or "none"
+                raise InputError(
+                    f"costs must name inputs with a tolerance, intervals or distributions with a "
+                    f"std, which are {own}; got {name!r}"
+                )
+        columns, k = {}, 0
+        for name, interval in space.of_kind(random=False).items():
+            columns[name], k = k, k + interval.dimension
+        largest = np.array([allowed[name] for name in costs])
+        least = LEAST * largest
+        for k, (name, cost) in enumerate(costs.items()):
+            if isinstance(cost, Grades):
+                least[k] = cost.tolerances.min()
+                if cost.tolerances.max() > largest[k] * (1 + ROUNDING):
+                    raise InputError(
+                        f"costs: grades of {name} must have tolerances up to that of the "
+                        f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
+                    )
+        sizes = {
+            k: columns[k] for k, variable in space.inputs.items() if isinstance(variable, Sizing)
+        }
+        chosen = [k for k, variable in space.inputs.items() if isinstance(variable, Chosen)]
+        if chosen and any(isinstance(cost, Grades) for cost in costs.values()):
+            raise InputError(
+                f"costs must not be Grades where inputs are chosen, a Sizing or a Compensator; "
+                f"these are {', '.join(chosen)}"
+            )
+        own = np.array([columns.get(k, -1) for k in costs])
+        return Tolerances(space, costs, least, largest, own, sizes, compensators(space))
+
+    @property
+    def names(self) -> list[str]:
+        """The inputs whose tolerances are allocated."""
+        return list(self.costs)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the largest values of the search's variables."""
+        reach = (1.0 - self._all_radii)[list(self.sizes.values())]
+        low, high = np.log(self.least / self.largest), np.zeros(len(self.largest))
+        return np.concatenate([low, -reach]), np.concatenate([high, reach])
+
+    def tighter(self, x: np.ndarray, by: Any) -> np.ndarray:
+        """Return the variables with smaller logarithms of tolerances, not below the least."""
+        low, count = self.bounds[0], len(self.largest)
+        moved = np.maximum(x - by, low)
+        return np.where(np.arange(len(low)) < count, moved, x)
+
+    def looser(self, x: np.ndarray) -> np.ndarray:
+        """Return the variables with the largest tolerances."""
+        return np.where(np.arange(len(x)) < len(self.largest), 0.0, x)
+
+    @cached_property
+    def _all_radii(self) -> np.ndarray:
+        """The radius in every η with the largest tolerances, (m,)."""
+        radius = np.ones(self.space.interval_dimension)
+        for name, column in self.sizes.items():
+            sizing = self._own(name)
+            radius[column] = 2 * sizing.tolerance / (sizing.covered.upper - sizing.covered.lower)
+        return radius
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Return the tolerances, (…, names)."""
+        return self.largest * np.exp(x[..., : len(self.largest)])
+
+    def cost(self, x: np.ndarray) -> np.ndarray:
+        """Return the cost of each tolerance, (names,)."""
+        pairs = zip(self.costs.items(), self.values(x), strict=True)
+        return np.array([cost_of(name, cost, float(t)) for (name, cost), t in pairs])
+
+    def cost_gradient(self, x: np.ndarray) -> np.ndarray:
+        """Return the derivative of the whole cost by the search's variables."""
+        by_tolerance = (self.cost(x + STEP) - self.cost(x - STEP)) / (2 * STEP)
+        return np.concatenate([by_tolerance, np.zeros(len(self.sizes))])
+
+    def center(self, x: np.ndarray) -> np.ndarray:
+        """Return the middle of the box in every η, (…, m)."""
+        center = np.zeros((*x.shape[:-1], self.space.interval_dimension))
+        center[..., list(self.sizes.values())] = x[..., len(self.largest) :]
+        return center
+
+    def radius(self, x: np.ndarray) -> np.ndarray:
+        """Return the radius of the box in every η, (…, m)."""
+        radius = np.broadcast_to(self._all_radii, self.center(x).shape).copy()
+        of_interval = self.columns >= 0
+        parts = np.exp(x[..., : len(self.largest)][..., of_interval])
+        radius[..., self.columns[of_interval]] *= parts
+        return radius
+
+    def nominal(self, x: np.ndarray) -> dict[str, float]:
+        """Return the sizes, by name."""
+        eta = self.center(x)[list(self.sizes.values())]
+        pairs = zip(self.sizes, eta, strict=True)
+        return {k: float(self._own(k).value(np.array([[z]]))[0]) for k, z in pairs}
+
+    def _own(self, name: str) -> Any:
+        return self.space.inputs[name]
+
+    def scatter(self, x: np.ndarray) -> np.ndarray:
+        """Return the search's variables of random inputs alone, (…, random names)."""
+        return x[..., : len(self.largest)][..., self.columns < 0]
+
+    def inputs(self, x: np.ndarray, *, random_alone: bool = False) -> dict[str, Any]:
+        """Return the narrower inputs, by name."""
+        inputs: dict[str, Any] = {}
+        middles, radii = self.nominal(x), {k: self._own(k).tolerance for k in self.sizes}
+        for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
+            wide_input = self._own(name)
+            if column < 0:
+                inputs[name] = replace(wide_input, std=float(t))
+            else:
+                radii[name] = float(t)
+                middles.setdefault(name, (wide_input.lower + wide_input.upper) / 2)
+        for name, radius in radii.items() if not random_alone else ():
+            wide_input = self._own(name)
+            most = wide_input.covered if isinstance(wide_input, Sizing) else wide_input
+            low, high = middles[name] - radius, middles[name] + radius
+            inputs[name] = Interval(max(low, most.lower), min(high, most.upper))
+        return inputs
+
+
+def with_tolerance(space: Space) -> dict[str, float]:
+    """Return the tolerances of all inputs that have one, by name."""
+    groups = [group for group in space.given.values() if isinstance(group, Correlated)]
+    correlated = {name for group in groups for name in group.members}
+    tolerances: dict[str, float] = {}
+    for name, variable in space.inputs.items():
+        if isinstance(variable, Constant) or name in correlated:
+            continue
+        if isinstance(variable, Interval) and variable.lower < variable.upper:
+            tolerances[name] = (variable.upper - variable.lower) / 2
+        elif isinstance(variable, Sizing) and variable.tolerance:
+            tolerances[name] = variable.tolerance
+        elif isinstance(variable, Distribution) and not variable.intervals:
+            std: Any = vars(variable).get("std")
+            if is_number(std) and std > 0:
+                tolerances[name] = float(std)
+    return tolerances

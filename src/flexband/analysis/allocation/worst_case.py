@@ -1,0 +1,266 @@
+"""Margins of limits for all values of the inputs in a box, and where they are least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from flexband.analysis.allocation.adjustment import SIGNS, Adjusted, bars_of, limited
+from flexband.analysis.allocation.tolerances import Tolerances
+from flexband.analysis.sampled import SampledSeries
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.inputs.narrowing import fixed, part_of
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SAME = 1e-4
+"""Distance in η up to which places are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class WatchedPlaces:
+    """Where margins are watched.
+
+    Attributes
+    ----------
+    series : numbers of outputs and times among those that are limited, (points,).
+    side : 0 where the lower limit is near, 1 where the upper one is, (points,).
+    places : in the box of the tolerances, −1 to 1 in every η, (points, m); η of compensators.
+    """
+
+    series: np.ndarray
+    side: np.ndarray
+    places: np.ndarray
+
+    @staticmethod
+    def none(m: int) -> WatchedPlaces:
+        """Return no points."""
+        return WatchedPlaces(np.zeros(0, int), np.zeros(0, int), np.zeros((0, m)))
+
+    def of(self, which: np.ndarray) -> WatchedPlaces:
+        """Return some of the points."""
+        return WatchedPlaces(self.series[which], self.side[which], self.places[which])
+
+    def with_new(self, other: WatchedPlaces, adjusted: Sequence[int] = ()) -> WatchedPlaces:
+        """Return these points and those of others that are not among them.
+
+        Points that differ in the `adjusted` variables alone are the same.
+        """
+        keys = {key.tobytes() for key in self.keys(adjusted)}
+        new = other.of(np.array([key.tobytes() not in keys for key in other.keys(adjusted)], bool))
+        pairs = zip((self.series, self.side, self.places), (new.series, new.side, new.places),
+                    strict=True)  # fmt: skip
+        return WatchedPlaces(*(np.concatenate(pair) for pair in pairs))
+
+    def keys(self, adjusted: Sequence[int] = ()) -> np.ndarray:
+        """Return whole numbers that tell points apart, (points, 2 + m)."""
+        rounded = np.round(self.places / SAME)
+        rounded[:, list(adjusted)] = 0.0
+        return np.column_stack([self.series, self.side, rounded]).astype(int)
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.series)
+
+
+@dataclass(frozen=True, eq=False)
+class WorstCase:
+    """The margins of μ ± kσ, or, without random inputs, of the response, for given tolerances.
+
+    Attributes
+    ----------
+    tolerances : which are varied.
+    expansions : of the outputs and times that are limited.
+    numbers : of the series of each expansion, one after the other, in the response, (series,).
+    bounds : lower and upper limit, (2, series).
+    scale : by which margins of each series are divided in a search, (series,).
+    sigmas : k; 0 without random inputs.
+    """
+
+    tolerances: Tolerances
+    expansions: tuple[Expansion, ...]
+    numbers: np.ndarray
+    bounds: np.ndarray
+    scale: np.ndarray
+    sigmas: float
+
+    @staticmethod
+    def of(
+        surrogate: Surrogate,
+        tolerances: Tolerances,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        sigmas: float,
+    ) -> WorstCase:
+        """Return the margins of a corridor, of the shape of the response, on a surrogate."""
+        expansions, numbers, bounds = limited(surrogate, lower, upper)
+        k = sigmas if surrogate.space.random_dimension else 0.0
+        bare = WorstCase(tolerances, tuple(expansions), numbers, bounds, np.ones(len(numbers)), k)
+        low, high, _ = bare._extremes(np.zeros_like(tolerances.bounds[1]))
+        width = (high - low).reshape(-1, bare.times).mean(axis=1)
+        size = np.maximum(abs(low), abs(high)).reshape(-1, bare.times).max(axis=1)
+        return replace(bare, scale=np.repeat(np.maximum(width, 1e-9 * size + 1e-300), bare.times))
+
+    @property
+    def times(self) -> int:
+        """Number of times."""
+        return len(self.numbers) // sum(len(expansion.outputs) for expansion in self.expansions)
+
+    def tightened(self, by: np.ndarray) -> WorstCase:
+        """Return the margins of limits that are tighter by so much, (2, series) or a number."""
+        return replace(self, bounds=self.bounds + SIGNS[:, None] * by)
+
+    def _narrowed(self, x: np.ndarray, *, random_alone: bool = False) -> Sequence[Expansion]:
+        """Return the expansions in the variables of narrower inputs."""
+        inputs = self.tolerances.inputs(x, random_alone=random_alone)
+        if not inputs:
+            return self.expansions
+        part = part_of(self.tolerances.space, inputs)
+        return [
+            expansion.substituted(part.substitutions, part.space.families)
+            for expansion in self.expansions
+        ]
+
+    def bars(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return lower and upper end of μ ± kσ in the box, (series,), and where they are.
+
+        With compensators these are the ends where margins are least after these are adjusted.
+        """
+        if not self.tolerances.compensators:
+            return self._extremes(x)
+        return self.adjusted(self._narrowed(x)).worst(vertices=True)
+
+    def adjusted(self, expansions: Sequence[Expansion]) -> Adjusted:
+        """Return the response with compensators, in the variables of narrower inputs or of all."""
+        columns, m = self.tolerances.compensators.values(), self.tolerances.space.interval_dimension
+        return Adjusted(expansions, self.bounds, self.scale, self.sigmas, list(columns), m)
+
+    def _extremes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `bars` does without compensators."""
+        multiples = [-self.sigmas, self.sigmas] if self.sigmas else [0.0]
+        extremes = [
+            expansion.extremes(multiples) * (3 - len(multiples)) for expansion in self._narrowed(x)
+        ]
+        m = self.tolerances.space.interval_dimension
+        low, high = (
+            np.concatenate([pair[k].values[k].ravel() for pair in extremes]) for k in (0, 1)
+        )
+        places = [
+            np.concatenate(
+                [pair[k].places[k].reshape(pair[k].values[k].size, m) for pair in extremes]
+            )
+            for k in (0, 1)
+        ]
+        return low, high, np.stack(places)
+
+    def least(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least margins in the box, (2, series), and where they are, (2, series, m)."""
+        low, high, places = self.bars(x)
+        return np.stack([low - self.bounds[0], self.bounds[1] - high]), places
+
+    def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> WatchedPlaces:
+        """Return the points of local minima over time of margins that are below `most` scales."""
+        side, series = np.nonzero(self._lowest(margins[None], most)[0])
+        return WatchedPlaces(series, side, places[side, series])
+
+    def at_places(self, x: np.ndarray, points: WatchedPlaces, most: float) -> WatchedPlaces:
+        """Return what `lowest` does at each of the places of some points on its own.
+
+        The best compensators make several margins the least, also at neighbouring times.
+        """
+        places = np.unique(points.places, axis=0)
+        own = self.tolerances
+        bars = self.bars_at(own.center(x) + own.radius(x) * places, x)
+        margins = SIGNS[:, None] * (bars - self.bounds)
+        own = margins / self.scale
+        least = own.min(axis=(1, 2), keepdims=True)
+        lowest = self._lowest(margins, most) | (own < least + SAME * SAME)
+        place, side, series = np.nonzero(lowest)
+        return WatchedPlaces(series, side, places[place])
+
+    def _lowest(self, margins: np.ndarray, most: float) -> np.ndarray:
+        """Return which margins (rows, 2, series) are local minima over time below `most`."""
+        scaled_margins = margins.reshape(-1, self.times) / np.tile(
+            self.scale.reshape(-1, self.times), (2 * len(margins), 1)
+        )
+        padded = np.pad(scaled_margins, ((0, 0), (1, 1)), constant_values=np.inf)
+        lowest = (
+            (scaled_margins <= padded[:, :-2])
+            & (scaled_margins < padded[:, 2:])
+            & (scaled_margins < most)
+        )
+        return lowest.reshape(margins.shape)
+
+    def values(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
+        """Return the margins at points for several tolerances (rows, names), (rows, points)."""
+        margins = np.empty((len(x), len(points)))
+        if not self.sigmas:
+            return self._without_scatter(x, points)
+        scatters, which = np.unique(self.tolerances.scatter(x), axis=0, return_inverse=True)
+        used, index = np.unique(points.series % self.times, return_inverse=True)
+        for k in range(len(scatters)):
+            rows = np.flatnonzero(which.ravel() == k)
+            eta = self._eta(x[rows], points)
+            for expansion, row in self._rows(self._narrowed(x[rows[0]], random_alone=True)):
+                output = points.series // self.times - row
+                columns = np.flatnonzero((output >= 0) & (output < len(expansion.outputs)))
+                if len(columns):
+                    mean, std = expansion.of(expansion.outputs, used).moments(eta)
+                    bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
+                    bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
+                    side, series = points.side[columns], points.series[columns]
+                    chosen = bar[:, columns, side, output[columns], index[columns]]
+                    margins[np.ix_(rows, columns)] = SIGNS[side] * (
+                        chosen - self.bounds[side, series]
+                    )
+        return margins
+
+    def _without_scatter(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
+        """Return what `values` does without random inputs: each series at its own places."""
+        margins = np.empty((len(x), len(points)))
+        sign = SIGNS[points.side]
+        eta = self._eta(x, points).reshape(*margins.shape, points.places.shape[1])
+        for number, series in enumerate(self._sampled):
+            columns = np.flatnonzero(points.series // self.times == number)
+            times = np.tile(points.series[columns] % self.times, len(x))
+            flat = eta[:, columns].reshape(len(times), eta.shape[-1])
+            values = series.values(series.basis(np.zeros((1, 0))), flat, times).reshape(len(x), -1)
+            margins[:, columns] = sign[columns] * (
+                values - self.bounds[points.side[columns], points.series[columns]]
+            )
+        return margins
+
+    @cached_property
+    def _sampled(self) -> list[SampledSeries]:
+        """Return the series of each output."""
+        return [
+            series
+            for expansion in self.expansions
+            for series in SampledSeries.of_outputs(expansion)
+        ]
+
+    def _eta(self, x: np.ndarray, points: WatchedPlaces) -> np.ndarray:
+        """Return η of points for several tolerances, one after the other, (rows points, m)."""
+        tolerances = self.tolerances
+        eta = tolerances.center(x)[:, None, :] + tolerances.radius(x)[:, None, :] * points.places
+        return eta.reshape(len(x) * len(points), eta.shape[-1])
+
+    def bars_at(self, eta: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return lower and upper end of μ ± kσ at η, (points, 2, series), with a scatter."""
+        return bars_of(self._narrowed(x, random_alone=True), eta, self.sigmas)
+
+    def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
+        """Return each expansion with the number of its first output."""
+        counts = [len(expansion.outputs) for expansion in expansions]
+        return list(zip(expansions, np.cumsum([0, *counts]).tolist()[:-1], strict=True))
+
+    def violation(self, names: Sequence[str], side: int, series: int) -> float:
+        """Return by how much a limit is violated with some inputs at their nominal values."""
+        output, at = divmod(series, self.times)
+        expansion, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
+        part = expansion.of(expansion.outputs[[output - row]], np.array([at]))
+        part = part.substituted(*fixed(self.tolerances.space, names))
+        value = part.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
+        return float(SIGNS[side] * (self.bounds[side, series] - value))

@@ -1,0 +1,292 @@
+"""Bands of quantities that are made of outputs, such as the largest force of the whole motion.
+
+A quantity is computed from samples of the surrogate, so it need not be smooth in the inputs: it is
+not expanded again.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.stats import t as student
+
+from flexband.analysis.choices import over_options
+from flexband.analysis.descent import local_minima, lowest_of_neighbours
+from flexband.analysis.quantiles import CONFIDENCE, MIN_BEYOND
+from flexband.analysis.quantities import Quantity
+from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.sampled import REPLICATES, SampledSeries, samples_of
+from flexband.analysis.selection import surrogates_of
+from flexband.errors import InputError, check_function, check_integer, check_numbers, shown
+from flexband.uncertainty.expansions.bounds.scan import scattered
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SAMPLES, MAX_SAMPLES = 2048, 2**20
+
+SEARCHED = 128
+"""Least samples of ξ in a search."""
+
+VALUES = 1e8
+"""Values of the surrogate in a search, about."""
+
+MAX_POINTS = 256
+"""Points of a scan."""
+
+AT_ONCE = 2**22
+"""Values of the surrogate that are computed at once."""
+
+LATTICE, FINE_LATTICE, FEW = 64, 4096, 12
+"""Places of bounds are multiples of 1/64 in η, so that many bounds share their samples; of 1/4096
+where the quantity is so few numbers at most."""
+
+PATTERNS = 6
+"""Patterns of signs in which outputs are shifted by their expected errors."""
+
+STARTS = 2
+TOLERANCE = 1e-4
+
+BANDS = ("mean", "error_bar", "range")
+"""What is bounded. Each has a statistic for its lower and one for its upper bound."""
+
+
+def derived(
+    surrogate: Any,
+    quantity: Quantity,
+    *,
+    sigmas: float = 1.0,
+    probability: float = 0.99,
+    samples: int = SAMPLES,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return the bands of a quantity that is made of outputs.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns. No runs are made.
+    quantity : `Peak`, `Trough`, `PeakTime`, `RootMeanSquare`, `Spectrum`, `Magnitude`, or any
+        function that takes a response, dims ("sample", …), and returns an array with the same
+        first dim: ``Peak(Magnitude("F_X", "F_Y"))`` is the largest force of the whole motion.
+    sigmas : k of the error bar μ ± kσ.
+    probability : of the values in the range.
+    samples : of the random inputs.
+    seed : seed of the samples.
+
+    Returns
+    -------
+    Dataset with the dim "bound" (lower, upper) and those of the quantity:
+
+    - `mean` and `error_bar`, as in bands;
+    - `range`, from the lowest to the highest quantile such that the quantity is in it at least with
+      the given probability, whatever the values of the interval inputs are;
+    - `mean_at`, `error_bar_at` and `range_at`, with a further dim "input", the values of the
+      interval inputs at which the bounds are reached;
+    - `mean_sampling_error` and so on, half the widths of 95 % confidence intervals, which are due
+      to the number of samples;
+    - `mean_expected_error` and so on, if the method of the surrogate gives one: by how much bounds
+      move where the outputs are shifted by their own expected errors, up or down.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none, a number is out of its range, or the quantity does not return
+        finite numbers, one for each sample.
+    """
+    surrogates = surrogates_of(surrogate)
+    check_function("quantity", quantity, ", such as Peak(), of a response")
+    sigmas, seed = checked_sigmas(sigmas), check_integer("seed", seed, 0)
+    samples = check_integer("samples", samples, REPLICATES, MAX_SAMPLES)
+    part = float(check_numbers("probability", probability))
+    if not 0 < part < 1:
+        raise InputError(f"probability must be above 0 and below 1; got {part:g}")
+    least = math.ceil(2 * MIN_BEYOND / (1 - part))
+    if samples < least and any(
+        case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
+    ):
+        raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
+    return over_options(
+        {
+            k: _Derivation(case_surrogate, quantity, sigmas, part).bands(samples, seed)
+            for k, case_surrogate in surrogates.items()
+        }
+    )
+
+
+class _Derivation:
+    """A quantity of a surrogate, as functions of η."""
+
+    def __init__(self, surrogate: Surrogate, quantity: Quantity, sigmas: float, part: float):
+        self.surrogate, self.quantity = surrogate, quantity
+        self.sigmas, self.part = sigmas, part
+        space = surrogate.space
+        self.frame = self.labelled(surrogate.standard(*space.nominal()))
+        for name in ("bound", "input"):
+            check_free(name, self.frame)
+        self.size = math.prod(self.frame.shape[1:])
+        self.lattice = FINE_LATTICE if self.size <= FEW else LATTICE
+
+    def labelled(self, values: np.ndarray) -> xr.DataArray:
+        """Return the quantity of values of the surrogate, dims ("sample", …)."""
+        response = self.surrogate._labelled(values)
+        quantity_values = self.quantity(response)
+        if not isinstance(quantity_values, xr.DataArray):
+            quantity_values = xr.DataArray(np.asarray(quantity_values))
+            if quantity_values.ndim and "sample" not in quantity_values.dims:
+                quantity_values = quantity_values.rename({quantity_values.dims[0]: "sample"})
+        if quantity_values.dims[:1] != ("sample",) or len(quantity_values) != len(values):
+            raise InputError(
+                f"quantity must return one number or array per sample, first dim 'sample'; got "
+                f"dims {quantity_values.dims} and shape {quantity_values.shape}"
+            )
+        if (
+            quantity_values.dtype.kind not in "biuf"
+            or not np.isfinite(quantity_values.values).all()
+        ):
+            raise InputError(
+                f"quantity must return finite numbers; got {shown(quantity_values.values)}"
+            )
+        return quantity_values.astype(float)
+
+    def statistics(self, values: np.ndarray) -> np.ndarray:
+        """Return the statistics of the bands of samples (…, samples, size), (6, …, size)."""
+        mean, std = values.mean(axis=-2), values.std(axis=-2)
+        if values.shape[-2] == 1:
+            low = high = values[..., 0, :]
+        else:
+            ends = [(1 - self.part) / 2, (1 + self.part) / 2]
+            low, high = np.quantile(values, ends, axis=-2, method="hazen")
+        k = self.sigmas
+        return np.stack([mean, mean, mean - k * std, mean + k * std, low, high])
+
+    def at(self, xi: np.ndarray, eta: np.ndarray, shift: Any = 0.0) -> np.ndarray:
+        """Return samples of the quantity at places η, shape (places, samples, size)."""
+        count = len(xi)
+        values = self.surrogate.standard(np.tile(xi, (len(eta), 1)), np.repeat(eta, count, axis=0))
+        return self.labelled(values + shift).values.reshape(len(eta), count, self.size)
+
+    def bands(self, samples: int, seed: int) -> xr.Dataset:
+        """Return what `derived` does."""
+        space, size = self.surrogate.space, self.size
+        xi, m = samples_of(space.families, samples, seed), space.interval_dimension
+        eta = np.zeros((6, size, m))
+        searched = len(xi)
+        if m:
+            eta, searched = self.places(xi, seed)
+        flat, which = np.zeros((1, 0)), np.zeros((6, size), dtype=int)
+        if m:
+            flat, which = np.unique(eta.reshape(-1, m), axis=0, return_inverse=True)
+            which = which.reshape(6, size)
+        statistics, error, moved = (np.empty((6, size)) for _ in range(3))
+        shifts = self.shifts(seed)
+        for k, place in enumerate(flat):
+            entries = np.nonzero(which == k)
+            values = self.at(xi, place[None])[0]
+            statistics[entries] = self.statistics(values)[entries]
+            error[entries] = self.sampling_error(values)[entries]
+            if shifts:
+                few = xi[: max(1, len(xi) // REPLICATES)]
+                base = self.statistics(self.at(few, place[None])[0])
+                changes = [
+                    np.abs(self.statistics(self.at(few, place[None], shift)[0]) - base)
+                    for shift in shifts
+                ]
+                moved[entries] = np.max(changes, axis=0)[entries]
+        dims, shape = ("bound", *self.frame.dims[1:]), (2, *self.frame.shape[1:])
+        data: dict[str, Any] = {}
+        for k, name in enumerate(BANDS):
+            both = slice(2 * k, 2 * k + 2)
+            data[name] = dims, statistics[both].reshape(shape)
+            data[f"{name}_sampling_error"] = dims, error[both].reshape(shape)
+            if shifts:
+                data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
+            data |= places(f"{name}_at", space, eta[both], dims, shape)
+        attrs = {
+            "sigmas": self.sigmas,
+            "probability": self.part,
+            "samples": len(xi),
+            "seed": seed,
+            "confidence": CONFIDENCE,
+            "quantity": shown(self.quantity),
+            "made": f"{len(xi)} quasi-random samples of the surrogate; bounds by a search on "
+            f"{searched}, to the nearest 1/{self.lattice} in η",
+        }
+        return answer(self.surrogate, data, {}, attrs, LONG_NAMES, self.frame)
+
+    def sampling_error(self, values: np.ndarray) -> np.ndarray:
+        """Return that of the statistics of samples (samples, size), shape (6, size)."""
+        if len(values) == 1:
+            return np.zeros((6, self.size))
+        parts = self.statistics(values.reshape(REPLICATES, -1, self.size))
+        factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
+        return factor * parts.std(axis=1, ddof=1)
+
+    def shifts(self, seed: int) -> list[np.ndarray]:
+        """Return the outputs' expected errors with several patterns of signs."""
+        error = expected_error(self.surrogate, self.sigmas)
+        if error is None:
+            return []
+        rng = np.random.default_rng(seed)
+        signs = [np.ones(error.shape), -np.ones(error.shape)]
+        signs += [rng.choice([-1.0, 1.0], error.shape) for _ in range(PATTERNS - 2)]
+        return [error * pattern for pattern in signs]
+
+    def places(self, xi: np.ndarray, seed: int) -> tuple[np.ndarray, int]:
+        """Return η of the bounds, shape (6, size, m), and the number of samples of the search."""
+        surrogate, space, size = self.surrogate, self.surrogate.space, self.size
+        m = space.interval_dimension
+        scans = [
+            series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
+        ]
+        points, beside = max(scans, key=lambda scan: len(scan[0]))
+        if len(points) > MAX_POINTS:
+            points, beside = scattered(MAX_POINTS, np.full(m, True))
+        points = np.round(points * self.lattice) / self.lattice
+        numbers_of_one = max(1, math.prod(surrogate.labels.shape[1:]))
+        few = VALUES / (numbers_of_one * (len(points) + 40 * (m + 1)))
+        if (count := int(max(few, SEARCHED))) < len(xi):
+            xi = samples_of(space.families, count, seed + 1)
+        known: dict[bytes, np.ndarray] = {}
+        at_once = max(1, AT_ONCE // (len(xi) * numbers_of_one))
+
+        def learn(eta: np.ndarray) -> None:
+            new = np.unique([row for row in eta if row.tobytes() not in known], axis=0)
+            for first in range(0, len(new), at_once):
+                some = new[first : first + at_once]
+                statistics = self.statistics(self.at(xi, some))
+                for k, place in enumerate(some):
+                    known[place.tobytes()] = statistics[:, k]
+
+        sign = np.array([1.0, -1.0] * len(BANDS))
+
+        def lowest(eta: np.ndarray, which: np.ndarray) -> np.ndarray:
+            rounded = np.round(eta * self.lattice) / self.lattice + 0.0
+            learn(rounded)
+            target, positions = np.divmod(which, size)
+            values = [
+                known[place.tobytes()][k, s]
+                for place, k, s in zip(rounded, target, positions, strict=True)
+            ]
+            return sign[target] * np.array(values)
+
+        points = points + 0.0
+        learn(points)
+        scanned = np.stack([known[place.tobytes()] for place in points])
+        scanned = (sign[:, None] * scanned).reshape(len(points), -1)
+        starts = points[local_minima(scanned, beside, STARTS)]
+        tolerance = TOLERANCE * np.ptp(scanned, axis=0)
+        which = np.arange(6 * size)
+        eta = lowest_of_neighbours(lowest, which, starts, tolerance)
+        return (np.round(eta * self.lattice) / self.lattice + 0.0).reshape(6, size, m), len(xi)
+
+
+LONG_NAMES = {
+    "mean": "interval mean: bounds of μ",
+    "error_bar": "interval error bar: lowest μ − kσ and highest μ + kσ",
+    "range": "lowest and highest quantiles of the range of values",
+    **{f"{k}_at": f"values of the interval inputs at the bounds of the {k}" for k in BANDS},
+    **{f"{k}_sampling_error": "error that is due to the number of samples (95 %)" for k in BANDS},
+    **{f"{k}_expected_error": "change where outputs are shifted by their errors" for k in BANDS},
+}

@@ -1,0 +1,321 @@
+"""The probability of leaving limits at one η, by importance sampling, with its confidence.
+
+The mixture is built around rare samples and then fixed, so that the samples after it are
+independent and the mean of weights is unbiased. The same samples give the probability at each time,
+between the times, and with the limits moved by an error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import ndtri
+from scipy.stats import chi2
+
+from flexband.analysis.peaks import drops
+from flexband.analysis.probability.importance import Mixture
+from flexband.analysis.probability.states import LimitedOutputs, LimitState, least_of
+from flexband.analysis.probability.subset import Rare, rare
+from flexband.uncertainty.surrogates.sigmas import growth
+
+ROUNDS, KNOWN = 2, 600
+"""Mixtures after the first one, and samples around which each is built."""
+
+FEW = 500
+"""Samples of a level that find a mixture for limits that are moved."""
+
+BATCH, MOST = 1000, 32_000
+"""Samples of a batch, and of an estimate at most."""
+
+ROUGH, UNEVEN = 2.5, 25.0
+"""Factor within which subset simulation is right, and the largest mean square of the weights of
+samples that leave the limits, in parts of their squared mean, with which theirs is trusted."""
+
+FEWEST, UPPER = 9, 0.975
+"""Samples of equal weights with which a probability at one time is told, and the level of the upper
+end of its confidence interval if there are fewer."""
+
+ERRORS = 2.0
+"""Expected errors, root mean squares, by which limits are moved at least."""
+
+TWO_SIDED = 1.96
+"""Standard errors of a two-sided confidence interval of 95 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """The probability of leaving limits at one η.
+
+    Attributes
+    ----------
+    probability : of leaving them at any time, with the times as points.
+    error : its standard error.
+    looser, tighter : the same with the limits moved by what may be missed there.
+    between : the same between the times too, by parabolas, and by what all runs do there that were
+        looked at; by what any of them does; and the standard errors of both.
+    at_each, at_each_error : at each output and time, and standard errors, (series,).
+    count : samples; 0 if none was found that leaves the limits.
+    most : the rough estimate of subset simulation; its upper bound if there is no sample.
+    u, weights, margins : the samples, their weights and least margins.
+    noise : of the search for η, as a logarithm of the probability: by how much that at the best η
+        may be beyond this one.
+    """
+
+    probability: float
+    error: float
+    looser: float
+    tighter: float
+    between: tuple[float, ...]
+    at_each: np.ndarray
+    at_each_error: np.ndarray
+    count: int
+    most: float
+    u: np.ndarray
+    weights: np.ndarray
+    margins: np.ndarray
+    noise: float = 0.0
+
+    def confidence(self) -> tuple[float, float]:
+        """Return the confidence interval of the probability."""
+        return self._confidence(self.probability, self.error)
+
+    def confidence_between(self) -> tuple[float, float]:
+        """Return the interval that holds the probability between the times too."""
+        least, most, *errors = self.between
+        return self._confidence(least, errors[0])[0], self._confidence(most, errors[1])[1]
+
+    def _confidence(self, probability: float, error: float) -> tuple[float, float]:
+        low, high = interval(np.array(probability), np.array(error), self.most)
+        if self.uneven:  # few samples have most of the weight: their spread may be far too small
+            low = min(low, self.most / ROUGH)
+            high = max(high, min(1.0, self.most * ROUGH))
+        return float(low) / math.exp(self.noise), min(1.0, float(high) * math.exp(self.noise))
+
+    @property
+    def uneven(self) -> bool:
+        """Whether sampling ended before the accuracy was reached, or weights are very unequal."""
+        return are_uneven(self.weights[self.margins < 0], len(self.u))
+
+    def told_at_each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the probabilities at each time that are clear, and confidence intervals."""
+        most = self.confidence()[1]
+        weights = self.weights[self.margins < 0]
+        if len(weights):  # none of so many that leave the limits at some time does so at this one
+            most *= min(1.0, -math.log(0.05) * float(np.sum(weights**2) / np.sum(weights) ** 2))
+        return clear(self.at_each, self.at_each_error, self.confidence()[1], most)
+
+
+def are_uneven(weights: np.ndarray, count: int) -> bool:
+    """Return whether weights of samples that leave limits are very unequal, or samples too many.
+
+    Parameters
+    ----------
+    weights : of these samples.
+    count : number of all samples.
+    """
+    return count + BATCH > MOST or bool(
+        len(weights) and len(weights) * np.sum(weights**2) > UNEVEN * np.sum(weights) ** 2
+    )
+
+
+def interval(
+    probability: np.ndarray, error: np.ndarray, most: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return confidence intervals of estimates, by their logarithm; [0, most] where there is none.
+
+    Parameters
+    ----------
+    error : standard errors.
+    """
+    some = probability > 0
+    relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
+    factor = np.exp(TWO_SIDED * relative)
+    low, high = probability / factor, np.minimum(1.0, probability * factor)
+    return np.where(some, low, 0.0), np.where(some, high, most)
+
+
+def clear(
+    probability: np.ndarray,
+    error: np.ndarray,
+    most: np.ndarray | float,
+    none: np.ndarray | float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return estimates that are clear, 0 for the others, and the confidence intervals of all.
+
+    With n = (probability / error)², an estimate is as uncertain as a count of n samples of equal
+    weights. Fewer than nine are not clear: they are bounded like none at all, whose weights may be
+    larger than theirs, and by Poisson's distribution.
+
+    Parameters
+    ----------
+    error : standard errors.
+    most, none : upper bounds of all, and of those without any sample.
+    """
+    some = (probability > 0) & (error > 0)
+    n = np.divide(probability, error, out=np.full(probability.shape, np.inf), where=some) ** 2
+    few = some & (n < FEWEST)
+    estimates = np.where(few, 0.0, probability)
+    low, high = interval(estimates, error, none)
+    count = np.where(few, n, 1.0)
+    bound = probability / count * chi2.ppf(UPPER, 2 * (count + 1)) / 2
+    return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
+
+
+def deviations(probability: float) -> float:
+    """Return how many standard deviations from the mean a limit is, at least 1."""
+    return max(1.0, -float(ndtri(min(max(probability, 1e-300), 0.5))))
+
+
+def missed_at(k: float) -> float:
+    """Return what may be missed k standard deviations from the mean, in parts of what is expected.
+
+    It is twice the expected error of μ ± kσ, or, farther out, what a term of third order has there
+    whose root mean square is that of all that is missed: (k³ − 3k)/√6.
+    """
+    return max(ERRORS * growth(k), (k**3 - 3 * k) / math.sqrt(6))
+
+
+def estimate(
+    state: LimitState,
+    near: LimitState,
+    eta: np.ndarray,
+    known: Rare,
+    accuracy: float,
+    rng: np.random.Generator,
+) -> Estimate:
+    """Return the probability of leaving limits at one η.
+
+    Parameters
+    ----------
+    near : the state at the times that decide, with which mixtures are found.
+    known : rare samples.
+    accuracy : relative standard error at which sampling ends.
+    """
+    moved = missed_at(deviations(known.probability))
+    mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng)
+    sums = _Sums(state, moved)
+    while True:
+        u = mixture.sample(BATCH, rng)
+        sums.add(u, eta, mixture.weights(u))
+        result = sums.estimate(known.probability)
+        enough = result.probability and result.error <= accuracy * result.probability
+        if enough or len(result.u) + BATCH > MOST or not len(known.u):
+            break
+    if state.exact:
+        return result
+    tighter = state.tighter(moved)
+
+    def least(u: np.ndarray) -> np.ndarray:
+        return tighter.least(u, eta)
+
+    first = rare(least, known.u.shape[1], rng, FEW)
+    mixture = mixture_around(least, first.u, rng, rounds=1)
+    u = mixture.sample(BATCH, rng)
+    inside = mixture.weights(u) * (least(u) < 0)
+    tighter_one = min(1.0, float(inside.mean()) or first.probability)
+    return replace(result, tighter=max(result.probability, tighter_one))
+
+
+def mixture_around(
+    least: Callable[[np.ndarray], np.ndarray],
+    known: np.ndarray,
+    rng: np.random.Generator,
+    rounds: int = ROUNDS,
+) -> Mixture:
+    """Return a mixture around rare samples, and then around those that it finds.
+
+    Parameters
+    ----------
+    least : returns margins, shape (points,), of samples of shape (points, n).
+    known : rare samples, shape (count, n); there may be none.
+    """
+    mixture = Mixture.of(known, rng)
+    for _ in range(rounds * bool(len(known))):
+        u = mixture.sample(BATCH, rng)
+        weights = mixture.weights(u) * (least(u) < 0)
+        if np.count_nonzero(weights) <= 2 * known.shape[1]:
+            break
+        share = weights / weights.sum()
+        mixture = Mixture.of(u[rng.choice(BATCH, KNOWN, p=share)], rng)
+    return mixture
+
+
+class _Sums:
+    """Weighted counts of samples that leave the limits."""
+
+    def __init__(self, state: LimitState, moved: float):
+        self.state, self.moved = state, moved
+        self.u: list[np.ndarray] = []
+        self.rows: list[np.ndarray] = []
+        self.each = np.zeros((2, state.width))
+
+    def add(self, u: np.ndarray, eta: np.ndarray, weights: np.ndarray) -> None:
+        """Add samples."""
+
+        def reduce(block: slice, sides: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+            parts = self.state.parts
+            margins = [part_sides.min(axis=1) for part_sides in sides]
+            errors = [self.moved * part.error / part.scale for part in parts]
+            pairs = list(zip(margins, errors, strict=True))
+            least = least_of(margins)
+            looser = np.min([(margin + e).min(axis=(1, 2)) for margin, e in pairs], axis=0)
+            between = np.stack([least, least])
+            inside = least >= 0
+            if self.state.steps is not None:
+                for part_sides, part in zip(sides, parts, strict=True):
+                    kept = part_sides[inside].min(axis=1)
+                    lowered = kept - drops(kept, part.steps(self.state.steps))
+                    least_between = np.minimum(
+                        lowered.min(axis=(1, 2)), part.least_between(part_sides[inside])
+                    )
+                    between[:, inside] = np.minimum(between[:, inside], least_between)
+            out = np.concatenate(
+                [(margin < 0).reshape(len(margin), -1) for margin in margins], axis=1, dtype=float
+            )
+            powers = np.stack([weights[block], weights[block] ** 2])
+            return np.stack([weights[block], least, looser, *between]), powers @ out
+
+        blocks = self.state.reduced(u, eta, reduce, LimitedOutputs.sides)
+        self.u.append(u)
+        self.rows += [rows for rows, _ in blocks]
+        for _, each in blocks:
+            self.each += each
+
+    def estimate(self, most: float) -> Estimate:
+        """Return the estimate of all samples; `most` bounds it if none leaves the limits."""
+        weights, *margins = np.concatenate(self.rows, axis=1)
+        count = len(weights)
+        out = np.array(margins) < 0
+        moments = np.stack([out @ weights, out @ weights**2])
+        every = np.array([weights.sum(), (weights**2).sum()])
+        (least, looser, *between), (error, _, *errors) = probabilities(moments, every, count)
+        # Each chooses for itself, and leaving at one time is no likelier than at any.
+        each, each_error = probabilities(self.each, every, count)
+        return Estimate(
+            float(least), float(error), float(min(looser, least)), float(least),
+            (*map(float, np.maximum(between, least)), *map(float, errors)),
+            np.minimum(least, each), each_error,
+            count if least else 0, most, np.concatenate(self.u), weights, margins[0],
+        )  # fmt: skip
+
+
+def probabilities(out: np.ndarray, every: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return probabilities of leaving limits, from sums over samples, and standard errors.
+
+    The mean of all weights is one, so that those of samples that stay within the limits tell the
+    probability as well: without error, if there are none. Whichever has the smaller error is taken.
+
+    Parameters
+    ----------
+    out : sums of the weights of samples that leave the limits, and of their squares, (2, any).
+    every : the same sums of all samples, (2,).
+    count : number of samples.
+    """
+    leave, stay = out / count, (every[:, None] - out) / count
+    errors = [np.sqrt(np.maximum(b - a**2, 0.0) / count) for a, b in (leave, stay)]
+    by_others = (errors[1] < errors[0]) & (stay[0] < 1)
+    probability = np.where(by_others, 1 - np.maximum(stay[0], 0.0), np.minimum(leave[0], 1.0))
+    return probability, np.where(by_others, errors[1], errors[0])

@@ -1,0 +1,383 @@
+"""The probability of leaving limits, at each time and at any time: first passage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.allocation.adjustment import compensators
+from flexband.analysis.limits import Corridor, corridors, joint
+from flexband.analysis.margins import labels_of
+from flexband.analysis.probability.at_each import at_each_time
+from flexband.analysis.probability.correction import corrected
+from flexband.analysis.probability.ends import ends
+from flexband.analysis.probability.estimates import Estimate, estimate
+from flexband.analysis.probability.model import ResponseModel, models
+from flexband.analysis.probability.statements import (
+    AT_EACH,
+    BETWEEN,
+    STATED,
+    allowance,
+    bounded,
+    error_of_runs,
+    withheld,
+)
+from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.texts import described, in_words
+from flexband.analysis.results import (
+    INDICATOR,
+    check_free,
+    doubts_of,
+    missed_tolerance,
+    places,
+)
+from flexband.errors import InputError, check_instance, check_integer, check_numbers, shown
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.space import Response
+from flexband.uncertainty.surrogates.bands import BOUNDS, remark
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+ANY = "any limit"
+
+PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choice"
+"""What is no probability."""
+
+UNSEEN = 0.03
+"""Part of a probability that may be due to times at which bounds are not searched."""
+
+RUNS = 64
+"""Runs of the model that correct a probability, unless another number is given."""
+
+FINEST, COARSEST = 0.002, 0.5
+"""Relative standard errors that can be asked for."""
+
+
+def failure_probability(
+    surrogate: Surrogate | SurrogateOfChoices,
+    limits: Any,
+    *,
+    response: Response | None = None,
+    runs: int = RUNS,
+    accuracy: float = 0.025,
+    seed: int = 0,
+    store: Any = None,
+    executor: Any = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> xr.Dataset:
+    """Return the probability that a response leaves its limits, as bounds over interval inputs.
+
+    A sample of the random inputs fails if it leaves the limit at any time: first passage. Its
+    probability is computed on the surrogate by importance sampling, without runs. What the
+    surrogate and the times miss is part of the result. With the response, runs near the limit
+    correct the probability for what the surrogate misses.
+
+    Few runs tell what a surrogate misses in its tails. Probabilities below 1e-4 are therefore only
+    bounded, unless the response is given, or the expected error is at most 1e-5 of the output's
+    standard deviation, as where the response is a polynomial. Where a method estimates no error,
+    its indicator of the truncation error must be as small.
+
+    Parameters
+    ----------
+    surrogate : what `expand` returns. At least one of its inputs must be random.
+    limits : a `Limit`, or several; of several, the probability of leaving any is given as well. It
+        is never less than that of one of them: where sampling or the search over the intervals
+        finds less, the result of this one is given.
+    response : what the surrogate was made of, if its runs shall correct the probability.
+    runs : number of these runs for each bound over the interval inputs, each limit and each
+        combination of options, 16 or more.
+    accuracy : relative standard error at which sampling ends.
+    seed : seed of the random numbers.
+    store, executor, progress : as in `propagate`, for the runs of the response.
+
+    Returns
+    -------
+    Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
+    `probability` is that of leaving the limit at any output time; `confidence_low` and
+    `confidence_high` are its confidence interval, 95 %, of the sampling, of the search over the
+    interval inputs, and, without runs, of what the surrogate may miss. If no sample
+    leaves the limit, or the probability is only bounded, it is 0, `confidence_low` is 0, and
+    `confidence_high` is a bound of it; `surrogate_probability` is what the surrogate alone finds.
+    `limit_looser` and
+    `limit_tighter` are the probability with the limit moved by what the surrogate may miss there:
+    what it is expected to miss of a run (root mean square), times 2 √((1 + k²)/2), as for μ ± kσ,
+    or (k³ − 3k)/√6, as a term of third order grows, with k = −Φ⁻¹(probability). `between_times`
+    is the probability of leaving the limit at the times or between them, by
+    parabolas through the peaks, and by what the outputs do there in all runs in which that was
+    looked at (`above_between` of `propagate`); `between_times_low` and `between_times_high` are the
+    interval that holds it, with what they do in any of these runs. `probability_at`, dim "input",
+    has the values of the interval inputs at the bounds, and `probability_choice` the options.
+    `at_each_time`, `at_each_time_low` and `at_each_time_high` are the probability of being outside
+    at each time, with its confidence interval, each bounded over the interval inputs on its own:
+    `at_each_time_at` has their values. Where too few samples tell it, with a relative standard
+    error of more than a third, it is 0, and `at_each_time_high` tells how large it may be.
+    `samples` counts samples of the surrogate. With the response, `probability` and its confidence
+    interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
+    `runs` counts runs, and `disagreements` those
+    in which the surrogate was wrong about the limit after other runs had corrected its margins. All
+    else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
+    "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
+    Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless
+    runs correct them. Of choices, the probability at any time, that between the times and that
+    at each time are each of the options with the least or the largest.
+
+    Raises
+    ------
+    InputError
+        If `surrogate` is none or has no random inputs, a limit does not fit its outputs, or
+        `accuracy` is not between 0.002 and 0.5; and as `propagate` does about the response.
+    RunError
+        If a run fails.
+    """
+    kinds = Surrogate | SurrogateOfChoices
+    check_instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    accuracy = float(check_numbers("accuracy", accuracy))
+    if not FINEST <= accuracy <= COARSEST:
+        raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
+    if response is None and (not isinstance(runs, int) or runs != RUNS):
+        raise InputError(
+            f"runs requires a response, of which they are made; got runs={shown(runs)}"
+        )
+    seed = check_integer("seed", seed, 0)
+    several = isinstance(surrogate, SurrogateOfChoices)
+    surrogates = surrogate.surrogates if several else {"": surrogate}
+    labels = labels_of(surrogate)
+    for name in ("limit", "probability", "probability_at", "samples"):
+        check_free(name, labels)
+    limit_corridors = corridors(limits, labels)
+    if any(not single_surrogate.space.random_dimension for single_surrogate in surrogates.values()):
+        raise InputError(
+            "surrogate must have random inputs; check_limits takes one with intervals alone"
+        )
+    if chosen := [
+        k for single_surrogate in surrogates.values() for k in compensators(single_surrogate.space)
+    ]:
+        raise InputError(
+            f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
+            f"{chosen[0]}. check_limits and allocate adjust it"
+        )
+    if len(limit_corridors) > 1:
+        limit_corridors[ANY] = joint(limit_corridors)
+    results = {}
+    intervals = any(
+        single_surrogate.space.interval_dimension for single_surrogate in surrogates.values()
+    )
+    options = {"store": store, "executor": executor}
+    probabilities = len(limit_corridors) * (1 + intervals)
+    with models(surrogates, response, runs, probabilities, progress, **options) as known:
+        for label, sampled_surrogate in surrogates.items():
+            each = [
+                _probability(sampled_surrogate, corridor, known[label], accuracy, seed)
+                for corridor in limit_corridors.values()
+            ]
+            if len(each) > 1:
+                each[-1] = _no_less(each[-1], each[:-1])
+            results[label] = xr.concat(each, "limit").assign_coords(limit=list(limit_corridors))
+    known_of = {label: _known(dataset) for label, dataset in results.items()}
+    result = _over_choices(known_of) if several else known_of[""]
+    if any(missed_tolerance(single_surrogate) for single_surrogate in surrogates.values()):
+        kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
+        result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
+    result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
+    source, _ = error_of_runs(next(iter(surrogates.values())))
+    doubts = [] if source else ["The surrogate's error is not estimated"]
+    for label, judged_surrogate in surrogates.items():
+        where, runs_correct = f" with {label}" if label else "", known[label] is not None
+        doubts += [
+            f"Not reliable: {doubt}{where}"
+            for doubt in doubts_of(judged_surrogate, corrected=runs_correct)
+        ]
+    words = [in_words(result.isel(limit=k)) for k in range(len(limit_corridors))]
+    attrs = {
+        "accuracy": accuracy,
+        "seed": seed,
+        "confidence": 0.95,
+        "error": source or "not estimated",
+        "verdict": ". ".join([*words, *doubts]),
+    }
+    space = next(iter(surrogates.values())).space
+    return described(result.assign_attrs(remark(space) | attrs))
+
+
+def _probability(
+    surrogate: Surrogate,
+    corridor: Corridor,
+    model: ResponseModel | None,
+    accuracy: float,
+    seed: int,
+) -> xr.Dataset:
+    """Return the result for one limit and one combination of options."""
+    space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
+    source, error = error_of_runs(surrogate)
+    state = LimitState.of(surrogate, corridor, error, rng)
+    n, m = space.random_dimension, space.interval_dimension
+    for thin in (True, False):
+        eta, known, noise, near = ends(state, n, m, rng, thin=thin)
+        pairs = list(zip(eta, known, strict=True))
+        raw_estimates = [
+            estimate(state, near, at, rare_samples, accuracy, rng)
+            for at, rare_samples in pairs[: 1 + (m > 0)]
+        ]
+        if all(
+            _seen(near, at, raw_estimate)
+            for at, raw_estimate in zip(eta, raw_estimates, strict=False)
+        ):
+            break
+    raw_estimates = [
+        replace(raw_estimate, noise=float(e))
+        for raw_estimate, e in zip(raw_estimates, noise, strict=False)
+    ]
+    final_estimates: list[Any] = list(raw_estimates)
+    if model is not None:
+        final_estimates = [
+            replace(
+                corrected(
+                    partial(state.least, eta=at), partial(_least, state, model, at), rare_samples,
+                    model.runs, accuracy, rng,
+                ),
+                noise=raw_estimate.noise,
+            )
+            for (at, rare_samples), raw_estimate in zip(pairs, raw_estimates, strict=False)
+        ]  # fmt: skip
+    if not m:
+        raw_estimates, final_estimates = raw_estimates * 2, final_estimates * 2
+    elif (
+        final_estimates[0].probability > final_estimates[1].probability
+    ):  # both ends of what hardly depends on η
+        if (
+            final_estimates[0].confidence()[0] > final_estimates[1].confidence()[1]
+        ):  # else the search tells them apart
+            eta = eta[::-1]
+        raw_estimates, final_estimates = raw_estimates[::-1], final_estimates[::-1]
+    dims = labels.dims[1:]
+    each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
+    places_of = np.full((2, each.shape[2], m), np.nan)
+    if m:
+        each[:, :, state.series], places_of[:, state.series] = at_each_time(
+            state, m, known, raw_estimates, rng
+        )
+    else:
+        each[:, :, state.series] = np.stack(raw_estimates[0].told_at_each())[:, None]
+    each = each.reshape(3, 2, *labels.shape[1:])
+    stated = np.array([final_estimate.confidence() for final_estimate in final_estimates]).T
+    between = _between(raw_estimates, final_estimates)
+    if source != INDICATOR and not state.exact:
+        grown = np.transpose([allowance(raw_estimate) for raw_estimate in raw_estimates])
+        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
+        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
+        if model is None:
+            stated = np.minimum(1.0, stated * grown)
+            between[1:] = np.minimum(1.0, between[1:] * grown)
+    data: dict[str, Any] = {
+        "probability": (
+            "bound",
+            [final_estimate.probability for final_estimate in final_estimates],
+        ),
+        "confidence_low": ("bound", stated[0]),
+        "confidence_high": ("bound", stated[1]),
+        "limit_looser": ("bound", [raw_estimate.looser for raw_estimate in raw_estimates]),
+        "limit_tighter": (
+            "bound",
+            [max(raw_estimate.tighter, raw_estimate.probability) for raw_estimate in raw_estimates],
+        ),
+        **{k: ("bound", v) for k, v in zip(BETWEEN, between, strict=True)},
+        "surrogate_probability": (
+            "bound",
+            [raw_estimate.probability for raw_estimate in raw_estimates],
+        ),
+        "samples": ("bound", [len(raw_estimate.u) for raw_estimate in raw_estimates]),
+        "exact": bool(source) and state.exact,
+    }
+    for name in ("runs", "disagreements") if model is not None else ():
+        data[name] = "bound", [getattr(final_estimate, name) for final_estimate in final_estimates]
+    data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
+    coords: dict[Any, Any] = {k: c.variable for k, c in coordinates(labels).items()}
+    coords["bound"] = BOUNDS
+    data |= places("probability_at", space, eta, ("bound",), (2,))
+    data |= places("at_each_time_at", space, places_of, ("bound", *dims), each.shape[1:])
+    if "input" in data:
+        coords["input"] = data.pop("input")[1]
+    return xr.Dataset(data, coords)
+
+
+def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the result for any limit, where those of single limits are no more likely.
+
+    Leaving any limit is at least as likely as leaving one of them, with which values of the
+    interval inputs ever. Where sampling or the search found less, what was found of this one holds.
+    """
+    kinds = ("at_each_time", "between_times")
+    for limit in limits:
+        more = {k: limit[k] > union[k] for k in ("probability", *kinds)}
+        for name in union:
+            kind = next((k for k in kinds if str(name).startswith(k)), "probability")
+            union[name] = limit[name].where(more[kind], union[name])
+    return union
+
+
+def _between(raw_estimates: Sequence[Estimate], final_estimates: Sequence[Any]) -> np.ndarray:
+    """Return the probabilities between the times too, and their confidence intervals, (3, bound).
+
+    Parameters
+    ----------
+    raw_estimates, final_estimates : of the surrogate, and with what runs correct.
+    """
+    probabilities = []
+    for raw_estimate, other in zip(raw_estimates, final_estimates, strict=True):
+        low, high = raw_estimate.confidence_between()
+        value = raw_estimate.between[0]
+        if other is not raw_estimate:
+            (low_told, high_told), grown = other.confidence(), np.ones(2)
+            if raw_estimate.probability:  # as many more samples leave the limits between the times
+                grown = np.array(raw_estimate.between[:2]) / raw_estimate.probability
+            value, low, high = (
+                other.probability * grown[0],
+                low_told * grown[0],
+                high_told * grown[1],
+            )
+        probabilities.append(np.minimum([value, low, high], 1.0))
+    return np.sort(np.transpose(probabilities), axis=1)
+
+
+def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return the least margins of runs of the model at u and one η, (points,)."""
+    return state.least_of_response(model(u, eta))
+
+
+def _seen(near: LimitState, eta: np.ndarray, raw_estimate: Estimate) -> bool:
+    """Return whether the times of a state are nearly all that samples leave the limits at."""
+    out = raw_estimate.margins < 0
+    missed = raw_estimate.weights[out] * (near.least(raw_estimate.u[out], eta) >= 0)
+    return bool(missed.sum() <= UNSEEN * raw_estimate.weights[out].sum())
+
+
+def _known(result: xr.Dataset) -> xr.Dataset:
+    """Return a result with bounds in the place of rare probabilities that no run corrects."""
+    groups = (AT_EACH,) if "runs" in result else (STATED, BETWEEN, AT_EACH)
+    return bounded(result, result["exact"], *groups).drop_vars("exact")
+
+
+def _over_choices(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return the least and the largest probability over all combinations of options.
+
+    The probability at any time, that between the times and that at each time are each of the
+    combination whose interval ends the lowest or the highest. Another one may be less likely than
+    the least of these: the interval begins with the lowest.
+    """
+    every = xr.concat(list(results.values()), "choice", join="exact")
+    upper, chosen = every["bound"] == "upper", {}
+    for value, low, high in (STATED, BETWEEN, AT_EACH):
+        end = every[high].fillna(0.0)  # at times without a limit
+        which = xr.where(upper, end.argmax("choice"), end.argmin("choice"))
+        names = [k for k in every if str(k).startswith(value)] if value != STATED[0] else every
+        chosen |= {k: every[k].isel(choice=which) for k in names}
+        chosen[low] = chosen[low].where(upper, every[low].min("choice"))
+        if value == STATED[0]:
+            labels = xr.DataArray(list(results), dims="choice")
+            chosen["probability_choice"] = labels.isel(choice=which).transpose("bound", "limit")
+    return xr.Dataset(chosen)

@@ -1,0 +1,74 @@
+"""What is stated of probabilities that a surrogate finds: with its error, bounded, or not at all.
+
+Few runs tell what a surrogate misses in its tails. Intervals allow for what may be missed, rare
+probabilities are only bounded, and a surrogate that missed its tolerance states none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.margins import error_of
+from flexband.analysis.probability.estimates import Estimate
+from flexband.analysis.results import POINTWISE_ERRORS
+from flexband.uncertainty.surrogates.diagnostics import share
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+STATED = "probability", "confidence_low", "confidence_high"
+BETWEEN = "between_times", "between_times_low", "between_times_high"
+AT_EACH = "at_each_time", "at_each_time_low", "at_each_time_high"
+"""Names of probabilities and the ends of their intervals."""
+
+RARE = 1e-4
+"""Smaller probabilities of a surrogate are only bounded, unless its error is negligible."""
+
+
+def error_of_runs(surrogate: Surrogate) -> tuple[str, np.ndarray]:
+    """Return which diagnostic tells what is expected to be missed of a run, and how much that is.
+
+    It has the shape of the response.
+    """
+    source, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
+    return source, error / share(surrogate.space.interval_dimension)
+
+
+def allowance(estimate: Estimate) -> np.ndarray:
+    """Return by which factors what may be missed moves the ends of an interval, (2,)."""
+    if not estimate.probability:
+        return np.ones(2)
+    return (
+        np.array([estimate.looser, max(estimate.tighter, estimate.probability)])
+        / estimate.probability
+    )
+
+
+def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
+    """Return a result without the rare probabilities of surrogates that are not exact.
+
+    They are 0, with intervals from 0 to what can be rare at most.
+
+    Parameters
+    ----------
+    exact : whether the error of the surrogate is negligible.
+    groups : names of a probability and of the ends of its interval.
+    """
+    for names in groups:
+        value, low, high = (result[name] for name in names)
+        rare = ~exact & (value < RARE)
+        new = value.where(~rare, 0.0), low.where(~rare, 0.0)
+        new = *new, high.where(~rare, np.maximum(high, RARE))
+        result = result.assign(
+            {
+                name: variable.transpose(*value.dims)
+                for name, variable in zip(names, new, strict=True)
+            }
+        )
+    return result
+
+
+def withheld(result: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
+    """Return a result with NaN in the place of these variables."""
+    return result.assign({name: result[name] * np.nan for name in names})

@@ -1,0 +1,271 @@
+"""Margins of samples: how far a surrogate stays inside a corridor, at every output and time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexband.analysis.limits import Corridor
+from flexband.analysis.peaks import spacing
+from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.threads import in_threads
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+AT_ONCE, MIN_BLOCK = 100_000, 256
+"""Margins that are computed together, and least samples."""
+
+PILOT = 256
+"""Samples that tell how much each output varies."""
+
+NEGLIGIBLE = 1e-5
+"""Expected error, in parts of an output's standard deviation, that is neglected in its tails: terms
+left out of an expansion are up to 300 times as large at 5σ as in the root mean square."""
+
+MIN_SCATTER = 1e-3
+"""Least part of the standard deviation over all inputs that a margin is taken to scatter by."""
+
+
+@dataclass(frozen=True, eq=False)
+class LimitedOutputs:
+    """Some outputs of one expansion at some times, and where they must be.
+
+    Attributes
+    ----------
+    expansion : shape (outputs, times).
+    lower, upper : in the outputs' units, (outputs, times).
+    error : what is expected to be missed of a run, in the outputs' units, (outputs, times).
+    scale : unit of the margins, (outputs, times).
+    series : numbers of outputs and times in the response, (outputs, times).
+    beyond : by how much values go below and above two neighbouring ones, from each time to the
+        next, in the outputs' units: the least and the most of some runs, (2, 2, outputs, times).
+    """
+
+    expansion: Expansion
+    lower: np.ndarray
+    upper: np.ndarray
+    error: np.ndarray
+    scale: np.ndarray
+    series: np.ndarray
+    beyond: np.ndarray
+
+    def sides(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return margins to both limits in parts of the scale, (points, 2, outputs, times)."""
+        values = self.expansion.evaluate_quickly(xi, eta)
+        return np.stack([values - self.lower, self.upper - values], axis=1) / self.scale
+
+    def least_between(self, sides: np.ndarray) -> np.ndarray:
+        """Return the least margins of samples between the times, (2, points): see `beyond`."""
+        apart = np.diff(self.series, axis=1) != 1
+        ends = np.minimum(sides[..., :-1], sides[..., 1:])
+        least = []
+        for beyond in (self.beyond / self.scale)[..., :-1]:
+            within = np.where(apart, np.inf, ends - beyond)
+            least.append(within.min(axis=(1, 2, 3), initial=np.inf))
+        return np.stack(least)
+
+    def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return margins in parts of the scale, shape (points, outputs, times)."""
+        return self.margins_of(self.expansion.evaluate_quickly(xi, eta))
+
+    def margins_of(self, values: np.ndarray) -> np.ndarray:
+        """Return the margins of values (points, outputs, times), of the same shape."""
+        margins = np.minimum(values - self.lower, self.upper - values)
+        margins /= self.scale
+        return margins
+
+    def steps(self, all_steps: np.ndarray) -> np.ndarray | None:
+        """Return the steps between the part's times, which are some of all; None if too few."""
+        times = self.series[0] % (len(all_steps) + 1)
+        before = np.concatenate([[0.0], np.cumsum(all_steps)])
+        return np.diff(before[times]) if len(times) > 2 else None
+
+    def at(self, times: np.ndarray) -> LimitedOutputs:
+        """Return the part at some of its times."""
+        expansion = self.expansion.of(self.expansion.outputs, times)
+        names = ("lower", "upper", "error", "scale", "series", "beyond")
+        return replace(
+            self, expansion=expansion, **{k: getattr(self, k)[..., times] for k in names}
+        )
+
+    def tighter(self, count: float) -> LimitedOutputs:
+        """Return the part with limits that are tighter by so many of its errors."""
+        moved = count * self.error
+        return replace(self, lower=self.lower + moved, upper=self.upper - moved)
+
+
+def least_of(margins: list[np.ndarray]) -> np.ndarray:
+    """Return the least of some margins of each sample, (points,)."""
+    return np.min([part_margins.min(axis=(1, 2)) for part_margins in margins], axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitState:
+    """The margins of a surrogate, as functions of standard normal variables u and of η.
+
+    The margins of an output are given in parts of its standard deviation over all inputs, so that
+    those of different outputs can be compared.
+
+    Attributes
+    ----------
+    families : of the random variables.
+    parts : outputs and times that are limited.
+    steps : between the times; None where there is nothing between them.
+    """
+
+    families: tuple[Family, ...]
+    parts: tuple[LimitedOutputs, ...]
+    steps: np.ndarray | None
+
+    @staticmethod
+    def of(
+        surrogate: Surrogate, corridor: Corridor, error: np.ndarray, rng: np.random.Generator
+    ) -> LimitState:
+        """Return the limit state of a surrogate; `error` has the shape of the response."""
+        labels, space = surrogate.labels, surrogate.space
+        times = surrogate.times
+        lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
+        limited = np.isfinite(lower) | np.isfinite(upper)
+        number, beyond = np.arange(limited.size).reshape(limited.shape), _beyond(surrogate)
+        u = rng.standard_normal((PILOT, space.random_dimension))
+        eta = rng.uniform(-1, 1, (PILOT, space.interval_dimension))
+        parts = []
+        for expansion in surrogate.expansions:
+            outputs = expansion.outputs[limited[expansion.outputs].any(axis=1)]
+            if not len(outputs):
+                continue
+            at = np.flatnonzero(limited[outputs].any(axis=0))
+            if len(at) == at[-1] + 1 - at[0]:
+                at = np.arange(at[0], at[-1] + 1)
+            part = expansion.of(outputs, at)
+            values = part.evaluate(of_normals(u, space.families), eta)
+            spread = values.std(axis=0).max(axis=1, keepdims=True)
+            size = np.abs(values).max(axis=(0, 2))[:, None]
+            scale = np.maximum(spread, 1e-12 * size + 1e-300)
+            index = np.ix_(outputs, at)
+            own_error = error.reshape(-1, times)[index]
+            scale = np.broadcast_to(scale, own_error.shape)
+            bounds = lower[index], upper[index], own_error, scale, number[index]
+            parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index]))
+        return LimitState(space.families, tuple(parts), spacing(labels))
+
+    @property
+    def exact(self) -> bool:
+        """Whether the expected error is negligible, in the tails as well."""
+        return all(np.all(part.error <= NEGLIGIBLE * part.scale) for part in self.parts)
+
+    @property
+    def width(self) -> int:
+        """Number of margins of a sample."""
+        return sum(part.series.size for part in self.parts)
+
+    @property
+    def series(self) -> np.ndarray:
+        """Numbers of outputs and times in the response, (series,)."""
+        return np.concatenate([part.series.ravel() for part in self.parts])
+
+    def tighter(self, count: float) -> LimitState:
+        """Return the state with limits that are tighter by so many of the expected errors."""
+        return replace(self, parts=tuple(part.tighter(count) for part in self.parts))
+
+    def reduced(
+        self,
+        u: np.ndarray,
+        eta: np.ndarray,
+        reduce: Callable[[slice, list[np.ndarray]], Any],
+        of: Callable[[LimitedOutputs, np.ndarray, np.ndarray], np.ndarray] = LimitedOutputs.margins,
+    ) -> list[Any]:
+        """Return what a function makes of the margins of blocks of samples, in several threads.
+
+        Parameters
+        ----------
+        u : shape (points, n).
+        eta : shape (points, m) or (m,).
+        reduce : is given a block and its margins, one array (points, outputs, times) per part, or
+            what `of` returns of a part.
+        """
+        eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
+        block = max(MIN_BLOCK, AT_ONCE // self.width)
+        blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
+        results: list[Any] = [None] * len(blocks)
+
+        def solve(number: int) -> None:
+            rows = blocks[number]
+            xi = of_normals(u[rows], self.families)
+            results[number] = reduce(rows, [of(part, xi, eta[rows]) for part in self.parts])
+
+        in_threads(solve, list(range(len(blocks))))
+        return results
+
+    def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the least margin of each sample, shape (points,)."""
+        blocks = self.reduced(u, eta, lambda _, margins: least_of(margins))
+        return np.concatenate([np.zeros(0), *blocks])
+
+    def least_of_response(self, values: np.ndarray) -> np.ndarray:
+        """Return the least margin of runs of the response, shape (points, …), in (points,)."""
+        flat = values.reshape(len(values), -1)
+        return least_of([part.margins_of(flat[:, part.series]) for part in self.parts])
+
+    def scatter(self, u: np.ndarray, eta: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return means and standard deviations of margins over u, (places, outputs, times) each.
+
+        Parameters
+        ----------
+        u : samples at each η, shape (points, n).
+        eta : shape (places, m).
+        """
+        samples = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
+        blocks = self.reduced(*samples, lambda _, margins: margins)
+        moments = []
+        for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
+            samples = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
+            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), MIN_SCATTER)))
+        return moments
+
+    def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:
+        """Return the state with margins in parts of these, each (outputs, times)."""
+        pairs = zip(self.parts, scatter, strict=True)
+        return replace(self, parts=tuple(replace(p, scale=p.scale * unit) for p, unit in pairs))
+
+    def deciding(self, u: np.ndarray, eta: np.ndarray, slack: float) -> list[np.ndarray]:
+        """Return which times of each part decide about some samples, (times,).
+
+        These are the times of the least margin of a sample, and of margins below `slack`.
+        """
+
+        def decide(_: slice, margins: list[np.ndarray]) -> list[Any]:
+            least = np.maximum(least_of(margins)[:, None, None], slack)
+            return [np.any(part_margins <= least, axis=(0, 1)) for part_margins in margins]
+
+        part_masks = zip(*self.reduced(u, eta, decide), strict=True)
+        return [np.any(masks, axis=0) for masks in part_masks]
+
+    def at(self, times: list[np.ndarray]) -> LimitState:
+        """Return the state at some times of each part, and their neighbours."""
+        parts = []
+        for part, mask in zip(self.parts, times, strict=True):
+            near = mask.copy()
+            near[1:] |= mask[:-1]
+            near[:-1] |= mask[1:]
+            if near.any():
+                parts.append(part.at(np.flatnonzero(near)))
+        return replace(self, parts=tuple(parts))
+
+
+def _beyond(surrogate: Surrogate) -> np.ndarray:
+    """Return the `beyond` of all outputs, (2, 2, outputs, times): zero where it is not known."""
+    labels, diagnostics = surrogate.labels, surrogate.diagnostics
+    times = surrogate.times
+    if "above_between" not in diagnostics:
+        return np.zeros((2, 2, int(np.prod(labels.shape[1:])) // times, times))
+    excesses = [
+        diagnostics[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
+        for kind in ("_least", "")
+        for side in ("below", "above")
+    ]
+    return np.reshape(excesses, (2, 2, -1, times))

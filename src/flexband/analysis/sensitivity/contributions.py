@@ -1,0 +1,217 @@
+"""Which input matters when: how much narrower bands are with an input at its nominal value.
+
+Let W be the width of the error bar, and W_S that with the inputs S at their midpoints and means.
+The contribution of an input is W − W_i. The interaction, W less the sum of all contributions, may
+have either sign. Shapley's values share W among the inputs: the mean of W_S − W_{S∪i} over all
+orders in which the inputs are fixed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from itertools import combinations
+from math import comb
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.choices import over_options
+from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.selection import selected, surrogates_of
+from flexband.errors import InputError, check_flag
+from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.inputs.constants import Constant
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.narrowing import fixed
+from flexband.uncertainty.surrogates.axes import units_of
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+MAX_SHARED = 8
+"""Inputs among which Shapley's values share the width: there are 2^8 bands to be found."""
+
+LONG_NAMES = {
+    "varies": "whether the output varies beyond rounding",
+    "width": "width of the error bar",
+    "contribution": "by how much the error bar is narrower with the input at its nominal value",
+    "interaction": "width of the error bar less the sum of all contributions",
+    "shapley": "part of the width that Shapley's value gives the input",
+    "mean_share": "mean contribution over time, as a part of the mean width",
+    "share_at_widest": "contribution where the error bar is the widest, as a part of its width",
+    "shapley_mean_share": "mean of Shapley's value over time, as a part of the mean width",
+    "shapley_share_at_widest": "Shapley's value where the error bar is the widest, as a part of it",
+    "worst_at": "values of the interval inputs at the ends of the error bar",
+    "expected_error": "error expected of each width, twice that of the error bar",
+}
+
+
+def contributions(
+    surrogate: Any,
+    *,
+    sigmas: float = 1.0,
+    shapley: bool = False,
+    at: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Return how much each input widens the error bar of every output, over time.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns. No runs are made.
+    sigmas : k of the error bar, from the lowest μ − kσ to the highest μ + kσ.
+    shapley : whether Shapley's values are found as well, of up to eight inputs.
+    at : dimension of the response -> its labels, as for `quantiles`.
+
+    Returns
+    -------
+    Dataset with the dims of the outputs, and "name" for the inputs, the one that matters most
+    first. Correlated inputs count as one, under their name in `inputs`:
+
+    - `width` of the error bar;
+    - `contribution`, by how much the error bar is narrower with an input at its midpoint or mean;
+    - `interaction`, the width less the sum of the contributions, which may be negative;
+    - `varies`, false for outputs that are constant, or nothing but rounding errors;
+    - `mean_share` and `share_at_widest`, the contribution as a part of the width, 0 of constants;
+    - `shapley`, which add up to the width, and `shapley_mean_share` and `shapley_share_at_widest`;
+    - `worst_at`, with the dims "bound" and "input": at which values of the interval inputs the
+      lower and the upper end of the error bar are reached;
+    - `expected_error` of a width, if the method gives one.
+
+    With choices, widths and contributions are the largest of all combinations of options.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
+        there are more than eight inputs to share the width among.
+    """
+    surrogates, k = surrogates_of(surrogate), checked_sigmas(sigmas)
+    shapley = check_flag("shapley", shapley)
+    answers = {
+        label: _contributions(selected(case_surrogate, at), k, shapley=shapley)
+        for label, case_surrogate in surrogates.items()
+    }
+    joint = over_options(answers)
+    share = joint["mean_share"]
+    largest = share.max([dim for dim in share.dims if dim != "name"])
+    return joint.isel(name=np.argsort(-largest.values, kind="stable"))
+
+
+def groups(surrogate: Surrogate) -> dict[str, list[str]]:
+    """Return the inputs that are fixed together, by name: correlated ones, and each other alone."""
+    singles: dict[str, list[str]] = {}
+    given = surrogate.space.given
+    members = {
+        k: list(input_.members) for k, input_ in given.items() if isinstance(input_, Correlated)
+    }
+    grouped = {name for names in members.values() for name in names}
+    for name, input_ in surrogate.space.inputs.items():
+        if not isinstance(input_, Constant) and name not in grouped:
+            singles[name] = [name]
+    return singles | members
+
+
+def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:
+    """Return what `contributions` does, for one combination of options."""
+    labels, members = surrogate.labels, groups(surrogate)
+    for name in ("name", "bound", "input"):
+        check_free(name, labels)
+    names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
+    if shapley and len(names) > MAX_SHARED:
+        raise InputError(
+            f"shapley takes at most {MAX_SHARED} inputs; got {len(names)}: {', '.join(names)}"
+        )
+    lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
+    width = (upper.values[1] - lower.values[0]).reshape(shape)
+    of_outputs = [dim for dim in dims if dim != surrogate.time]
+    vary = not_constant(lower.values[0], upper.values[1], units_of(labels, of_outputs))
+    vary = vary.reshape([labels.sizes[dim] for dim in of_outputs])
+
+    def narrower(some: Collection[str]) -> np.ndarray:
+        """Return the width with some inputs fixed."""
+        if len(some) == len(names):
+            return np.zeros(shape)
+        return _width(surrogate, [member for k in some for member in members[k]], sigmas).reshape(
+            shape
+        )
+
+    contribution = np.stack([width - narrower([name]) for name in names])
+    data: dict[str, Any] = {
+        "varies": (of_outputs, vary),
+        "width": (dims, width),
+        "contribution": (("name", *dims), contribution),
+        "interaction": (dims, width - contribution.sum(axis=0)),
+        **_shares(contribution, width, vary, surrogate),
+    }
+    if shapley:
+        values = _shapley(names, width, narrower, contribution)
+        data["shapley"] = ("name", *dims), values
+        data |= {
+            f"shapley_{k}": variable
+            for k, variable in _shares(values, width, vary, surrogate).items()
+        }
+    eta = np.stack([lower.places[0], upper.places[1]])
+    data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
+    error = expected_error(surrogate, sigmas)
+    if error is not None:
+        data["expected_error"] = dims, 2 * error
+    result = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
+    for name in (key for key in result if "share" in str(key) or key == "varies"):
+        result[name].attrs.pop("units", None)
+        if surrogate.time is None and name != "varies":
+            result[name].attrs["long_name"] = "part of the width"
+    return result
+
+
+def _shares(
+    each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
+) -> dict[str, Any]:
+    """Return parts of the width: means over time, and where it is the widest; 0 of constants.
+
+    Parameters
+    ----------
+    each : what every input has of the width, shape (names, …, times).
+    vary : which outputs are not constant, shape (…).
+    """
+    times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
+    outer = shape if surrogate.time is None else shape[:-1]
+    width, each = width.reshape(*outer, times), each.reshape(-1, *outer, times)
+    widest = np.argmax(width, axis=-1, keepdims=True)
+    at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
+    share_dims = ("name", *(dim for dim in dims if dim != surrogate.time))
+    return {
+        "mean_share": (share_dims, each.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
+        "share_at_widest": (share_dims, at_widest / np.where(vary, width.max(-1), np.inf)),
+    }
+
+
+def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
+    """Return the width of the error bar with some inputs fixed, shape (outputs, times)."""
+    substitutions, families = fixed(surrogate.space, names)
+    expansions = [
+        expansion.substituted(substitutions, families) for expansion in surrogate.expansions
+    ]
+    lower, upper = extremes_of(expansions, sigmas=sigmas, of=(-1.0, 1.0))
+    return upper.values[1] - lower.values[0]
+
+
+def _shapley(names: list[str], width: np.ndarray, narrower: Any, alone: np.ndarray) -> np.ndarray:
+    """Return Shapley's values, shape (names, …).
+
+    Parameters
+    ----------
+    width : with no input fixed.
+    narrower : returns it with some inputs fixed.
+    alone : contributions.
+    """
+    n = len(names)
+    known = {frozenset[str](): width}
+    known |= {frozenset([name]): width - alone[k] for k, name in enumerate(names)}
+    for size in range(2, n + 1):
+        known |= {frozenset(some): narrower(some) for some in combinations(names, size)}
+    values = np.zeros((n, *width.shape))
+    for k, name in enumerate(names):
+        for some, width_of_some in known.items():
+            if name not in some:
+                values[k] += (width_of_some - known[some | {name}]) / (n * comb(n - 1, len(some)))
+    return values

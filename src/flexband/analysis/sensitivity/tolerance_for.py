@@ -1,0 +1,148 @@
+"""The tolerance of one input with which an error bar has a given part of its width."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.allocation.tolerances import with_tolerance
+from flexband.analysis.results import answer, check_free
+from flexband.analysis.selection import surrogates_of
+from flexband.errors import InputError, check_numbers, shown, without_warnings
+from flexband.uncertainty.inputs.choices import Sizing
+from flexband.uncertainty.inputs.constants import is_number
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+SCANNED, HALVINGS = 8, 12
+"""Parts of the tolerance that are tried, equally spaced, and halvings of the step between them."""
+
+LEAST = 1e-6
+"""Part of the tolerance that counts as none."""
+
+LONG_NAMES = {
+    "width": "largest width of the error bar",
+    "least_width": "largest width of the error bar with the input at its nominal value",
+    "factor": "part of the input's tolerance",
+    "tolerance": "tolerance of the input: half the width of an interval, or a standard deviation",
+}
+
+
+def tolerance_for(
+    surrogate: Any, name: str, share: float = 0.5, *, sigmas: float = 1.0
+) -> xr.Dataset:
+    """Return the tolerance of an input with which error bars have a part of their largest width.
+
+    All other inputs stay as they are. No runs are made.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns, of a response without choices.
+    name : an interval, a distribution with a number `std`, or a normal `RandomField`.
+    share : part of the largest width over time, between 0 and 1; 0.5 halves the band.
+    sigmas : k of the error bar.
+
+    Returns
+    -------
+    Dataset with the dims of the response but its last, time. `tolerance`, half the width of an
+    interval or a standard deviation, is the largest with which the width is at most `share` of what
+    it is, for it and for all smaller ones that are tried; NaN if there is none. `factor` is the
+    same as a part of the tolerance as it is; `width` and `least_width` are the largest widths with
+    the latter, and without any.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none or has choices, the name is none of these inputs, or `share` or
+        `sigmas` are out of their ranges.
+    """
+    several, k = surrogates_of(surrogate), checked_sigmas(sigmas)
+    if len(several) > 1:
+        raise InputError("tolerance_for takes a surrogate without choices, that of one option")
+    (plain_surrogate,) = several.values()
+    share = float(check_numbers("share", share))
+    if not 0 < share < 1:
+        raise InputError(f"share must be above 0 and below 1; got {share:g}")
+    tolerance, input_ = _tolerance(plain_surrogate, name)
+    labels = plain_surrogate.labels
+    check_free("bound", labels)
+    dims, shape, time, _ = axes_of(labels)
+
+    def ends(part: Surrogate) -> tuple[np.ndarray, np.ndarray]:
+        _, lower, upper = part.extremes(k)
+        return lower.values[0], upper.values[1]
+
+    @cache
+    def width(factor: float) -> np.ndarray:
+        with without_warnings():  # of inputs that are only tried
+            part = plain_surrogate.narrowed(**{name: _scaled(input_, factor)})
+        lower, upper = ends(part)
+        return (upper - lower).reshape(*shape, -1).max(axis=-1)
+
+    lower, upper = ends(plain_surrogate)
+    before, vary = (
+        (upper - lower).reshape(*shape, -1).max(axis=-1),
+        not_constant(lower, upper, units_of(labels)).reshape(shape),
+    )
+    factors = np.linspace(0.0, 1.0, SCANNED + 1)
+    widths = np.stack([width(max(f, LEAST)) for f in factors[:-1]])
+    target_width = share * before
+    narrow = np.logical_and.accumulate(widths <= target_width, axis=0).sum(axis=0)
+    largest_factor = np.full(shape, np.nan)
+    for at in np.argwhere(narrow > 0):
+        place = tuple(at)
+        low, high = factors[narrow[place] - 1], factors[narrow[place]]
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            inside = width(max(middle, LEAST))[place] <= target_width[place]
+            low, high = (middle, high) if inside else (low, middle)
+        largest_factor[place] = low
+    largest_factor[~vary] = np.nan
+    data = {
+        "varies": (dims, vary),
+        "width": (dims, before),
+        "least_width": (dims, widths[0]),
+        "factor": (dims, largest_factor),
+        "tolerance": (dims, largest_factor * tolerance),
+    }
+    attrs = {"sigmas": k, "share": share, "input": name}
+    frame = labels if time is None else labels.isel({time: 0}, drop=True)
+    result = answer(plain_surrogate, data, {}, attrs, LONG_NAMES, frame).drop_vars("bound")
+    for kind in ("varies", "factor", "tolerance"):
+        result[kind].attrs.pop("units", None)
+    return result
+
+
+def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
+    """Return the tolerance of an input, and the input."""
+    inputs = surrogate.space.inputs
+    allowed = with_tolerance(surrogate.space)
+    allowed = {k: v for k, v in allowed.items() if not isinstance(inputs[k], Sizing)}
+    for input_name, input_ in surrogate.space.inputs.items():
+        if (
+            isinstance(input_, RandomField)
+            and input_.distribution == "normal"
+            and is_number(input_.std)
+        ):
+            allowed[input_name] = float(input_.std)  # pyright: ignore[reportArgumentType]
+    if not isinstance(name, str) or name not in allowed:
+        raise InputError(
+            "name must be an input with a tolerance, an interval, a distribution with a std or a "
+            f"normal RandomField, which are {', '.join(allowed) or 'none'}; got {shown(name)}"
+        )
+    return allowed[name], surrogate.space.inputs[name]
+
+
+def _scaled(input_: Any, factor: float) -> Any:
+    """Return an input with a part of its tolerance."""
+    if not isinstance(input_, Interval):
+        return replace(input_, std=factor * input_.std)
+    middle, radius = (input_.lower + input_.upper) / 2, (input_.upper - input_.lower) / 2
+    return Interval(middle - factor * radius, middle + factor * radius)

@@ -1,0 +1,149 @@
+"""Parts of the variance of series that random inputs cause, at given values of the intervals.
+
+With independent groups of random variables, the variance is a sum of parts, one for each set of
+groups (Sobol', 2001). Polynomials have them in closed form: γ_j g_j(η)² belongs to the groups that
+Ψ_j contains. Where a series is put together from phases, they are means over samples (Jansen,
+1999).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.special import ndtri
+
+from flexband.analysis.sampled import REPLICATES, SampledSeries
+from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.inputs.sampling import of_normals, sobol
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+
+SAMPLES, SEARCHED = 2048, 128
+"""Samples of each set if there are phases, and those of a search."""
+
+AT_ONCE = 2**17
+"""Numbers that are computed together."""
+
+
+class Variances(Protocol):
+    """Variances of the times of one output."""
+
+    def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return variances and their parts, shape (1 + 2 groups, rows, replicates).
+
+        First is the variance, then what each group causes alone, then what each group takes part
+        in. There is one replicate where the parts are exact.
+
+        Parameters
+        ----------
+        eta : shape (rows, m).
+        times : their numbers, shape (rows,).
+        """
+        ...
+
+
+def variances_of(
+    series: SampledSeries, families: Sequence[Family], groups: Sequence[Sequence[int]], seed: int
+) -> tuple[Variances, Variances]:
+    """Return the variances of a series for a search, and for its result.
+
+    Parameters
+    ----------
+    groups : numbers of random variables.
+    """
+    if not isinstance(series.expansion, PhaseExpansion):
+        exact = Exact(series, groups)
+        return exact, exact
+    few = Sampled.of(series, families, groups, SEARCHED, seed + 1)
+    return few, Sampled.of(series, families, groups, SAMPLES, seed)
+
+
+@dataclass(frozen=True)
+class Exact:
+    """Variances of polynomials."""
+
+    series: SampledSeries
+    groups: Sequence[Sequence[int]]
+
+    @cached_property
+    def _parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return γ_j, with which the parts are sums, and where the terms of each Ψ_j start."""
+        hybrid = self.series.hybrid
+        index = hybrid.random_index
+        contains = np.stack([np.any(index[:, list(k)] > 0, axis=1) for k in self.groups])
+        count = np.sum(contains, axis=0, keepdims=True)
+        which = np.concatenate([count > 0, contains & (count == 1), contains])
+        order = np.argsort(hybrid.j, kind="stable")
+        starts = np.searchsorted(hybrid.j[order], np.arange(len(hybrid.random_index)))
+        return which * hybrid.norms, order, starts
+
+    def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        hybrid = self.series.hybrid
+        parts, order, starts = self._parts
+        blocks, most = [], max(1, AT_ONCE // len(order))
+        for first in range(0, len(eta), most):
+            rows = slice(first, first + most)
+            terms = hybrid.coefficients[:, times[rows]] * hybrid.chebyshev(eta[rows])[:, hybrid.i].T
+            blocks.append(parts @ np.add.reduceat(terms[order], starts, axis=0) ** 2)
+        return np.concatenate(blocks, axis=1)[..., None]
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Variances by samples of pairs that share the values of some groups.
+
+    Attributes
+    ----------
+    psi : polynomials of two independent sets of samples, and of the first with the values of each
+        group from the second, shape (sets × replicates × samples, N).
+    sets : their number.
+    """
+
+    series: SampledSeries
+    psi: np.ndarray
+    sets: int
+
+    @staticmethod
+    def of(
+        series: SampledSeries,
+        families: Sequence[Family],
+        groups: Sequence[Sequence[int]],
+        samples: int,
+        seed: int,
+    ) -> Sampled:
+        """Return the variances of a series with scrambled Sobol' sequences."""
+        n, count = len(families), samples // REPLICATES
+        u = [sobol(count, 2 * n, seed * REPLICATES + k) for k in range(REPLICATES)]
+        both = ndtri(np.concatenate(u))
+        first_set, second_set = (of_normals(v, families) for v in (both[:, :n], both[:, n:]))
+        sets = [first_set, second_set]
+        for group in groups:
+            mixed = first_set.copy()
+            mixed[:, group] = second_set[:, group]
+            sets.append(mixed)
+        return Sampled(series, series.basis(np.concatenate(sets)), len(sets))
+
+    def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        variances, most = [], max(1, AT_ONCE // len(self.psi))
+        for first in range(0, len(eta), most):
+            rows = slice(first, first + most)
+            values = self.series.values(self.psi, eta[rows], times[rows])
+            values = np.moveaxis(values.reshape(len(values), self.sets, REPLICATES, -1), 1, 0)
+            first_set, second_set, mixed = values[0], values[1], values[2:]
+            # of the same pairs: their errors cancel in indices
+            variance = _half_square(first_set, second_set)
+            alone, total = (
+                variance - _half_square(second_set, mixed),
+                _half_square(first_set, mixed),
+            )
+            variances.append(np.concatenate([variance[None], alone, total]))
+        return np.concatenate(variances, axis=1)
+
+
+def _half_square(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return half the mean square of differences, over the last axis."""
+    difference = a - b
+    return np.einsum("...q,...q->...", difference, difference) / (2 * difference.shape[-1])

@@ -1,0 +1,112 @@
+"""The range of values: bounds over all intervals and a stated part of the random inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtri
+
+from flexband.analysis.choices import over_options
+from flexband.analysis.results import answer, expected_error
+from flexband.analysis.selection import selected, surrogates_of
+from flexband.errors import InputError, check_numbers
+from flexband.uncertainty.expansions.boxes import on_box
+from flexband.uncertainty.expansions.direct import DirectExpansion
+from flexband.uncertainty.expansions.expansion import joined
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+def value_range(
+    surrogate: Any, probability: Any = 0.99, *, at: Mapping[str, Any] | None = None
+) -> xr.Dataset:
+    """Return the lowest and the highest values over all intervals and a part of the random inputs.
+
+    Every random variable is between its quantiles (1 − q)/2 and (1 + q)/2, with q such that all n
+    of them are with the given probability: q = probability^(1/n). So the output is in the range at
+    least with this probability, whatever the values of the interval inputs are.
+
+    Parameters
+    ----------
+    surrogate : what `expand` or `load_surrogate` returns. No runs are made.
+    probability : of the random inputs in the box, between 0 and 1; 1 if all of them are bounded.
+    at : as in `quantiles`.
+
+    Returns
+    -------
+    Dataset with the dims "bound" (lower, upper) and those of the outputs: `range`, the bounds;
+    `range_at`, with a further dim "input", the values of all inputs at which they are reached; and
+    `expected_error` of the surrogate, if its method gives one: that of μ + kσ, with the distance k
+    of the box's corners from the mean.
+
+    Raises
+    ------
+    InputError
+        If the surrogate is none, the probability is not in its range, or `at` does not fit.
+    """
+    surrogates = surrogates_of(surrogate)
+    part = checked_probability(probability)
+    chosen = {label: selected(case_surrogate, at) for label, case_surrogate in surrogates.items()}
+    return over_options(
+        {label: range_of(case_surrogate, part) for label, case_surrogate in chosen.items()}
+    )
+
+
+def checked_probability(probability: Any) -> float:
+    """Return the probability of a box; raise `InputError` if it is not above 0 and 1 at most."""
+    part = float(check_numbers("probability", probability))
+    if not 0 < part <= 1:
+        raise InputError(f"probability must be above 0 and at most 1; got {part:g}")
+    return part
+
+
+def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
+    """Return what `value_range` does, for one combination of options."""
+    space, labels = surrogate.space, surrogate.labels
+    families, n, m = space.families, space.random_dimension, space.interval_dimension
+    if probability == 1 and not all(family.bounded for family in families):
+        raise InputError("probability must be below 1: not all random inputs are bounded; got 1")
+    beyond = -np.expm1(np.log(probability) / max(n, 1)) / 2
+    z = float(-ndtri(max(beyond, 1e-300)))
+    ends = of_normals(np.array([[-z] * n, [z] * n]), families)
+    warn_of_extrapolation(space, ends, surrogate.diagnostics.attrs)
+    extremes = []
+    for expansion in surrogate.expansions:
+        if isinstance(expansion, PhaseExpansion):
+            boxed: Any = replace(expansion, parts=on_box(expansion.parts, *ends))
+        else:
+            assert isinstance(expansion, DirectExpansion)
+            boxed = replace(expansion, values=on_box(expansion.values, *ends))
+        extremes += boxed.extremes([0.0])
+    values = joined(surrogate.expansions, [bounds.values for bounds in extremes], 1)
+    box = joined(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(-1, m + n)
+    eta, t = box[:, :m], box[:, m:]
+    inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
+    dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
+    data: dict[str, Any] = {"range": (dims, values.reshape(shape))}
+    if inputs:
+        stacked = np.array(list(inputs.values())).reshape(-1, *shape)
+        data |= {"range_at": (("input", *dims), stacked), "input": ("input", list(inputs))}
+    corner = z * n**0.5 if n else 0.0
+    if (error := expected_error(surrogate, corner)) is not None:
+        data["expected_error"] = dims[1:], error
+    attrs = {
+        "probability": probability,
+        "standard_deviations": z if n else 0.0,
+        "made": "a search over the interval inputs"
+        + f" and a box of the random variables: normal ones within ±{z:.4g} σ" * (n > 0),
+    }
+    return answer(surrogate, data, {}, attrs, LONG_NAMES)
+
+
+LONG_NAMES = {
+    "range": "values over all intervals and the stated part of the random inputs",
+    "range_at": "values of the inputs at the bounds",
+    "expected_error": "error expected of the surrogate at the corners of the box",
+}

@@ -1,0 +1,374 @@
+"""Verification: new runs that tell whether a surrogate misses more than its expected error allows.
+
+Most of the runs are at values of the interval inputs at which bounds are attained, spread over
+outputs, times and both ends of the error bar; every fourth is anywhere. Surrogate and response are
+compared run by run, at the same ξ and η, so the comparison contains no noise of sampling, and every
+run judges all outputs and times. Intervals that the expansion leaves out have no such values: runs
+at bounds come in pairs that differ in these alone, which lie on opposite sides of their midpoints.
+Half the difference of a pair is their effect, which at their worst corner adds up.
+
+Three of four runs are farther out in the random variables than samples are: along a direction of
+each, drawn at random, they are uniformly distributed. A kink that few samples reach is met more
+often, and the ratio of the densities is the weight of the run, so that expectations remain those of
+samples.
+
+Let q_i be the mean square of what the surrogate misses in run i, over all times, in parts of what
+the expected error allows, times the weight. If that is right, E[q_i] ≤ 1, and for every λ ≤ 1 the
+product of 1 + λ(q_i − 1) has an expectation of 1 at most; so has its mean over several λ. By
+Markov's inequality it exceeds 1/α with a probability below α, whatever the distribution of the q_i
+is (Waudby-Smith and Ramdas, 2024). The smallest error that would not be refuted in this way is a
+lower confidence limit of the error; the expected error is confirmed where it is larger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import (
+    ResolutionWarning,
+    StrainWarning,
+    check_function,
+    check_instance,
+    check_integer,
+    without_warnings,
+)
+from flexband.progress import Advance, counted
+from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
+from flexband.uncertainty.inputs.space import Response, check_names
+from flexband.uncertainty.runs.evaluations import (
+    BATCH,
+    Evaluations,
+    evaluations,
+    setting,
+)
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
+from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verdicts import verdict
+
+MAX_RUNS = 1_000_000
+
+RUNS = 16
+"""Number of new runs, unless another is given."""
+
+ANYWHERE = 4
+"""One of so many runs is a sample of the space, the others are at bounds, and farther out."""
+
+FARTHEST = 3.0
+"""Standard deviations up to which the others are spread along a direction of ξ."""
+
+ROUND_OFF = 1e-12
+"""Nor are errors below this part of an output."""
+
+TINY = 1e-140
+"""Added to round-off: its square is not zero."""
+
+SEEDS = 2**31
+"""Number of seeds of samples."""
+
+TIMES = 48
+"""Number of times at which bounds are computed."""
+
+ASIDE = 3**-0.5
+"""Distance of intervals that are left out from their midpoints: that of a uniform variable."""
+
+PAIRS = 2
+"""Pairs of runs per interval that is left out from which their effects are told one by one."""
+
+MIN_PART, HALVINGS = 1e-6, 60
+"""Of a search for what is missed at least: its lowest value, in parts of the mean, and steps."""
+
+BETTING_FACTORS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
+"""Values of λ."""
+
+
+class VerificationPoints(NamedTuple):
+    """Where new runs are.
+
+    Attributes
+    ----------
+    xi, eta : shapes (runs, n) and (runs, m).
+    weight : ratio of the density of samples to that of the run, shape (runs,).
+    sampled : which runs are samples of the whole space, shape (runs,).
+    place : of every run, in words.
+    pairs : numbers of runs that differ in the intervals that are left out alone, shape (pairs, 2).
+    """
+
+    xi: np.ndarray
+    eta: np.ndarray
+    weight: np.ndarray
+    sampled: np.ndarray
+    place: list[str]
+    pairs: np.ndarray
+
+
+def verify(
+    surrogate: Surrogate | SurrogateOfChoices,
+    response: Response,
+    *,
+    runs: int = RUNS,
+    sigmas: float = 1.0,
+    seed: int = 0,
+    store: Any = None,
+    executor: Any = None,
+    failed: str = "stop",
+    progress: Callable[[int, int], object] | None = None,
+) -> xr.Dataset:
+    """Return how far new runs of a response are from its surrogate, and a verdict in words.
+
+    The verdict is about the expected error of the expansion: whether the surrogate misses more of
+    the new runs than it allows, as far as so many runs can tell. If the expected errors of all
+    outputs are right, at most 5 % of verifications do not confirm them. The error of the
+    discretization is not verified, since the new runs have it too.
+
+    Parameters
+    ----------
+    runs : number of new runs, whatever the number of outputs.
+    sigmas : k of the error bar μ ± kσ.
+    seed : seed of the random numbers.
+    store, executor, failed, progress : as in `propagate`. Runs that are left out are not compared;
+        the verdict counts them.
+
+    Returns
+    -------
+    Dataset with the dims of the outputs: what is `missed` of the new runs, root mean square over
+    runs and times; the `implied_error` of the error bar, the `least_error` with a confidence of
+    95 %, and the `bar_width`, means over time; and, if the method expects an error, this
+    `expected_error`, what it `allowed` to miss, and whether it is `confirmed`: whether it is
+    above the least error.
+    Runs that are farther out than samples count by their `run_weight`.
+    `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the
+    time. Along the dim "sample" are `missed_in_run`, the `run_values` of the inputs, the
+    `run_place`: at a bound or anywhere, and the `run_weight`. ``attrs["verdict"]`` is a text,
+    ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
+    runs. With choices there is a dim "choice", and every combination has so many runs.
+
+    Raises
+    ------
+    InputError
+        As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
+    """
+    check_function("response", response)
+    check_instance(
+        "surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns"
+    )
+    runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
+    sigmas = checked_sigmas(sigmas)
+    several = isinstance(surrogate, SurrogateOfChoices)
+    surrogates = surrogate.surrogates if several else {"": surrogate}
+    given = next(iter(surrogates.values())).space.given
+    check_names(response, given)
+    advance, results = counted(progress, runs * len(surrogates)), {}
+    options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
+    with evaluations(response, given, **options) as evaluate:
+        advance(0)
+        for label, case_surrogate in surrogates.items():
+            results[label] = _verified(
+                case_surrogate, response, label, evaluate, advance, runs, sigmas, seed
+            )
+    return verified_choices(results) if several else results[""]
+
+
+def _verified(
+    surrogate: Surrogate,
+    response: Response,
+    case: str,
+    evaluate: Evaluations,
+    advance: Advance,
+    runs: int,
+    sigmas: float,
+    seed: int,
+) -> xr.Dataset:
+    """Return what `verify` does, for one combination of options."""
+    space, labels = surrogate.space, surrogate.labels
+    axes, times = axes_of(labels), surrogate.times
+    left_out = _left_out(surrogate)
+    points, width = _points(surrogate, runs, times, sigmas, seed, left_out)
+    xi, eta = points.xi, points.eta
+    with without_warnings(ResolutionWarning, StrainWarning):
+        response, halved = as_expanded(surrogate, response)
+        known = setting(case, halved)
+        made = evaluate(response, space, known, (xi, eta), labels, advance)
+    assert made.values is not None
+    good = np.setdiff1d(np.arange(runs), list(made.failed))
+    pairs = np.searchsorted(good, points.pairs[np.isin(points.pairs, good).all(axis=1)])
+    F = made.values.values[good]
+    missed = np.abs(F - surrogate.standard(xi[good], eta[good])).reshape(len(good), -1, times)
+    F = F.reshape(missed.shape)
+    size = np.abs(F).max(axis=(0, 2))
+    spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
+    missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
+    width = np.maximum(width, round_off := ROUND_OFF * size + TINY)
+    square = np.mean(missed**2, axis=2)
+    worst = square.argmax(axis=0)
+    dims, shape = axes.dims, axes.shape
+    weighted = points.weight[good, None] * square
+    missed_by = np.sqrt(weighted.mean(axis=0))
+    least_missed = _at_least(_independent(weighted, pairs))
+    part = share(int(left_out.sum())) * growth(sigmas)
+    least = np.maximum(SMALLEST * width, round_off)
+    implied = np.maximum(part * missed_by, _at_corner(F, eta[good][:, left_out], pairs))
+    results = {
+        "missed": missed_by,
+        "implied_error": np.maximum(implied, SMALLEST * width),
+        "least_error": part * least_missed,
+        "bar_width": width,
+        "missed_most_in": good[worst],
+        "missed_most_at": missed[worst, np.arange(len(worst))].argmax(axis=1),
+    }
+    claim = _expected(surrogate)
+    if claim is not None:
+        allowed = np.maximum(np.sqrt(np.mean(claim**2, axis=1)), least) * growth(sigmas) / part
+        results["allowed"] = allowed
+        results["expected_error"] = part * allowed
+        results["confirmed"] = allowed > least_missed
+    coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
+    checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in results.items()}, coords)
+    in_run = np.full((runs, *shape), np.nan)
+    in_run[good] = np.sqrt(square).reshape(-1, *shape)
+    checked["missed_in_run"] = ("sample", *dims), in_run
+    checked["run_place"] = "sample", points.place
+    checked["run_weight"] = "sample", points.weight
+    if values := space.numbers_at(xi, eta):
+        checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
+        checked = checked.assign_coords(input=list(values))
+    attrs: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
+    if made.failed:
+        attrs["runs_failed"] = len(made.failed)
+    checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
+    return checked.assign_attrs(verdict(checked, labels, good, sampled, _held_out(surrogate)))
+
+
+def _held_out(surrogate: Surrogate) -> int:
+    """Return the number of held-out runs that are samples of the whole space."""
+    known = surrogate.diagnostics.attrs
+    return 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
+
+
+def _at_least(square: np.ndarray) -> np.ndarray:
+    """Return what is missed at least, root mean square, (outputs,): less would be refuted.
+
+    Parameters
+    ----------
+    square : mean square of what is missed in each run, (runs, outputs).
+    """
+    scale = np.sqrt(square.mean(axis=0)) + TINY
+    threshold, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), MIN_PART, 1.0
+    low, high = (np.full(len(scale), end) for end in (low, high))
+    for _ in range(HALVINGS):  # what is claimed to be missed, in parts of what is
+        middle = np.sqrt(low * high)
+        q = square / (middle * scale) ** 2
+        products = np.log1p(BETTING_FACTORS[:, None, None] * (q - 1)).sum(axis=1)
+        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(BETTING_FACTORS))
+        low, high = np.where(evidence < threshold, [low, middle], [middle, high])
+    return low * scale
+
+
+def _left_out(surrogate: Surrogate) -> np.ndarray:
+    """Return which interval variables are in no term of the expansions, (m,)."""
+    return (
+        np.max([expansion.hybrid.interval_orders for expansion in surrogate.expansions], axis=0)
+        == 0
+    )
+
+
+def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return what is missed of runs, (runs, outputs), with the mean of a pair instead of both."""
+    if not pairs.size:
+        return square
+    return np.concatenate([np.delete(square, pairs, axis=0), square[pairs].mean(axis=1)])
+
+
+def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return what intervals that are left out do at their worst corner, (outputs,).
+
+    It is a root mean square over time.
+    Their effects are linear, a η. They are told one by one if there are enough pairs; fewer pairs
+    tell Σ a², and Σ |a| is √m times its root at most.
+
+    Parameters
+    ----------
+    F : the runs, shape (runs, outputs, times).
+    eta : of the intervals that are left out, shape (runs, m).
+    pairs : numbers of runs that differ in these alone, shape (pairs, 2).
+    """
+    if not pairs.size:
+        return np.zeros(F.shape[1])
+    half, m = (F[pairs[:, 0]] - F[pairs[:, 1]]) / 2, eta.shape[1]
+    if len(pairs) < PAIRS * m:
+        return np.sqrt(m * np.mean(half**2, axis=(0, 2))) / ASIDE
+    effects = np.linalg.lstsq(eta[pairs[:, 0]], half.reshape(len(half), -1))[0]
+    return np.sqrt(np.mean(np.abs(effects).sum(axis=0).reshape(F.shape[1:]) ** 2, axis=1))
+
+
+def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
+    """Return the response on the discretization that the method chose, and what is finer in it."""
+    halved: list[str] = []
+    space, left_out = surrogate.space, getattr(response, "left_out", None)
+    values = space.arguments_at(*space.nominal())
+    if callable(left_out) and left_out(**values):
+        halved = list(surrogate.diagnostics.attrs.get("halved", []))
+        for name in halved:
+            response = response.refinements(**values)[name]  # pyright: ignore
+    return response, halved
+
+
+def _points(
+    surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int, left_out: np.ndarray
+) -> tuple[VerificationPoints, np.ndarray]:
+    """Return where the runs are, and each output's error bar's width."""
+    space, rng = surrogate.space, np.random.default_rng(seed)
+    golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, TIMES))
+    at = (times * ((0.5 + golden * k) % 1)).astype(int)
+    scattered, which = np.unique(at, return_inverse=True)
+    _, low, high = extremes_of(surrogate.expansions, scattered, sigmas)
+    width = (high.values[1] - low.values[0]).mean(axis=-1)
+    k = k[:runs]
+    bound = (k + k // ANYWHERE) % 2
+    output = (k // 2) * max(1, 2 * len(width) // runs) % len(width)
+    eta = np.stack([low.places[0], high.places[1]])[bound, output, which[:runs]]
+    anywhere = k % ANYWHERE == ANYWHERE - 1
+    anywhere |= not space.interval_dimension
+    at_bounds = np.flatnonzero(~anywhere)
+    pairs = at_bounds[: len(at_bounds) // 2 * 2 * left_out.any()].reshape(-1, 2)
+    first, second = pairs.T
+    bound[second], eta[second] = bound[first], eta[first]
+    sides = ASIDE * rng.choice([-1.0, 1.0], (len(pairs), left_out.sum()))
+    for run_numbers, side in ((first, 1), (second, -1)):
+        eta[np.ix_(run_numbers, left_out)] = side * sides
+    if not space.random_dimension:  # a place is run once
+        once = np.unique(eta[at_bounds].round(6), axis=0, return_index=True)[1]
+        anywhere |= ~np.isin(k, at_bounds[once])
+        pairs = pairs[~anywhere[pairs].any(axis=1)]
+    eta = np.where(anywhere[:, None], rng.uniform(-1, 1, eta.shape), eta)
+    normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
+    sample = (k % ANYWHERE == ANYWHERE - 1) | (space.random_dimension == 0)
+    for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):
+        rows = np.setdiff1d(np.flatnonzero(kind), second)
+        normals[rows] = latin_hypercube_normals(
+            len(rows), normals.shape[1], int(rng.integers(SEEDS))
+        )
+    normals[~sample], weight[~sample] = stretched(normals[~sample], FARTHEST, rng)
+    normals[second], weight[second] = normals[first], weight[first]
+    xi = of_normals(normals, space.families)
+    names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])
+    return VerificationPoints(xi, eta, weight, sample & anywhere, names.tolist(), pairs), width
+
+
+def _expected(surrogate: Surrogate) -> np.ndarray | None:
+    """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
+    known = {"pointwise_error": 1 / AT_ONE_TIME}
+    known |= {"error_bar_expansion_error": 1.0, "error_bar_expected_error": 1.0}
+    for name, factor in known.items():
+        if name in surrogate.diagnostics:
+            error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
+            return factor * error.reshape(-1, surrogate.times)
+    return None

@@ -1,0 +1,424 @@
+"""A mechanism: bodies, joints, loads and sensors by name. It is plain data."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
+from functools import cached_property, partial
+from operator import methodcaller
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.arguments import frozen
+from flexband.errors import InputError, check_integer, shown
+from flexband.mechanics.assembly.parts import (
+    KINDS,
+    Fixed,
+    check_body,
+    check_entries,
+    check_forms,
+    check_outputs,
+    entered,
+    naming,
+    owned_parts,
+)
+from flexband.mechanics.bodies.beam import Beam
+from flexband.mechanics.bodies.body import Body
+from flexband.mechanics.bodies.body import point as ground_point
+from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.properties import Property
+from flexband.mechanics.joints.joint import Joint, PointName
+from flexband.mechanics.joints.placement import placed
+from flexband.mechanics.kernels.forms import (
+    Form,
+    Frame,
+    GeneralizedForce,
+    Vector,
+    add,
+    at_point,
+    constraint_force,
+    scale,
+)
+from flexband.mechanics.kernels.state import State
+from flexband.mechanics.loads.load import (
+    Entries,
+    FollowingEntry,
+    LawEntry,
+    Load,
+    MomentEntry,
+    SpringEntry,
+)
+from flexband.mechanics.sensors.motion import Sensor
+from flexband.words import with_article
+
+
+@frozen(kw_only=True)
+class Mechanism:
+    """A planar mechanism of rigid bodies, point masses, beams and cables.
+
+    Parameters
+    ----------
+    bodies, joints, loads, sensors : name -> object. A sensor named "F" gives outputs such as "F_X"
+        and "F_Y". The mechanism keeps copies, so that changing a mapping or an array later does
+        not change it.
+
+    Raises
+    ------
+    InputError
+        If there is no body, two outputs have one name, or a joint, load or sensor names something
+        that the mechanism lacks. So do all methods that look up a name.
+    """
+
+    bodies: Mapping[str, Body]
+    joints: Mapping[str, Joint] = field(default_factory=dict)
+    loads: Mapping[str, Load] = field(default_factory=dict)
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for kinds in KINDS:
+            object.__setattr__(self, kinds, owned_parts(kinds, getattr(self, kinds)))
+        if not self.bodies:
+            raise InputError("a Mechanism needs at least one body; got none")
+        for name, body in self.bodies.items():
+            naming(f"body {name!r}", check_body, body)
+        object.__setattr__(self, "bodies", Fixed(self._divided()))
+        for name, joint in self.joints.items():
+            naming(f"joint {name!r}", self._check_joint, joint)
+        for name in self.loads:
+            naming(f"load {name!r}", partial(check_entries, state=self.state), self.entries[name])
+            self.forces(name)
+        check_outputs(self.sensors)
+        for name, sensor in self.sensors.items():
+            rows = naming(f"sensor {name!r}", sensor.rows, self)
+            naming(f"sensor {name!r}", partial(check_forms, "rows", rows=self.state.rows), rows)
+
+    def _divided(self) -> dict[str, Body]:
+        """Return the bodies, divided where joints and loads act."""
+        points: dict[str, list[str]] = {name: [] for name in self.bodies}
+        for part in (*self.joints.values(), *self.loads.values()):
+            for body, _, point in (p.partition(".") for p in part.points if isinstance(p, str)):
+                if body in points:
+                    points[body].append(point or "center")
+        return {name: body.divided(points[name]) for name, body in self.bodies.items()}
+
+    def _check_joint(self, joint: Joint) -> None:
+        rows = joint.constraints(self.frame)
+        check_forms("constraints", rows, 1 + sum(body.size for body in self.bodies.values()))
+        self._check_points(joint)
+        kind = with_article(type(joint).__name__)
+        for row in rows:
+            moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
+            if not moved and not row.polar:
+                raise InputError(
+                    f"{kind} must hold something that moves: only bodies that rotate have an "
+                    "angle, and a point mass does not"
+                )
+
+    def _check_points(self, joint: Joint) -> None:
+        """Raise `InputError` if a joint is between points that cannot move against each other."""
+        points = list(joint.points)
+        owners = {point.partition(".")[0] if isinstance(point, str) else "" for point in points}
+        if len(points) < 2 or len(owners) > 1:
+            return
+        (owner,) = owners
+        body = self.bodies.get(owner)
+        text, kind = " and ".join(map(shown, points)), with_article(type(joint).__name__)
+        if not owner:
+            raise InputError(f"its points {text} are both of the ground; one must be of a body")
+        if body is not None and (len(body.nodes) == 1 or len(set(points)) == 1):
+            raise InputError(
+                f"its points {text} are both of body {owner!r}; {kind} is between two bodies, or a "
+                "body and the ground, whose points are pairs (X, Y)"
+            )
+
+    def refined(self, parts: int = 2) -> Mechanism:
+        """Return the mechanism with this many elements in place of each of every flexible member.
+
+        Points keep their names and places, "node 2" included, and so do joints, loads and sensors.
+        A mechanism without elements is returned as it is.
+
+        Raises
+        ------
+        InputError
+            If `parts` is not a whole number, 1 or more, or a member gets too many elements.
+        """
+        check_integer("parts", parts, 1)
+        finer = {
+            name: naming(f"body {name!r}", methodcaller("refined", parts), body)
+            for name, body in self.bodies.items()
+        }
+        if all(finer[name] is body for name, body in self.bodies.items()):
+            return self
+        return replace(self, bodies=finer)
+
+    @property
+    def elements(self) -> dict[str, int]:
+        """The number of elements of each flexible member."""
+        return {name: body.elements for name, body in self.bodies.items() if body.elements}
+
+    @property
+    def without_elements(self) -> list[str]:
+        """The flexible members whose number of elements was left out."""
+        return [name for name, body in self.bodies.items() if body.elements_left_out]
+
+    # --- points and the state ---------------------------------------------------------------
+
+    @cached_property
+    def first_coordinates(self) -> dict[str, int]:
+        """The row of z where the coordinates of each body start."""
+        first, rows = 1, {}
+        for name, body in self.bodies.items():
+            rows[name] = first
+            first += body.size
+        return rows
+
+    @cached_property
+    def state(self) -> State:
+        """The rows of the state z."""
+        coordinates = sum(body.size for body in self.bodies.values())
+        angles = sum(len(row.polar) for _, row in self.constraints)
+        angles += 2 * sum(spring.torsion for _, spring in self.springs)
+        points = sum(len(law.points) for law in self.laws)
+        angles += points + len(self.moments)
+        return State.of(
+            coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
+            points,
+        )  # fmt: skip
+
+    @cached_property
+    def turning(self) -> list[tuple[str, Vector]]:
+        """A vector that turns with each body, and the rods of joints, with the part's name."""
+        vectors = []
+        for name, body in self.bodies.items():
+            if body.size > 2:
+                row = self.first_coordinates[name] + body.nodes[0] + 2
+                vectors.append((f"body {name!r}", (Form.variable(row), Form.variable(row + 1))))
+        for name, joint in self.joints.items():
+            vectors += [(f"joint {name!r}", rod) for rod in joint.rods(self.frame)]
+        return vectors
+
+    def frame(self, point: PointName) -> Frame:
+        """Return the frame of a point."""
+        if not isinstance(point, str):
+            if callable(point) or (isinstance(point, list | tuple) and any(map(callable, point))):
+                raise InputError(
+                    "a point must be 'body.point' or a pair of ground coordinates; got a function. "
+                    "A point that moves is one of a body with a PrescribedPath; a load that moves "
+                    "along a member is shared by Forces at its nodes, which are functions of time"
+                )
+            return Frame.ground(ground_point("ground point", point))
+        body, _, name = point.partition(".")
+        _within("body", body, self.bodies)
+        return self.bodies[body].frame(name or "center", self.first_coordinates[body])
+
+    def velocity(self, point: PointName) -> Frame:
+        """Return the rates of a point's frame."""
+        return self.frame(point).shifted(self.state.velocity)
+
+    def acceleration(self, point: PointName) -> Frame:
+        """Return the second rates of a point's frame."""
+        return self.frame(point).shifted(self.state.acceleration)
+
+    def member(self, name: str) -> tuple[Beam | Cable, int]:
+        """Return a beam or cable, and the row of z where its coordinates start."""
+        members = {k: body for k, body in self.bodies.items() if isinstance(body, Beam | Cable)}
+        _within("beam", name, members)
+        return members[name], self.first_coordinates[name]
+
+    # --- constraints and loads --------------------------------------------------------------
+
+    def _of_bodies(self, method: str) -> Iterator[tuple[int, Any]]:
+        """Yield the first row in z of each body, and what a method of the body returns."""
+        for name, body in self.bodies.items():
+            yield (
+                self.first_coordinates[name],
+                naming(f"body {name!r}", methodcaller(method), body),
+            )
+
+    @cached_property
+    def given(self) -> list[np.ndarray]:
+        """The guess [1, q] for the start, as the bodies state it."""
+        return [
+            np.ones(()),
+            *(c for _, coordinates in self._of_bodies("coordinates") for c in coordinates),
+        ]
+
+    @cached_property
+    def guess(self) -> list[np.ndarray]:
+        """The guess with each body at its angle, moved to where the joints meet if possible."""
+        bodies = [
+            [self.first_coordinates[name] + k for k in body.nodes]
+            for name, body in self.bodies.items()
+        ]
+        joints = [joint for joint in self.joints.values() if not joint.holds_start]
+        return placed(
+            self.given, bodies, [row for joint in joints for row in joint.constraints(self.frame)]
+        )
+
+    @cached_property
+    def constraints(self) -> list[tuple[str, Form]]:
+        """The rows of Φ, each with the name of the part that it belongs to."""
+        rows = [
+            (f"rigidity of body {name!r}", row)
+            for name, body in self.bodies.items()
+            for row in body.constraints(self.first_coordinates[name])
+        ]
+        for name, joint in self.joints.items():
+            for row in joint.constraints(self.frame):
+                held = row - row.at(self.guess) if joint.holds_start else row
+                rows.append((f"joint {name!r}", held))
+        return rows
+
+    @cached_property
+    def constraint_forms(self) -> list[Form]:
+        """The rows of Φ with variables of z in place of the angles."""
+        variables = itertools.count(self.state.angle)
+        return [row.with_variables(variables) for _, row in self.constraints]
+
+    @cached_property
+    def entries(self) -> dict[str, Entries]:
+        """What each load enters in the equations of motion."""
+        return {
+            name: naming(f"load {name!r}", partial(entered, load), self)
+            for name, load in self.loads.items()
+        }
+
+    @cached_property
+    def springs(self) -> list[tuple[str, SpringEntry]]:
+        """The springs as the engine numbers them, each with the name of its load."""
+        springs = [(name, entry) for name, e in self.entries.items() for entry in e.springs]
+        return sorted(springs, key=lambda spring: spring[1].torsion)
+
+    @cached_property
+    def laws(self) -> list[LawEntry]:
+        """The force laws as the engine numbers them."""
+        return [law for entries in self.entries.values() for law in entries.laws]
+
+    @cached_property
+    def moments(self) -> list[MomentEntry]:
+        """The moments on angles as the engine numbers them."""
+        return [moment for entries in self.entries.values() for moment in entries.moments]
+
+    @cached_property
+    def following(self) -> list[FollowingEntry]:
+        """The forces along directions of flexible members as the engine numbers them."""
+        return [force for entries in self.entries.values() for force in entries.following]
+
+    def forces(self, load: str) -> GeneralizedForce:
+        """Return the generalized forces of a load, apart from those of springs and force laws.
+
+        They act on the coordinates, and moments on the angles.
+
+        Raises
+        ------
+        InputError
+            If a force of the load acts on anything else.
+        """
+        entries, state = self.entries[load], self.state
+        for j in entries.forces:
+            if not (0 < j <= state.coordinates or state.angle <= j < state.velocity):
+                raise InputError(
+                    f"load {load!r}: forces must act on coordinates, rows 1 to {state.coordinates} "
+                    f"of z, or on angles; got a force on row {j}"
+                )
+        force, before = dict(entries.forces), self._before(load, "moments")
+        first = state.velocity - len(self.moments) + before
+        for k, entry in enumerate(entries.moments):
+            force[first + k] = force.get(first + k, Form({})) + entry.moment
+        first = state.direction + 2 * self._before(load, "following")
+        for k, entry in enumerate(entries.following):
+            x, y = (Form.variable(first + 2 * k + axis) for axis in range(2))
+            vector = add(scale(entry.along, (x, y)), scale(entry.across, (-y, x)))
+            for j, part in at_point(vector, entry.position).items():
+                force[j] = force.get(j, Form({})) + part
+        return force
+
+    def _before(self, load: str, kind: str) -> int:
+        """Return how many entries of a kind belong to loads before this one."""
+        others = itertools.takewhile(lambda name: name != load, self.loads)
+        return sum(len(getattr(self.entries[name], kind)) for name in others)
+
+    def joint(self, name: str) -> tuple[Joint, list[Form]]:
+        """Return a joint and its multipliers."""
+        _within("joint", name, self.joints)
+        owners = [owner for owner, _ in self.constraints]
+        rows = [k for k, owner in enumerate(owners) if owner == f"joint {name!r}"]
+        return self.joints[name], [Form.variable(self.state.multiplier + k) for k in rows]
+
+    def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
+        """Return the tension and the elongation of a translational or a torsion spring."""
+        rows = {}
+        for k, (owner, spring) in enumerate(self.springs):
+            if spring.torsion == torsion:
+                rows.setdefault(owner, self._spring_forms(k))
+        _within("torsion spring" if torsion else "spring", name, rows)
+        return rows[name]
+
+    def _spring_forms(self, number: int) -> tuple[Form, Form]:
+        rows = (self.state.tension + number, self.state.elongation + number)
+        return Form.variable(rows[0]), Form.variable(rows[1])
+
+    def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
+        """Return the forces of a joint or load, each with the variable of z that it does work on.
+
+        They are −Φ_qᵀλ of a joint, −T on the elongation of a spring, and the forces and moments of
+        a law on the positions and angles of its points.
+        """
+        _within("joint or load", part, {**self.joints, **self.loads})
+        if part in self.joints:
+            _, multipliers = self.joint(part)
+            owners = (owner for owner, _ in self.constraints)
+            rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
+                    if o == f"joint {part!r}"]  # fmt: skip
+            force = constraint_force(rows, multipliers)
+            return [(form, Form.variable(j)) for j, form in force.items()]
+        pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
+        for k, (owner, _) in enumerate(self.springs):
+            if owner == part:
+                tension, elongation = self._spring_forms(k)
+                pairs.append((-tension, elongation))
+        first = sum(len(law.points) for law in self.laws[: self._before(part, "laws")])
+        frames = [frame for law in self.entries[part].laws for frame in law.points]
+        angle = self.state.velocity - len(self.moments) - (self.state.rows - self.state.law) // 3
+        for p, frame in enumerate(frames, start=first):
+            moved = (*frame.position, Form.variable(angle + p))
+            row = self.state.law + 3 * p
+            pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
+        return pairs
+
+    # --- inertia ----------------------------------------------------------------------------
+
+    @cached_property
+    def mass(self) -> dict[tuple[int, int], np.ndarray]:
+        """The entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
+        return {
+            (first + i, first + j): value
+            for first, entries in self._of_bodies("mass_entries")
+            for (i, j), value in entries.items()
+        }
+
+    def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce:
+        """Return M g, where g = (x, y) [m/s²] in the rows of the nodes' positions."""
+        first = self.first_coordinates
+        nodes = {first[name] + k for name, body in self.bodies.items() for k in body.nodes}
+        g = {n + axis: Form.constant(a) for n in nodes for axis, a in enumerate((x, y))}
+        force: GeneralizedForce = {}
+        for (i, j), value in self.mass.items():
+            for to, of in {(i, j), (j, i)}:
+                if of in g:
+                    force[to] = force.get(to, Form({})) + g[of] * value
+        return force
+
+    def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce:
+        """Return the generalized force of a load [N/m] along a beam or cable."""
+        member, first = self.member(body)
+        return {first + j: Form.constant(force) for j, force in member.line_load(x, y).items()}
+
+
+def _within(kind: str, name: str, parts: Mapping[str, object]) -> None:
+    if not isinstance(name, str) or name not in parts:
+        there = ", ".join(parts) or "none"
+        raise InputError(f"{kind} {shown(name)} is not in the mechanism; there is {there}")

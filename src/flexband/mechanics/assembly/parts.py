@@ -1,0 +1,178 @@
+"""The parts of a mechanism: copies that nobody else can change, and what they must return.
+
+Parts may be of classes that users write. What they return is checked once, because compiled code
+does not check it.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from operator import methodcaller
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import InputError, check_finite, check_instance, shown
+from flexband.mechanics.bodies.body import Body
+from flexband.mechanics.joints.joint import Joint
+from flexband.mechanics.kernels.forms import Form
+from flexband.mechanics.kernels.state import State
+from flexband.mechanics.loads.load import Entries, Load
+from flexband.mechanics.sensors.motion import Sensor
+from flexband.words import number_of
+
+KINDS: dict[str, tuple[str, Any]] = {
+    "bodies": ("body", Body),
+    "joints": ("joint", Joint),
+    "loads": ("load", Load),
+    "sensors": ("sensor", Sensor),
+}
+
+
+class Fixed(Mapping[str, Any]):
+    """A mapping that cannot be changed."""
+
+    def __init__(self, parts: Mapping[str, Any]):
+        self._parts = dict(parts)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._parts[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def __repr__(self) -> str:
+        return repr(self._parts)
+
+
+def owned_parts(kinds: str, parts: object) -> Fixed:
+    """Return a copy of one of the mappings of a mechanism.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping from names to parts of this kind.
+    """
+    kind, base = KINDS[kinds]
+    check_instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
+    copies = {}
+    for name, part in parts.items():  # type: ignore[attr-defined]
+        if not isinstance(name, str) or not name or (kind == "body" and "." in name):
+            allowed = "non-empty text" + " without a dot" * (kind == "body")
+            raise InputError(f"the name of a {kind} must be {allowed}; got {shown(name)}")
+        if isinstance(part, type) or not isinstance(part, base):
+            raise InputError(f"{kinds}[{name!r}] must be a {kind}; got {shown(part)}")
+        copies[name] = _owned(part)
+        if type(part).__module__.startswith("flexband.") and hasattr(part, "__post_init__"):
+            naming(f"{kind} {name!r}", methodcaller("__post_init__"), copies[name])  # as it is now
+    return Fixed(copies)
+
+
+def _owned(value: Any) -> Any:
+    """Return a copy of data and of the data in it; functions and other objects are kept."""
+    if isinstance(value, np.ndarray):
+        duplicate = value.copy()
+        duplicate.flags.writeable = False
+        return duplicate
+    if isinstance(value, Mapping):
+        return Fixed({key: _owned(element) for key, element in value.items()})
+    if type(value) in (list, tuple):
+        return tuple(map(_owned, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        duplicate = copy.copy(value)
+        for field in fields(value):
+            object.__setattr__(duplicate, field.name, _owned(getattr(value, field.name)))
+        return duplicate
+    with_numbers = hasattr(value, "__array__") and not isinstance(value, np.generic | type)
+    return copy.deepcopy(value) if with_numbers else value
+
+
+def naming(place: str, action: Callable, argument: object) -> Any:
+    """Return ``action(argument)``; an `InputError` names the place."""
+    try:
+        return action(argument)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+
+
+def check_body(body: Body) -> None:
+    """Raise `InputError` if what a body returns does not fit its number of coordinates."""
+    for what in ("coordinates", "velocities"):
+        values = getattr(body, what)()
+        if len(values) != body.size:
+            raise InputError(
+                f"{what} must return {number_of(body.size, 'value')}; got {len(values)}"
+            )
+        for value in values:
+            check_finite(what, value)
+    for (i, j), mass in body.mass_entries().items():
+        if not 0 <= i <= j < body.size:
+            raise InputError(
+                f"mass_entries must be (i, j) with 0 ≤ i ≤ j < {body.size}; got ({i}, {j})"
+            )
+        check_finite("mass_entries", mass)
+
+
+def check_forms(what: str, forms: object, rows: int) -> None:
+    """Raise `InputError` if these are not forms of the first rows of z."""
+    check_instance(what, forms, Sequence, "a list of forms")
+    for form in forms:  # type: ignore[attr-defined]
+        check_instance(what, form, Form)
+        for (i, j, _), c in _terms(form):
+            if not 0 <= i <= j < rows:
+                raise InputError(f"{what} must be of rows 0 to {rows - 1} of z; got row {j}")
+            check_finite(f"coefficients of {what}", c)
+
+
+def _terms(form: Form) -> Iterable[tuple[Any, Any]]:
+    """Yield the terms of a form and of the vectors whose angles or lengths it has."""
+    yield from form.terms.items()
+    for polar in form.polar:
+        for component in polar.vector:
+            yield from component.terms.items()
+
+
+def entered(load: Load, model: Any) -> Entries:
+    """Return what a load enters; raise `InputError` if that is something else than `Entries`."""
+    entries = load.enters(model)
+    check_instance("what it enters", entries, Entries, "Entries")
+    return entries
+
+
+def check_entries(entries: Entries, state: State) -> None:
+    """Raise `InputError` if a load enters forms of rows that do not exist."""
+    check_forms("forces", list(entries.forces.values()), state.rows)
+    check_forms("the potential", [entries.potential], state.rows)
+    for spring in entries.springs:
+        for vector in spring.vectors:
+            check_forms("the vectors of a spring", vector, 1 + state.coordinates)
+    for law in entries.laws:
+        for frame in law.points:
+            check_forms("the points of a law", frame.position, 1 + state.coordinates)
+
+
+def check_sensors(sensors: Mapping[str, Sensor]) -> None:
+    """Raise `InputError` if there are no sensors, without which nothing is returned."""
+    if not sensors:
+        raise InputError(
+            "the mechanism has no sensors, so it has no outputs; add what is to be known, such as "
+            "Mechanism(..., sensors={'tip': fb.Position('arm.end')})"
+        )
+
+
+def check_outputs(sensors: Mapping[str, Sensor]) -> None:
+    """Raise `InputError` if two outputs have the same name."""
+    owners: dict[str, str] = {}
+    for name, sensor in sensors.items():
+        for suffix, _ in sensor.outputs():
+            if name + suffix in owners:
+                raise InputError(
+                    f"sensors {owners[name + suffix]!r} and {name!r} both have an output "
+                    f"{name + suffix!r}; give one of them another name"
+                )
+            owners[name + suffix] = name

@@ -1,0 +1,106 @@
+"""Fields: their realizations, and what their discretization leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from flexband.errors import InputError, check_instance, check_option, shown
+from flexband.report.plot.series import legend_above, literal
+from flexband.report.plot.style import LINES, MIDDLE, axes_of
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.interval_field import IntervalField
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+
+REALIZATIONS = 8
+ALONG = {"position": "position [m]", "time": "time [s]", "": "position [m] or time [s]"}
+"""What a field is a function of -> name of the axis."""
+
+
+def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = None) -> Axes:
+    """Draw some realizations of a field, with its limits, or its mean ± standard deviation.
+
+    Parameters
+    ----------
+    field : a field with a domain; `Study.fields` returns those of a study.
+    name : of the input, for the axis.
+    along : "position" or "time", what the field is a function of, for the axis.
+    ax : axes to draw on, those of a new figure by default.
+
+    Returns
+    -------
+    The axes.
+
+    Raises
+    ------
+    InputError
+        If `field` is none, or has no domain, or `along` is neither.
+    """
+    check_instance("field", field, Field, "a field")
+    check_option("along", along, ALONG)
+    check_instance("name", name, str, "a text")
+    x = np.linspace(*field.located, 501)
+    drawn = field.realizations(x, REALIZATIONS)
+    middle, text, lines = field.nominal(x), "limits", []
+    if isinstance(field, RandomField):
+        deviation = field.deviation(x)
+        lines, text = [middle - deviation, middle + deviation], r"$\mu \pm \sigma$"
+    elif isinstance(field, IntervalField):
+        lines = list(field.limits(x))
+    ax = axes_of(ax)
+    ax.plot(x, drawn.T, color=MIDDLE, linewidth=0.6)
+    for k, line in enumerate(lines):
+        ax.plot(x, line, **LINES[0], label=None if k else text)
+    ax.set(xlabel=ALONG[along], ylabel=literal(name))
+    ax.margins(x=0)
+    if lines:
+        legend_above(ax)
+    return ax
+
+
+def variance_error(
+    fields: Mapping[str, RandomField], *, along: str = "", ax: Axes | None = None
+) -> Axes:
+    """Draw which part of the variance of random fields their series leave out, Eq. (31).
+
+    Parameters
+    ----------
+    fields : name in the legend -> random field with a domain.
+    along : "position" or "time", what all of them are functions of, for the axis.
+    ax : axes to draw on, those of a new figure by default.
+
+    Returns
+    -------
+    The axes.
+
+    Raises
+    ------
+    InputError
+        If `fields` has none or others than random fields, or one without a domain, or `along` is
+        neither.
+    """
+    check_option("along", along, ALONG)
+    if (
+        not isinstance(fields, Mapping)
+        or not fields
+        or not all(isinstance(random_field, RandomField) for random_field in fields.values())
+    ):
+        raise InputError(f"fields must map names to random fields; got {shown(fields)}")
+    drawn = {}
+    for name, random_field in fields.items():
+        x = np.linspace(*random_field.located, 501)
+        text = f"{literal(str(name))}, terms: {random_field.dimension}"
+        drawn[f"{text}, largest: {random_field.largest_variance_error():.4f}"] = (
+            x,
+            random_field.variance_error(x),
+        )
+    ax = axes_of(ax)
+    for (text, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
+        ax.plot(x, values, label=text, **look)
+    ax.set(xlabel=ALONG[along], ylabel="variance error / variance")
+    ax.margins(x=0)
+    ax.legend()
+    return ax

@@ -1,0 +1,412 @@
+"""Tables and remarks on bands and on methods, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+import xarray as xr
+
+from flexband.report.text.numbers import digits_for, number, percent
+from flexband.rounding import ROUNDING, rounding_levels
+from flexband.study.comparison import Comparison
+from flexband.uncertainty.adaptive.adaptation import StopReason
+from flexband.uncertainty.adaptive.results import TOO_COARSE
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.diagnostics import unseen
+from flexband.uncertainty.surrogates.sigmas import (
+    bars_vary,
+    relative_errors,
+    with_relative_errors,
+)
+from flexband.uncertainty.surrogates.verdicts import of_doubtful
+from flexband.words import number_of
+
+Table = tuple[list[str], list[list[str]]]
+"""A header and rows."""
+
+FAR = 0.01
+"""Part of its range by which an output may leave it between the times without a remark."""
+
+TOLD = 0.01
+"""Part of the largest width of an error bar that the digits of its ends tell."""
+
+CONSTANT = "constant"
+"""In place of the width of an output that is constant, or nothing but rounding errors."""
+
+MORE = "allow more runs (--max-runs)"
+"""What helps where a method does not tell."""
+
+AND_YET = "yes, not trusted"
+"""Of an output whose expected error new runs confirm, although it is too large for trust."""
+
+APART = 1.25
+"""Factor between an error in parts of an output's own width and of that it is judged by, beyond
+which the former is told. Where both widths are the output's, they differ by a little, since the
+latter is found at fewer times."""
+
+Data = TypeVar("Data", xr.DataArray, xr.Dataset)
+
+
+def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
+    """Return the names along dim "output", or one empty name without this dim."""
+    return [str(name) for name in data["output"].values] if "output" in data.dims else [""]
+
+
+def select(data: Data, name: str) -> Data:
+    """Return the data of one of the `outputs_of`."""
+    return data.isel(output=outputs_of(data).index(name)) if "output" in data.dims else data
+
+
+def deviations(bands: xr.Dataset) -> str:
+    """Return the error bar's multiple of σ as text: σ, 2σ, 2.5σ."""
+    sigmas = bands.attrs.get("sigmas", 1.0)
+    return "σ" if sigmas == 1 else f"{sigmas:g}σ"
+
+
+def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
+    """Return one row per output: its bands over all times, and the largest width of its error bar.
+
+    Their ends have so many digits that they are told apart from a limit which is near: four, and
+    those that tell `TOLD` of the width.
+
+    The next column is its expected error in parts of the width, both as means over time, or, for
+    PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
+    last one is whether new runs confirm it. Of an output that is constant there is none of these.
+
+    Parameters
+    ----------
+    checked : result of `verify`.
+    """
+    bar = f"error bar μ ± {deviations(bands)}"
+    shares, rows = expected_errors(bands), []
+    kind = "expected error" if shares else "truncation indicator"
+    header = ["output", "interval mean", bar, "largest width", "at", kind]
+    header += ["confirmed"] * (checked is not None and "confirmed" in checked)
+    still, largest = constants(bands), _largest_of_units(bands)
+    for name in outputs_of(bands):
+        output_bands = select(bands, name)
+        unit, bar = _unit(output_bands), output_bands["error_bar"]
+        width = bar.sel(bound="upper") - bar.sel(bound="lower")
+        widest, scale = float(width.max()), float(abs(bar).max())
+        scale = largest[unit] if unit and name in still else scale
+        finest = 0.0 if name in still else TOLD * widest
+        ends = [
+            number(v, digits_for(v, finest), scale)
+            for v in (float(end) for b in (output_bands["mean"], bar) for end in (b.min(), b.max()))
+        ]
+        spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
+        rows.append([f"{name or 'response'}{unit}", *spans])
+        at, error, new = "", "", _confirmed(name, output_bands, checked, constant=name in still)
+        if name in still:
+            rows[-1] += [CONSTANT, at, error, *new]
+            continue
+        if width.dims == ("time",):
+            at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
+        if shares:
+            error = percent(shares[name])
+        elif "truncation" in output_bands:
+            error = percent(float(output_bands["truncation"].max()) / widest)
+        rows[-1] += [number(widest, scale=scale), at, error, *new]
+    return header, rows
+
+
+def _confirmed(
+    name: str, output_bands: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
+) -> list[str]:
+    """Return the cell that tells whether new runs confirm the bands of an output; none without."""
+    if checked is None or "confirmed" not in checked:
+        return []
+    if not select(checked["confirmed"], name).values.all():
+        return ["NO"]
+    trusted = "trusted" not in output_bands or output_bands["trusted"].values.all()
+    return ["" if constant else "yes" if trusted else AND_YET]
+
+
+def _unit(output_bands: xr.Dataset) -> str:
+    """Return the unit of an output in brackets, after a blank; or nothing."""
+    return f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
+
+
+def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
+    """Return the largest size of the error bars of all outputs of a unit, by `_unit`.
+
+    Its rounding errors are not above `ROUNDING` times that.
+    """
+    levels = rounding_levels(bands["unit"]) if "unit" in bands.coords else {}
+    largest = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
+    for name in outputs_of(bands):
+        output_bands = select(bands, name)
+        largest[_unit(output_bands)] = max(
+            largest.get(_unit(output_bands), 0.0), float(abs(output_bands["error_bar"]).max())
+        )
+    return largest
+
+
+def constants(bands: xr.Dataset) -> list[str]:
+    """Return the outputs that are constant, or nothing but rounding errors."""
+    bar = bands["error_bar"].transpose("bound", ...)
+    moving = bands["mean"].isel(bound=0, drop=True)
+    time = axes_of(bar).time
+    moving = moving if time is None else moving.isel({time: 0}, drop=True)
+    moving = moving.transpose(*axes_of(bar).dims).copy(data=bars_vary(bar))
+    return [name for name in outputs_of(moving) if not select(moving, name).values.any()]
+
+
+def expected_errors(bands: xr.Dataset) -> dict[str, float]:
+    """Return the expected error of every output, in parts of its error bar's width; or nothing.
+
+    Both are means over time, if there are times.
+    """
+    judged = judged_errors(bands)
+    if not {"mean_expected_error", "error_bar_expected_error"} <= set(bands):
+        return judged
+    errors = relative_errors(bands, "expected_error", bands["error_bar"].transpose("bound", ...))
+    pairs = zip(judged.items(), map(float, errors.ravel()), strict=True)
+    return {name: error if error > APART * share else share for (name, share), error in pairs}
+
+
+def judged_errors(bands: xr.Dataset) -> dict[str, float]:
+    """Return the expected error of every output as the method judges it; or nothing.
+
+    It is that of `expected_errors`, but for components of a tensor, and for those of a vector that
+    are far smaller than others: their errors are in parts of the width of the largest one.
+    """
+    bar = bands["error_bar"].transpose("bound", ...)
+    errors = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
+    if "relative_expected_error" not in errors:
+        return {}
+    names, share = outputs_of(bands["mean"]), errors["relative_expected_error"]
+    return {name: float(select(share, name).max()) for name in names}
+
+
+def error_in_words(bands: xr.Dataset) -> str:
+    """Return how far the ends of the error bars are expected to be off, as a sentence."""
+    shares, errors = judged_errors(bands), expected_errors(bands)
+    if not shares:
+        return "The error of these bands is not estimated by this method."
+    worst = max(shares, key=lambda name: shares[name])
+    small = {name: errors[name] for name in shares if errors[name] > shares[name]}
+    amount = f"{percent(shares[worst])} of the bars' width"
+    amount += f" for {worst}{averaged(bands)}" if len(shares) > 1 else averaged(bands)
+    if small:
+        up_to, whose = ("up to ", "their own widths") if len(small) > 1 else ("", "its own width")
+        amount += (
+            f"; for {', '.join(small)} by {up_to}{percent(max(small.values()))} of {whose}, "
+            "smaller than that of the component by which the tolerance is judged"
+        )
+    if len(shares) > 1 + len(small):
+        amount += "; for the other outputs by less"
+    text = f"The ends of the error bars are expected to be off by {amount}."
+    return (
+        f"{text} At single times it may be up to {worst}." if (worst := worst_time(bands)) else text
+    )
+
+
+def worst_time(bands: xr.Dataset) -> str:
+    """Return by how much an error bar may be off at the worst time, with output and time, in words.
+
+    It is in parts of the width by which the method judges the output, mean over time. The text is
+    empty without times, or without an estimate.
+    """
+    axes, shares = axes_of(bands["error_bar"].transpose("bound", ...)), judged_errors(bands)
+    if axes.times == 1 or "pointwise_error" not in bands or not any(shares.values()):
+        return ""
+    time, parts = axes.time, {}
+    for name, share in shares.items():
+        series, of_mean = select(bands, name), ("mean_expected_error", "error_bar_expected_error")
+        mean = max(float(series[band].mean(time).max()) for band in of_mean)
+        errors = series["pointwise_error"] * (share / mean if mean else 0.0)
+        parts[name] = errors.max([dim for dim in errors.dims if dim != time])
+    worst = max(parts, key=lambda name: float(parts[name].max()))
+    at = int(np.argmax(parts[worst].values))
+    unit = "" if time not in bands.coords else bands[time].attrs.get("units", "")
+    value = bands[time].values[at] if time in bands.coords else at
+    stamp = number(value) if np.issubdtype(np.asarray(value).dtype, np.number) else value
+    of_output = f"{worst} at " * (len(shares) > 1)
+    return f"{percent(float(parts[worst].max()))} ({of_output}{time} {stamp} {unit}".rstrip() + ")"
+
+
+def averaged(bands: xr.Dataset) -> str:
+    """Return over what expected errors are averaged, in words after a comma; or nothing."""
+    time = axes_of(bands["mean"].transpose("bound", ...)).time
+    return "" if time is None else f", mean over {time}"
+
+
+def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, *, doubtful: bool = False) -> str:
+    """Return the verdict of `verify`, with which no doubt about the result is in contradiction."""
+    verdict = str(checked.attrs["verdict"])
+    return of_doubtful(verdict) if doubtful or "not_trusted" in bands.attrs else verdict
+
+
+def remarks(
+    bands: xr.Dataset, checked: xr.Dataset | None = None, *, doubtful: bool = False
+) -> list[str]:
+    """Return what diagnostics and the result of `verify` mean, as sentences.
+
+    `doubtful` is whether the result is not what was asked for.
+    """
+    lines = [told_by_new_runs(bands, checked, doubtful=doubtful)] if checked is not None else []
+    if failed := bands.attrs.get("runs_failed", 0):
+        runs = bands.attrs["runs"]
+        lines.append(
+            f"{failed} of {number_of(runs, 'run')} failed and {'was' if failed == 1 else 'were'} "
+            f"left out, {percent(failed / runs)}; `flexband status` lists what failed"
+        )
+    if "orders" in bands:
+        orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
+        lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
+    if "expected_error" in bands.attrs:
+        attrs = bands.attrs
+        sampled = attrs.get("runs_generic", attrs["runs_checked"])
+        lines.append(
+            f"Expected error{averaged(bands)}: {percent(attrs['expected_error'])} of the error "
+            f"bar's width ({number_of(attrs['runs_checked'], 'held-out run')}, which "
+            f"can miss what happens in {percent(unseen(sampled))} of the space)"
+        )
+        lines += [
+            f"At single times it may be up to {worst}" for worst in [worst_time(bands)] if worst
+        ]
+        if attrs.get("refined"):
+            errors = ", ".join(f"{k} {percent(attrs[f'{k}_error'])}" for k in attrs["refined"])
+            lines.append(
+                f"Of this, the expansion {percent(attrs['expansion_error'])}, {errors} "
+                f"({number_of(attrs['runs_refined'], 'run')} on finer discretizations)"
+            )
+        else:
+            lines.append("The error of the discretization (step, elements) is not estimated")
+        if "runs_generic" in attrs:
+            lines.append(
+                "An effect that only a small part of the inputs' ranges has, such as a stop that "
+                f"is rarely reached, may be unseen: {attrs['runs_generic']} of the held-out runs "
+                "are spread over the ranges, and are likely (95 %) to meet one only if "
+                f"{percent(unseen(sampled))} of the ranges or more have it"
+            )
+        if attrs.get("discretization"):
+            chosen = " (chosen by the method)" if "halved" in attrs else ""
+            lines.append(f"Discretization: {attrs['discretization']}{chosen}")
+        if attrs.get("small_components"):
+            lines.append(
+                f"{attrs['small_components']}: the tolerance is judged in parts of the error bar "
+                "of another component of the same tensor or vector, which is wider; the table "
+                "tells errors in parts of the own width"
+            )
+        carriers = (  # NetCDF has a number in place of one that is alone
+            np.atleast_1d(attrs.get(name, ()))
+            for name in ("carrier_frequencies", "steps_per_period")
+        )
+        lines += [
+            f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
+            for frequency, steps in zip(*carriers, strict=False)
+        ]
+        lines += _tolerance_remarks(bands) if "tolerance" in attrs else []
+    if "choice" in bands.dims:
+        for name in outputs_of(bands):
+            ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)
+            lower, upper = (" and ".join(dict.fromkeys(options.tolist())) for options in ends)
+            lines.append(
+                f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
+                f"highest with {upper}"
+            )
+    lines += between_remarks(bands)
+    if "remark" in bands.attrs:
+        lines.append(f"The bands are {bands.attrs['remark']}")
+    if "not_trusted" in bands.attrs:
+        lines.append(f"Not reliable: {bands.attrs['not_trusted']}")
+    return lines
+
+
+def between_remarks(bands: xr.Dataset) -> list[str]:
+    """Return which outputs leave their bands' range between the times in all runs looked at."""
+    if "above_between" not in bands:
+        return []
+    lines, last = [], bands["above_between"].dims[-1]
+    sizes = _largest_of_units(bands)
+    for name in outputs_of(bands):
+        output_bands = select(bands, name)
+        unit = f" {output_bands['unit'].values}" if "unit" in output_bands.coords else ""
+        unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
+        low, high = output_bands["error_bar"].transpose("bound", ...).values
+        largest = max(high.max() - low.min(), ROUNDING * sizes[_unit(output_bands)])
+        for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
+            least = output_bands[f"{side}_between_least"].values[..., :-1]
+            reach = np.maximum(end[..., :-1], end[..., 1:]) + least
+            if reach.max() <= end.max() + FAR * largest:
+                continue
+            at = number(bands[last].values[np.unravel_index(reach.argmax(), reach.shape)[-1]])
+            way = "up" if sign > 0 else "down"
+            lines.append(
+                f"Between the output times, {name or 'the response'} goes {way} to "
+                f"{number(sign * reach.max())}{unit}, after {at}{unit_of_last}, {side} every band "
+                f"at these times ({number_of(bands.attrs['runs_between'], 'run')} at more times): "
+                "a smaller "
+                "output_step shows it"
+            )
+    return lines
+
+
+def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
+    """Return whether expansion and discretization keep below the tolerance, if they do not.
+
+    If the discretization was left to the method, each of them has one half of the tolerance.
+    """
+    attrs, lines = bands.attrs, []
+    error, finer, tolerance = (
+        attrs[k] for k in ("expansion_error", "discretization_error", "tolerance")
+    )
+    chosen, unmet = "halved" in attrs, f"The tolerance of {100 * attrs['tolerance']:g} % is"
+    share = tolerance / 2 if chosen else tolerance
+    exceeded = attrs["expected_error"] > tolerance if chosen else error > tolerance
+    if (
+        exceeded
+        and attrs.get("sigmas", 1) != 1
+        and attrs.get("stop_reason") == StopReason.TOLERANCE_MET
+    ):
+        return [
+            f"{unmet} met for μ ± σ, but NOT for μ ± {deviations(bands)}: choose a smaller one "
+            "(--tolerance)"
+        ]
+    if exceeded and error > share:
+        lines.append(f"{unmet} NOT met: {attrs.get('advice', MORE)}")
+        lines.append(f"Most is missed {attrs['largest_miss']}")
+    if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
+        if chosen:
+            why = attrs.get("not_refined", TOO_COARSE)
+            lines.append(f"{unmet} NOT met by the discretization: {why}")
+        else:
+            lines.append(
+                "The discretization is coarse: a finer one would move the bands by more than the "
+                "tolerance"
+                + "; leave out step and elements to have them chosen"
+                * ("step" in attrs["refined"])
+            )
+    return lines
+
+
+def error_table(results: Sequence[Comparison]) -> Table:
+    """Return runs, wall times and relative errors in per cent, one row per method and output."""
+    header = ["method", "runs", "time [s]", "output", "mean [%]", "error bar [%]"]
+    rows = []
+    for result in results:
+        head = [result.method.label, str(result.runs), f"{result.seconds:.2f}"]
+        if not result.errors:
+            rows.append([f"{head[0]} (reference)", *head[1:], "", "", ""])
+            continue
+        for name in outputs_of(result.bands):
+            values = [float(select(result.errors[v], name)) for v in ("mean", "error_bar")]
+            rows.append([*head, name, *("–" if np.isnan(v) else f"{100 * v:.2f}" for v in values)])
+            head = ["", "", ""]
+    return header, rows
+
+
+def field_remarks(fields: Mapping[str, Field]) -> list[str]:
+    """Return what each field is made of, and how well it is represented, as sentences."""
+    return [f"{name}: {field.summary}" for name, field in fields.items()]
+
+
+def comparison_remarks(fields: Mapping[str, Field]) -> list[str]:
+    """Return what fields are made of, and what runs and wall times include, as sentences."""
+    repeated = "Numbers of runs do not include the one that is made again to see that it repeats."
+    return [*field_remarks(fields), "Times do not include compilation.", repeated]

@@ -1,0 +1,169 @@
+"""Expansions by least squares: terms up to a total or hyperbolic order, from a few runs each."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from flexband.arguments import frozen
+from flexband.errors import InputError, RunError, check_integer, check_numbers
+from flexband.uncertainty.expansions.direct import DirectExpansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.index_sets import bounded_terms
+from flexband.uncertainty.expansions.regression import (
+    least_squares,
+    normalized_values,
+    term_scales,
+)
+from flexband.uncertainty.inputs.sampling import nested_points
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.pcci import MAX_ORDER, Evaluate, earlier_runs
+from flexband.uncertainty.surrogates.axes import series, units_of
+from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part, share, trust
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import are, number_of
+
+MAX_TERMS = 5000
+
+MIN_PIVOT = 1e-8
+"""What is new in a term, in the runs, as a fraction of the same of the term that is newest."""
+
+
+@frozen()
+class RegressionPCCI:
+    """Regression: the terms of low total order, by least squares, instead of a full tensor product.
+
+    The expansion of Eq. (11) contains the terms whose orders ν in all variables, random and
+    interval, satisfy Σ ν_v^q ≤ p^q: all terms up to the total order p for q = 1, and with q < 1
+    fewer products of several variables (a hyperbolic basis). Runs are at points of a scrambled
+    Sobol' sequence; three tenths of the values of each interval variable are at its bounds.
+
+    Parameters
+    ----------
+    order : p.
+    q_norm : q, above 0 and at most 1.
+    oversampling : runs per term, above 1.
+    seed : seed of the sequence.
+
+    Raises
+    ------
+    InputError
+        If a number is not as stated, or the runs would not be more than the terms; in `propagate`,
+        if there are more than 5000 terms, or the runs do not determine all of them.
+    """
+
+    order: int = 3
+    q_norm: float = 1.0
+    oversampling: float = 2.0
+    seed: int = 0
+
+    name = "regression PCCI"
+    copies = 3.2
+    leaves_out_failed = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "order", check_integer("order", self.order, 0, MAX_ORDER))
+        object.__setattr__(self, "seed", check_integer("seed", self.seed, 0))
+        for name in ("q_norm", "oversampling"):
+            object.__setattr__(self, name, float(check_numbers(name, getattr(self, name))))
+        if not 0 < self.q_norm <= 1:
+            raise InputError(
+                f"q_norm must be above 0 and at most 1 (all terms up to the total order); "
+                f"got {self.q_norm:g}"
+            )
+        if self.oversampling <= 1:
+            raise InputError(
+                f"oversampling must be above 1: a fit needs more runs than terms; "
+                f"got {self.oversampling:g}"
+            )
+
+    @property
+    def label(self) -> str:
+        """Name and order p, with q if it is below 1."""
+        return f"{self.name} ({self.order}{f', q = {self.q_norm:g}' * (self.q_norm < 1)})"
+
+    def index(self, space: Space) -> np.ndarray:
+        """Return the orders of the terms in every variable, η first, shape (terms, m + n)."""
+        dimension = space.interval_dimension + space.random_dimension
+        try:
+            return bounded_terms(dimension, self.order, self.q_norm, MAX_TERMS)
+        except InputError as error:
+            raise InputError(f"{error}{space.advice_on_fields}") from None
+
+    def runs(self, space: Space) -> int:
+        """Return the number of terms times `oversampling`, rounded up."""
+        return math.ceil(self.oversampling * len(self.index(space)))
+
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Return the surrogate, with the error that is expected of it.
+
+        A run's error in the fit to all others is known without another fit (leave-one-out). With
+        the correction for few runs of Chapelle, Vapnik and Bengio (2002), its root mean square is
+        the error at a new point; the part of it that bands are off by is that of the other methods.
+        `trusted` is false for outputs of which more than half of the variation is missed.
+        """
+        index, m = self.index(space), space.interval_dimension
+        known = earlier_runs(evaluate, self.runs(space) // 2)
+        new = self.runs(space) - len(known[0])
+        points = nested_points(new, m, space.families, self.seed)
+        values = evaluate(*points)
+        if len(known[0]):
+            points = (np.concatenate([points[0], known[0]]), np.concatenate([points[1], known[1]]))
+            earlier = known[2].reshape(-1, *values.shape[1:])
+            values = xr.concat([values, values[:0].pad(sample=(0, len(earlier)))], "sample")
+            values.values[new:] = earlier
+        good = np.isfinite(series(values)).all(axis=(1, 2))
+        if not good.all():
+            values, points = values[good], (points[0][good], points[1][good])
+        if len(values) <= len(index):
+            raise RunError(
+                f"{are(len(values), 'run')} left, too few for {number_of(len(index), 'term')}", {}
+            )
+        terms = normalized_values(index, *points, space.families)
+        factor = _correction(terms)
+        signal = series(values)
+        flat = signal.reshape(len(signal), -1)
+        coefficients, left_out = least_squares(terms, flat)
+        coefficients /= term_scales(index, space.families)[:, None]
+        outputs = np.arange(signal.shape[1])
+        expansion = DirectExpansion(outputs, HybridExpansion(space.families, index, coefficients))
+        left_out *= factor
+        missed = left_out.reshape(signal.shape)
+        error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))
+        error = np.maximum(error, least_error(signal, units_of(values))[:, None])
+        error = error.reshape(values.shape[1:])
+        trusted = trust(
+            values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"
+        )
+        dims = values.dims[1:]
+        diagnostics = xr.Dataset(
+            {
+                "mean_expected_error": (dims, error),
+                "error_bar_expected_error": (dims, error),
+                "trusted": trusted["trusted"],
+            },
+            attrs={"terms": len(index), **trusted.attrs},
+        )
+        return Surrogate(space, values[:0], (expansion,), diagnostics)
+
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
+        """Return the bands and the diagnostics."""
+        return self.expand(space, evaluate).bands(sigmas)
+
+
+def _correction(terms: np.ndarray) -> float:
+    """Return √T, the factor of leave-one-out errors in fits of many terms to few runs.
+
+    T = N/(N − P) (1 + tr (AᵀA)⁻¹) with the terms A, shape (N, P), of unit mean square.
+    """
+    N, P = terms.shape
+    R = np.linalg.qr(terms, mode="r")
+    pivots = np.abs(np.diag(R))
+    if pivots.min() < MIN_PIVOT * pivots.max():
+        raise InputError(
+            f"{number_of(N, 'run')} cannot determine {number_of(P, 'term')}; choose a larger "
+            "oversampling or a lower order"
+        )
+    return math.sqrt(N / (N - P) * (1 + np.sum(np.linalg.inv(R) ** 2)))

@@ -1,0 +1,289 @@
+"""The runs of a study: looked up in its store, or made, checked and recorded."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import (
+    InputError,
+    RunError,
+    RunsNeeded,
+    StrainWarning,
+    check_integer,
+    check_option,
+    shown,
+    warning_once,
+)
+from flexband.execution.executors import Performing, in_process, performing
+from flexband.execution.fingerprint import fingerprint
+from flexband.execution.journal import Finished
+from flexband.execution.record import RunRecorder
+from flexband.execution.store import Owner, as_store
+from flexband.progress import Advance, doing, listening
+from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.runs.evaluated import Evaluated
+from flexband.uncertainty.runs.reuse import located, texts
+from flexband.words import all_of, are, number_of
+
+POLICIES = ("stop", "half step", "leave out")
+"""What to do about a run that fails."""
+
+BATCH = 2048
+"""Most runs in one call of a response."""
+
+HALVINGS = 3
+"""How often the step is halved for a run that fails."""
+
+FAILURES_BEFORE_STOP = 8
+"""Runs without a success after which all are taken to fail."""
+
+
+@dataclass
+class Evaluations:
+    """Makes the runs of one study.
+
+    Attributes
+    ----------
+    perform : performs calls of the response, in this process or in others.
+    record : the open store; None without one.
+    failed : one of `POLICIES`.
+    batch : most runs in one call.
+    failures : number of failed runs that were left out.
+    probed : whether a response that failed has been tried with one sample.
+    """
+
+    perform: Performing = in_process
+    record: RunRecorder | None = None
+    failed: str = "stop"
+    batch: int = BATCH
+    failures: int = 0
+    probed: bool = False
+
+    def __call__(
+        self,
+        response: Response,
+        space: Space,
+        setting: str,
+        points: tuple[np.ndarray, np.ndarray],
+        labels: xr.DataArray | None,
+        advance: Advance,
+        *,
+        recorded: bool = True,
+    ) -> Evaluated:
+        """Return the response at points (ξ, η).
+
+        Parameters
+        ----------
+        setting : what the values depend on besides the inputs' numbers: options, discretization.
+        labels : earlier runs, whose dims and coordinates the response must have.
+        advance : called when runs are finished, and while a call in this process goes on.
+        recorded : whether runs are looked up in the store and recorded there.
+
+        Raises
+        ------
+        InputError
+            If the response does not return finite real numbers of shape (n, …), or if the dims or
+            the coordinates of a batch are not those of the first one.
+        RunError
+            If a run fails, or all do.
+        RunsNeeded
+            If the response is run elsewhere, and runs are not in the store.
+        """
+        record = self.record if recorded else None
+        if record is not None and labels is None:
+            labels = record.labels
+        evaluation = Evaluated(response, space, setting, points, labels, probed=self.probed)
+        if record is not None:
+            self._look_up(evaluation, record, advance)
+        if getattr(response, "elsewhere", False) and len(evaluation.missing):
+            names = space.recorded_at(*space.nominal())
+            raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
+        one_by_one = bool(getattr(response, "one_by_one", False))
+        self._make(evaluation, evaluation.missing, 1 if one_by_one else self.batch, record, advance)
+        if evaluation.values is None:
+            reason = next(iter(evaluation.failed.values()))
+            raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
+        self.failures += len(evaluation.failed)
+        self.probed = evaluation.probed
+        return evaluation
+
+    def _look_up(self, evaluation: Evaluated, record: RunRecorder, advance: Advance) -> None:
+        """Take the runs that were made before; failed ones only if they are left out."""
+        rows = record.find(evaluation.setting, evaluation.numbers)
+        hits = np.flatnonzero(rows >= 0)
+        if not len(hits) or record.labels is None:
+            return
+        values, reasons = record.read(rows[hits])
+        good = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
+        evaluation.stored = hits[good]
+        if len(good):
+            evaluation.take(evaluation.stored, values[good])
+        if self.failed == "leave out":
+            evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
+        advance(len(rows) - len(evaluation.missing))
+
+    def _make(
+        self,
+        evaluation: Evaluated,
+        runs: np.ndarray,
+        most: int,
+        record: RunRecorder | None,
+        advance: Advance,
+    ) -> None:
+        """Make runs, at most so many in one call."""
+        parts = [runs[k : k + most] for k in range(0, len(runs), most)]
+        tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
+        unclear: list[np.ndarray] = []
+        failed: dict[int, tuple[str, Exception | None, float]] = {}
+        one_call_at_a_time = self.perform is in_process
+        heard = (lambda done, total: advance(0, done)) if one_call_at_a_time else None
+        with listening(heard), closing(self.perform(evaluation.response, tasks)) as outcomes:
+            for number, outcome in outcomes:
+                part, seconds = parts[number], outcome.seconds / len(parts[number])
+                good, values, bad, error = evaluation.judged(part, outcome)
+                self._keep(record, evaluation, good, values, "", seconds)
+                if len(good):
+                    advance(len(good))
+                if error is not None and not bad and self.failed == "stop":
+                    raise error
+                if error is not None and not bad:
+                    unclear.append(part)
+                for run, reason in bad.items():
+                    failed[run] = reason, error, seconds
+                if failed and self.failed != "half step":
+                    self._fail(evaluation, failed, record, advance)
+                    failed = {}
+        for run in list(failed):
+            if self._with_shorter_steps(evaluation, np.array([run]), record):
+                del failed[run]
+                advance(1)
+        if failed:
+            self._fail(evaluation, failed, record, advance)
+        for part in unclear:
+            self._make(evaluation, part, -(-len(part) // 2), record, advance)
+
+    def _fail(
+        self,
+        evaluation: Evaluated,
+        failed: Mapping[int, tuple[str, Exception | None, float]],
+        record: RunRecorder | None,
+        advance: Advance,
+    ) -> None:
+        """Record failed runs, and raise the error of one unless they are left out."""
+        for run, (reason, _, seconds) in failed.items():
+            self._keep(record, evaluation, np.array([run]), None, reason, seconds)
+        evaluation.leave_out({run: reason for run, (reason, _, _) in failed.items()})
+        for reason, raised, _ in failed.values():
+            error = InputError(reason) if raised is None else raised
+            if self.failed != "leave out":
+                raise error
+            if evaluation.values is None and len(evaluation.failed) >= FAILURES_BEFORE_STOP:
+                raise RunError(
+                    f"all of the first {number_of(len(evaluation.failed), 'run')} failed, so that "
+                    "no further one is "
+                    f"made; one of them: {error}",
+                    {},
+                ) from error
+        advance(len(failed))
+
+    def _with_shorter_steps(
+        self, evaluation: Evaluated, run: np.ndarray, record: RunRecorder | None
+    ) -> bool:
+        """Make a run with half the step, a quarter, …; return whether that succeeds."""
+        response: Any = evaluation.response
+        for part in range(1, HALVINGS + 1):
+            finer = getattr(response, "refinements", None)
+            options: dict[str, Any] = finer(**evaluation.arguments(run)) if callable(finer) else {}  # pyright: ignore[reportAssignmentType]
+            if "step" not in options:
+                raise InputError(
+                    "failed='half step' requires a response whose `refinements` have a step, "
+                    "as that of dynamic_response"
+                )
+            response = options["step"]
+            outcome = next(iter(self.perform(response, [lambda: evaluation.arguments(run)])))[1]
+            good, values, _, _ = evaluation.judged(run, outcome)
+            if len(good):
+                again = "halved_step" in getattr(outcome.value, "attrs", {})  # by the response
+                text = f"completed with 1/{2 ** (part + again)} of the step"
+                self._keep(record, evaluation, good, values, text, outcome.seconds)
+                return True
+        return False
+
+    def _keep(
+        self,
+        record: RunRecorder | None,
+        evaluation: Evaluated,
+        runs: np.ndarray,
+        values: np.ndarray | None,
+        reason: str,
+        seconds: float,
+    ) -> None:
+        """Take the values of runs, or None for failed ones, and record them."""
+        if not len(runs):
+            return
+        if values is not None:
+            evaluation.take(runs, values)
+        if record is not None:
+            if evaluation.labels is not None:
+                record.begin(evaluation.labels)
+            fields = evaluation.setting, evaluation.numbers[runs], values, reason, seconds
+            record.add(Finished(*fields, time.time()))
+
+
+def setting(case: str, finer: Iterable[str]) -> str:
+    """Return as text what values depend on besides numbers: options, and what is finer."""
+    return "; ".join(filter(None, (case, *(f"finer {name}" for name in sorted(finer)))))
+
+
+@contextmanager
+def evaluations(
+    response: Response,
+    inputs: Mapping[str, Any],
+    *,
+    batch: int = BATCH,
+    store: Any = None,
+    executor: Any = None,
+    failed: str = "stop",
+) -> Iterator[Evaluations]:
+    """Give what makes the runs of a study; its store is closed with the context."""
+    batch = check_integer("batch", batch, 1)
+    check_option("failed", failed, POLICIES)
+    if failed == "half step" and not callable(getattr(response, "refinements", None)):
+        raise InputError(
+            "failed='half step' requires a response whose `refinements` have a step, as that of "
+            f"dynamic_response; got {shown(response)}"
+        )
+    store = as_store(store)
+    with performing(executor) as perform, warning_once(StrainWarning):
+        if store is None:
+            yield Evaluations(perform, None, failed, batch)
+            return
+        space = Space(first_case(inputs))
+        names = list(space.recorded_at(*space.nominal()))
+        fields = {
+            name: input_ for name, input_ in space.inputs.items() if isinstance(input_, Field)
+        }
+        fingerprints = ", ".join(f"{name}: {fingerprint(field)}" for name, field in fields.items())
+        about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
+        record = RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
+        try:
+            yield Evaluations(perform, record, failed, batch)
+        finally:
+            record.close()
+
+
+def forget_failed(response: Response, inputs: Mapping[str, Any], store: Any) -> None:
+    """Let the failed runs of a store be made again, and report how many there are."""
+    with evaluations(response, located(response, inputs, store)[0], store=store) as evaluate:
+        assert evaluate.record is not None
+        count = evaluate.record.forget_failed()
+    doing("", f"{are(count, 'failed run')} made again if needed.")

@@ -1,0 +1,267 @@
+"""Verification: new runs confirm expected errors that are right, and find those that are not."""
+
+import re
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import brentq
+from scipy.special import chdtr
+from verification_kinks import hidden, judged
+
+import flexband as fb
+from flexband.analysis.verification import verify as verification
+from flexband.report.text.tables import remarks
+from flexband.uncertainty.expansions.direct import DirectExpansion
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, stretched
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+TIMES = np.linspace(0.0, 2.0, 41)
+INPUTS = {"e": fb.Interval(-1.0, 1.0), "f": fb.Interval(1.0, 2.0), "x": fb.Normal(5.0, 0.5)}
+
+
+def response(e, f, x):
+    """Twenty outputs of different frequencies; none is a polynomial."""
+    e, f, x = (v[:, None, None] for v in (e, f, x))
+    k = np.arange(1, 21)[:, None] / 20
+    values = np.sin(k * f * TIMES + e) * np.exp(0.3 * x) + np.tanh(e + x - 5)
+    return xr.DataArray(
+        values,
+        dims=("sample", "output", "time"),
+        coords={"output": [f"u{j}" for j in range(20)], "time": ("time", TIMES, {"units": "s"})},
+    )
+
+
+def later(e, f, x):
+    """The same, but for an output that differs near an end of an interval from 1 s on."""
+    F = response(e, f, x)
+    F.values[:, 7, TIMES >= 1] += 5.0 * (e > 0.9)[:, None]
+    return F
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    return fb.expand(response, INPUTS, fb.AdaptivePCCI(0.01, phase_resolved=False))
+
+
+def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
+    calls = []
+
+    def counted(e, f, x):
+        calls.append(len(e))
+        return response(e, f, x)
+
+    verdicts = [fb.verify(surrogate, counted, seed=seed).attrs for seed in range(25)]
+    assert sum(own["confirmed"] != "yes" for own in verdicts) <= 1
+    assert calls == [16] * 25
+    assert verdicts[0]["verdict"].startswith("Confirmed: 16 new runs, 12 of them at the ends of")
+    few = fb.verify(surrogate, response, runs=5, sigmas=3)
+    assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
+
+
+def test_verdicts_agree_with_their_numbers(surrogate):
+    """Where an error above the expected one is confirmed, the least one with confidence is told."""
+    told = surrogate.diagnostics
+    words = set()
+    for share in (0.1, 0.4, 0.6, 0.8, 1.0, 1.5):
+        own = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
+        for seed in range(6):
+            checked = fb.verify(replace(surrogate, diagnostics=own), response, runs=8, seed=seed)
+            text, missed = checked.attrs["verdict"].rsplit(". ", 1)
+            assert missed.startswith("Effects in ")
+            assert re.search(r"2 new runs and \d+ held-out runs, spread over all of it", missed)
+            percents = [float(one) for one in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)]
+            words.add(text.split(":")[0])
+            if text.startswith("Confirmed:"):
+                largest = float((checked["implied_error"] / checked["bar_width"]).max())
+                assert percents == [pytest.approx(100 * largest, rel=0.06)]
+                assert float((checked["missed"] / checked["allowed"]).max()) <= 1
+            elif text.startswith("Confirmed"):
+                implied, least, expected = percents
+                assert least <= expected <= implied
+    assert words == {"Confirmed", "Confirmed as far as so few runs can tell", "NOT confirmed"}
+
+
+def test_the_least_error_is_the_smallest_that_is_not_refuted():
+    """Of runs that are all missed alike, by the root of one equation; of others, by the test."""
+    bets = [0.01, 0.02, *np.linspace(0.05, 0.95, 19)]
+
+    def evidence(q):
+        return np.mean([np.prod(1 + bet * (np.asarray(q) - 1)) for bet in bets])
+
+    ratio = brentq(lambda r: evidence([r**2] * 16) - 20.0, 1.0, 2.0)
+    found = verification._at_least(np.full((16, 1), 9.0))
+    assert found == pytest.approx([3.0 / ratio], rel=1e-9)
+    square = np.random.default_rng(0).chisquare(1, (12, 3)) ** 3
+    for own, least in zip(square.T, verification._at_least(square), strict=True):
+        assert evidence(own / (1.001 * least) ** 2) < 60 < evidence(own / (0.999 * least) ** 2)
+
+
+def test_expected_errors_that_are_too_small_are_found(surrogate):
+    told = surrogate.diagnostics
+    true = np.abs(surrogate.bands()["error_bar"] - bounds()).mean(("bound", "time"))
+    claimed = told["error_bar_expansion_error"].mean("time")
+    share = float((true / claimed).max()) / 10
+    assert share < 1
+    small = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
+    wrong = replace(surrogate, diagnostics=small)
+    found = [fb.verify(wrong, response, seed=seed).attrs["confirmed"] for seed in range(10)]
+    assert found.count("no") >= 9
+
+
+def bounds():
+    """Return the error bar of the response on a grid of the intervals."""
+    x, w = np.polynomial.hermite_e.hermegauss(24)
+    e, f = (v.ravel() for v in np.meshgrid(np.linspace(-1, 1, 25), np.linspace(1, 2, 25)))
+    F = np.stack(
+        [response(e, f, 5 + 0.5 * v).values for v in np.repeat(x[:, None], len(e), axis=1)]
+    )
+    mean = np.tensordot(w / w.sum(), F, 1)
+    std = np.sqrt(np.tensordot(w / w.sum(), F**2, 1) - mean**2)
+    return np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)])
+
+
+def test_the_verdict_says_where_and_by_how_much(surrogate):
+    checked = fb.verify(surrogate, later)
+    assert checked["output"].values[~checked["confirmed"].values].tolist() == ["u7"]
+    verdict = checked.attrs["verdict"]
+    assert verdict.startswith("NOT confirmed: 16 new runs")
+    assert "most in u7 at time" in verdict
+    assert " s with e = " in verdict
+    one = checked.sel(output="u7")
+    run = int(one["missed_most_in"])
+    e = float(checked["run_values"].sel(input="e")[run])
+    assert e > 0.9
+    assert TIMES[int(one["missed_most_at"])] >= 1
+    weight = checked["run_weight"].values
+    hit = weight * (checked["run_values"].sel(input="e").values > 0.9)
+    rms = np.sqrt(25.0 * np.mean(TIMES >= 1) * hit.mean())
+    assert float(one["missed"]) == pytest.approx(rms, rel=0.05)
+    assert float(one["implied_error"]) == pytest.approx(rms / 2, rel=0.05)
+
+
+def test_of_many_inputs_a_verdict_names_those_that_are_farthest_out():
+    inputs = {f"e{k}": fb.Interval(-1.0, 1.0) for k in range(12)}
+
+    def peak(**e):
+        values = np.stack(list(e.values()), axis=1)
+        return np.exp(3 * values[:, 2] + 0.1 * values.sum(axis=1))
+
+    surrogate = fb.expand(peak, inputs, fb.RegressionPCCI(1))
+    assert isinstance(surrogate, Surrogate)
+    told = surrogate.diagnostics
+    told = told.assign(error_bar_expected_error=1e-6 * told["error_bar_expected_error"])
+    checked = fb.verify(replace(surrogate, diagnostics=told), peak)
+    verdict = checked.attrs["verdict"]
+    assert checked.attrs["confirmed"] == "no"
+    assert " and 8 other inputs; bands may be off" in verdict
+    assert len(re.findall(r"e\d+ = ", verdict)) == 4
+
+
+def test_without_random_inputs_no_place_is_run_twice():
+    """The bounds of (1 + x)² on the expansion of order one are off by its second order, 1/8."""
+    inputs = {"x": fb.Interval(0.0, 1.0)}
+    surrogate = fb.expand(lambda x: (1 + x) ** 2, inputs, fb.PCCI(0, 1))
+    checked = fb.verify(surrogate, lambda x: (1 + x) ** 2)
+    x = checked["run_values"].values[0]
+    assert len(np.unique(x)) == 16
+    assert sorted(x[checked["run_place"] != "anywhere"]) == [0.0, 1.0]
+    np.testing.assert_allclose(checked["missed_in_run"], np.abs((1 + x) ** 2 - 0.875 - 3 * x))
+    assert checked.attrs["confirmed"] == "no error was expected"
+    assert "does not estimate the error" in checked.attrs["verdict"]
+
+
+def test_constants_and_exact_polynomials_are_confirmed():
+    def exact(x, e):
+        return np.stack([x * e + e**2, 0 * x + 0.1, 0 * x], axis=1)[:, :, None]
+
+    inputs = {"x": fb.Normal(1.0, 1.0), "e": fb.Interval(0.0, 3.0)}
+    surrogate = fb.expand(exact, inputs, fb.AdaptivePCCI())
+    checked = fb.verify(surrogate, exact)
+    assert checked.attrs["confirmed"] == "yes"
+    assert float((checked["implied_error"] / checked["bar_width"]).max()) < 1e-3
+
+
+def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
+    """They move every end of the bands by the sum of their effects, which are linear here."""
+    m, effects = 30, 0.1 / (1 + np.arange(30))
+    inputs = {f"e{k:02d}": fb.Interval(-1.0, 1.0) for k in range(m)} | {"x": fb.Normal(0.0, 0.1)}
+
+    def linear(x, **e):
+        return x + np.stack([e[k] for k in sorted(e)], axis=1) @ effects
+
+    full = fb.expand(linear, inputs, fb.RegressionPCCI(1))
+    assert isinstance(full, Surrogate)
+    expansion = full.expansions[0]
+    assert isinstance(expansion, DirectExpansion)
+    values = expansion.values
+    kept = np.flatnonzero(~values.index[:, 3:m].any(axis=1))  # three intervals and x
+    values = replace(values, index=values.index[kept], coefficients=values.coefficients[kept])
+    few = replace(full, expansions=(replace(expansion, values=values),))
+    true = effects[3:].sum()
+    for runs, ratio in ((16, 2.0), (256, 1.02)):
+        found = [
+            float(fb.verify(few, linear, runs=runs, seed=k)["implied_error"]) for k in range(5)
+        ]
+        assert true * 0.99 < min(found)
+        assert max(found) < ratio * true
+    at = fb.verify(few, linear)["run_values"].values[:m].T
+    assert np.all(np.ptp(at[:2, :3], axis=0) == 0)
+    np.testing.assert_allclose(at[0, 3:], -at[1, 3:])
+
+
+def test_no_verdict_states_less_than_its_runs_can_see():
+    """A kink that 8 % of the samples reach: half of the width is missing there, and no run is."""
+
+    def kink(x, e):
+        values = np.maximum(x - 1 + 0.3 * e, 0)[:, None] + 0.1 * e[:, None] * TIMES
+        return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
+
+    inputs = {"x": fb.Normal(0, 0.5), "e": fb.Interval(-1, 1)}
+    with pytest.warns(fb.FlexbandWarning, match="'x' changes no output"):
+        surrogate = fb.expand(kink, inputs, fb.PhaseResolvedPCCI(1, 1))
+    assert isinstance(surrogate, Surrogate)
+    assert 4e-6 < surrogate.diagnostics.attrs["expected_error"] < 4e-5
+    lines = " ".join(remarks(surrogate.bands()))
+    assert "4 held-out runs, which can miss what happens in 53 % of the space" in lines
+    assert pytest.approx(0.05, rel=0.03) == 0.47**4  # that all lie elsewhere
+    missed = "Effects in 31 % of the space of the inputs or less may not be included: 4 new runs"
+    assert pytest.approx(0.05, rel=0.03) == 0.69**8
+    for seed in range(10):
+        checked = fb.verify(surrogate, kink, seed=seed)
+        assert checked.attrs["confirmed"] == "no"
+        assert missed in checked.attrs["verdict"]
+    smooth = fb.verify(surrogate, lambda x, e: kink(x - 9, e))
+    assert smooth.attrs["confirmed"] == "yes"
+    assert "follows is 0.002 % of the error bar's width" in smooth.attrs["verdict"]
+    assert missed in smooth.attrs["verdict"]
+
+
+def test_runs_that_are_farther_out_are_weighted_to_have_the_moments_of_samples():
+    """E[1; |z| < 3] and E[z⁴; |z| < 3] of one variable, and the covariance of three."""
+    normals = latin_hypercube_normals(20000, 1, 0)
+    z, weight = stretched(normals, 3.0, np.random.default_rng(0))
+    inside = chdtr(1, 9.0), 3 * chdtr(5, 9.0)
+    np.testing.assert_allclose([weight.mean(), (weight * z[:, 0] ** 4).mean()], inside, rtol=1e-3)
+    assert np.abs(z).max() <= 3
+    assert np.mean(np.abs(z) > 2) == pytest.approx(1 / 3, abs=1e-3)
+    normals = latin_hypercube_normals(100_000, 3, 0)
+    z, weight = stretched(normals, 3.0, np.random.default_rng(0))
+    np.testing.assert_allclose((weight[:, None] * z).T @ z / len(z), np.eye(3), atol=0.03)
+
+
+def test_kinks_of_random_place_and_share_are_found_and_smooth_responses_confirmed():
+    """Of a sample of the benchmark, none of whose wrong claims is hidden."""
+    method, seeds = fb.PhaseResolvedPCCI(1, 1), range(8)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        of_kinks, of_smooth = (
+            [one for k in seeds for one in judged(k, method, 2, smooth=smooth)]
+            for smooth in (False, True)
+        )
+    wrong = [verdict for verdict in of_kinks if verdict[0] == "wrong"]
+    assert wrong
+    assert not any(map(hidden, wrong))
+    assert [confirmed for _, confirmed, _ in of_smooth].count("no") <= 1

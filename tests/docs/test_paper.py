@@ -1,0 +1,65 @@
+"""The page docs/paper.md: its text is that of the stored numbers, and these are the code's."""
+
+import json
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from accuracy_mechanisms import slider_crank
+from paper_page import page
+from paper_studies import PHASES, cosine, errors, mean_widths
+from paper_verdicts import cell_of, where
+
+import flexband as fb
+
+ROOT = Path(__file__).parents[2]
+NUMBERS = json.loads((ROOT / "docs" / "paper.json").read_text(encoding="utf-8"))
+
+
+def test_the_page_is_made_of_the_stored_numbers():
+    text = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
+    assert page(NUMBERS) == text
+    pictures = {line.split("(")[1].rstrip(")") for line in text.splitlines() if line[:2] == "!["}
+    assert {f"images/paper/{p.name}" for p in (ROOT / "docs/images/paper").iterdir()} == pictures
+    for name in pictures:
+        assert (ROOT / "docs" / name).stat().st_size < 100_000
+
+
+def test_the_stored_numbers_are_those_of_the_code():
+    assert np.allclose(list(cosine().values()), list(NUMBERS["cosine"].values()), rtol=1e-4)
+    stored, case = cell_of(NUMBERS["sweep"]), slider_crank(0.7)
+    own, rough = (
+        fb.propagate(case.response, case.inputs, method)
+        for method in (fb.PhaseResolvedPCCI(*PHASES), fb.ImprovedPCCI(1, 1))
+    )
+    third = mean_widths(own, (0.4, 0.6))
+    assert third == pytest.approx(stored["widths"][2], rel=1e-3)
+    assert errors(rough, own) == pytest.approx(stored["improved PCCI 1"], rel=1e-3)
+    row = next(m for m in NUMBERS["reactions"]["methods"] if m["label"] == "improved PCCI (1, 1)")
+    assert errors(rough, own) == pytest.approx(row["against truth"], rel=0.01)
+
+
+def test_where_a_statement_holds_is_told_by_step_and_element():
+    cells = [
+        {"element": element, "step": step, "radius": radius}
+        for element in ("plain", "selective")
+        for step in (1e-3, 2e-4)
+        for radius in (0.5, 0.7)
+    ]
+    assert where(cells, lambda cell: True) == "every ρ∞, step and element of the sweep"
+    assert where(cells, lambda cell: False) == "no ρ∞, step or element of the sweep"
+    assert where(cells, lambda cell: cell["radius"] < 0.6) == "ρ∞ = 0.5 at 1 ms; ρ∞ = 0.5 at 0.2 ms"
+    odd = where(cells, lambda cell: cell["element"] == "plain" and cell["step"] == 1e-3)
+    assert odd == "ρ∞ = 0.5, 0.7 at 1 ms (plain element)"
+
+
+def test_the_soft_link_bends_little_about_the_rigid_mechanism():
+    study = runpy.run_path(str(ROOT / "examples" / "paper" / "soft_link.py"))["study"]
+    found = study.nominal()
+    angle = 4 * np.pi * found.time.values
+    crank = 0.2 * np.array([np.cos(angle), np.sin(angle)])
+    tilt = -np.arcsin(crank[1] / 0.45)
+    rigid = crank + 0.225 * np.array([np.cos(tilt), np.sin(tilt)])
+    off = np.abs(found.values - rigid).max()
+    assert 1e-4 < off < 1e-2  # m: it bends, but little

@@ -1,0 +1,80 @@
+"""Which input matters most is told for the outputs that have limits, or for each output."""
+
+import numpy as np
+import xarray as xr
+
+import flexband as fb
+from flexband.report.page.definitions import definitions
+from flexband.report.page.matters import what_matters
+from flexband.report.page.study import verdict
+from flexband.report.text import tables
+from flexband.study.results.reliability import Doubt, DoubtKind
+
+T = np.linspace(0.0, 1.0, 101)
+
+
+def response(a, b):
+    """a alone moves "far"; "near" is moved by a at first, and by b in the end."""
+    near = a[:, None] * (1 - T) + 0.5 * b[:, None] * T**4
+    far = 3 * a[:, None] + 0 * T
+    coords = {"output": ["far", "near"], "time": T}
+    return xr.DataArray(np.stack([far, near], 1), coords, ("sample", "output", "time"))
+
+
+INPUTS = {"a": fb.Interval(-1, 1), "b": fb.Normal(0, 1)}
+SURROGATE = fb.expand(response, INPUTS, fb.AdaptivePCCI())
+SHARES = fb.contributions(SURROGATE)
+
+
+def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
+    by_time = [
+        ([fb.Limit("near", below=0.2, during=(0.9, 1.0)), fb.Limit("far", below=50.0)], "b"),
+        ([fb.Limit("near", below=0.2, during=(0.0, 0.1))], "a"),
+    ]
+    for limits, name in by_time:
+        told = what_matters(SHARES, fb.check_limits(SURROGATE, limits))
+        assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in told
+        assert f" is {name}: without its uncertainty, the error bar would be " in told
+        assert "where its margin is least" in told
+        assert ("; for far below 50, it is a (100 %)." in told) == (len(limits) == 2)
+
+
+def test_without_limits_it_is_told_of_every_output():
+    told = what_matters(SHARES, None)
+    assert "is a for far (without its uncertainty, the error bar would be 100 % narrower" in told
+    assert "a for near (" in told
+    one = what_matters(SHARES.sel(output=["far"]), None)
+    assert one.startswith("What matters most is a: without its uncertainty")
+
+
+def test_definitions_are_those_of_what_the_study_has():
+    bands = SURROGATE.bands()
+    rows = (["input", "kind", "known"], [["a", "interval", ""], ["b", "Normal", ""]])
+    limits = fb.check_limits(SURROGATE, fb.Limit("far", below=9.0))
+    likely = fb.failure_probability(SURROGATE, fb.Limit("near", below=2.0))
+    terms = dict(definitions(bands, rows, limits, likely))
+    assert {"margin", "probability", "95 % confidence", "μ and σ", "interval"} <= set(terms)
+    assert "μ ± 3σ" in terms["margin"]
+    assert "random field" not in terms
+    plain = dict(definitions(bands, (rows[0], [["a", "constant", ""]]), None, None))
+    assert not {"margin", "probability", "μ and σ", "interval", "random field"} & set(plain)
+
+
+def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
+    checked = fb.verify(SURROGATE, response)
+    assert checked.attrs["confirmed"] == "yes"
+    doubtful = "The result is doubtful, but its expected error is confirmed: 16 new runs"
+    for doubts, first in (
+        ([], "Confirmed: 16 new runs"),
+        ([Doubt(DoubtKind.TOLERANCE_NOT_MET)], doubtful),
+    ):
+        lines = verdict({"doubts": doubts}, SURROGATE.bands(), checked, SHARES, None)
+        assert any(line.startswith(first) for line in lines)
+        assert tables.remarks(SURROGATE.bands(), checked, doubtful=bool(doubts))[0].startswith(
+            first
+        )
+    not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
+    not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
+    assert tables.remarks(not_trusted, checked)[0].startswith(doubtful)
+    _, rows = tables.summary_table(not_trusted, checked)
+    assert [row[-1] for row in rows] == ["yes, not trusted", "yes"]

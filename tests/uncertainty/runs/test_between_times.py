@@ -1,0 +1,158 @@
+"""What motions do between the times of their outputs, against the closed form of an oscillator."""
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import norm
+
+import flexband as fb
+from flexband.errors import FlexbandWarning
+from flexband.report.text.tables import remarks
+
+OMEGA = 20.0  # rad/s; a half period takes 0.157 s
+
+
+def oscillator(amplitude, stiffness):
+    """x = a cos ωt, a mass on a spring without length."""
+    return fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(amplitude, 0.0))},
+        joints={"along": fb.Slot("m", (0.0, 0.0), (1.0, 0.0))},
+        loads={"s": fb.Spring("m", (-10.0, 0.0), stiffness, 10.0)},
+        sensors={"m": fb.Position("m")},
+    )
+
+
+INPUTS = {"amplitude": fb.Interval(0.98, 1.02), "stiffness": fb.Normal(OMEGA**2, 0.5)}
+METHOD = fb.AdaptivePCCI(tolerance=0.05)
+
+
+def response(output_step, step=1e-3):
+    return fb.dynamic_response(oscillator, duration=0.2, step=step, output_step=output_step)
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """x at 0, 0.1 and 0.2 s is 1, −0.416 and −0.654, but −1 between the last two."""
+    return fb.expand(response(0.1), INPUTS, METHOD)
+
+
+def test_what_is_between_the_times_is_that_of_the_closed_form(coarse):
+    bands = coarse.bands().sel(output="m_X")
+    least = np.minimum(np.cos(2.0), np.cos(4.0))
+    below = [bands[f"below_between{kind}"].values for kind in ("", "_least")]
+    assert np.array(below)[:, [0, 2]] == pytest.approx(0.0, abs=1e-9)
+    assert below[0][1] == pytest.approx(1.02 * (1 + least), rel=0.01)
+    assert below[1][1] == pytest.approx(0.98 * (1 + least), rel=0.01)
+    assert bands["above_between"].values == pytest.approx(0.0, abs=1e-9)
+    assert bands.attrs["runs_between"] == 8
+    xr.testing.assert_identical(coarse.bands(), fb.propagate(response(0.1), INPUTS, METHOD))
+
+
+@pytest.mark.parametrize(
+    ("above", "verdict"), [(-0.95, "not kept"), (-1.015, "undecided"), (-1.1, "kept")]
+)
+def test_limits_hold_between_the_times_too(coarse, above, verdict):
+    checked = fb.check_limits(coarse, fb.Limit("m_X", above=above))
+    assert float(checked["least_margin"][0]) > 0.2  # at the times
+    assert checked["verdict"].values.tolist() == [verdict]
+    assert float(checked["margin_between"][0]) == pytest.approx(-1.02 - above, abs=0.02)
+    told = "m between the output times, after 0.1 s"
+    assert (told in checked.attrs["verdict"]) == (verdict != "kept")
+
+
+def test_times_that_are_not_limited_are_left_out(coarse):
+    limit = fb.Limit("m_X", above=-0.95, during=(0.0, 0.1))
+    assert fb.check_limits(coarse, limit)["verdict"].values.tolist() == ["kept"]
+
+
+def test_saved_and_narrowed_surrogates_know_it_too(coarse, tmp_path):
+    file = tmp_path / "surrogate.npz"
+    fb.save_surrogate(coarse, file)
+    limit = fb.Limit("m_X", above=-0.95)
+    for one in (fb.load_surrogate(file), coarse.narrowed(stiffness=400.0)):
+        assert fb.check_limits(one, limit)["verdict"].values.tolist() == ["not kept"]
+
+
+def test_with_choices_it_is_that_of_all_options():
+    def ballasted(amplitude, ballast):
+        return oscillator(amplitude * np.where(ballast == "some", 0.5, 1.0), OMEGA**2)
+
+    own = fb.dynamic_response(ballasted, duration=0.2, step=1e-3, output_step=0.1)
+    inputs = {"amplitude": fb.Interval(0.98, 1.02), "ballast": fb.Choice("none", "some")}
+    surrogate = fb.expand(own, inputs, METHOD)
+    checked = fb.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
+    assert checked["verdict"].values.tolist() != ["kept"]
+    assert surrogate.bands().attrs["runs_between"] == 16
+
+
+def test_a_remark_tells_what_the_bands_do_not_show(coarse):
+    lines = [line for line in remarks(coarse.bands()) if line.startswith("Between the output")]
+    # nothing is told of m_Y, which does not move
+    assert len(lines) == 1
+    assert "m_X goes down to -1.0" in lines[0]
+    assert "after 0.1 s, below every band at these times" in lines[0]
+    assert "a smaller output_step" in lines[0]
+    fine = fb.propagate(response(0.01), INPUTS, METHOD)
+    assert not [line for line in remarks(fine) if line.startswith("Between the output")]
+
+
+class Sampled:
+    """A cosine at some times, with more of them, or with wrong ones."""
+
+    def __init__(self, times, more=None):
+        self.times, self.more = times, more
+
+    def __call__(self, amplitude):
+        return np.outer(amplitude, np.cos(OMEGA * self.times))
+
+    def at_more_times(self):
+        return None if self.more is None else Sampled(self.more)
+
+
+@pytest.mark.parametrize(
+    ("more", "warned"), [(np.linspace(0, 0.2, 4), 1), (np.linspace(0, 0.2, 41), 0), (None, 0)]
+)
+def test_a_response_of_ones_own_may_tell_more_times(more, warned):
+    own = Sampled(np.linspace(0, 0.2, 3), more)
+    inputs = {"amplitude": fb.Interval(0.98, 1.02)}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        bands = fb.propagate(own, inputs, METHOD)
+    told = [str(one.message) for one in caught if issubclass(one.category, FlexbandWarning)]
+    assert len([one for one in told if "as many" in one]) == warned
+    assert ("below_between" in bands) == (more is not None and not warned)
+
+
+SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}
+
+
+def test_the_probability_is_that_of_the_motion_between_its_times():
+    """The oscillator leaves −1.03 if its amplitude does; at the output times it never does."""
+    surrogate = fb.expand(response(0.1), SCATTERED, METHOD)
+    found = fb.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
+    assert float(found["probability"].max()) < 1e-9
+    exact = norm.sf(1.5)
+    low, high = (found[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
+    assert low < exact < high
+    assert "at the output times alone, below" in found.attrs["verdict"]
+    fine = fb.expand(response(0.001), SCATTERED, METHOD)
+    found = fb.failure_probability(fine, fb.Limit("m_X", above=-1.03))
+    assert float(found["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
+    assert "95 % confidence: 0.0" in found.attrs["verdict"]
+    assert "alone" not in found.attrs["verdict"]
+
+
+@pytest.mark.parametrize(
+    ("output_step", "step", "parts"),
+    [(0.1, 1e-3, 50), (0.1, 0.1 / 67, 67), (0.1, 0.1, 1), (1e-5, 5e-6, 2), (1e-4, 1e-4 / 24, 12)],
+)
+def test_all_steps_are_looked_at_or_a_part_of_them_that_divides_their_number(
+    output_step, step, parts
+):
+    """67 is a prime above the most parts; 20 000 times are more than half of the most times."""
+    one = response(output_step, step)
+    more = one.at_more_times()
+    assert (one.output_step / more.output_step if more else 1) == pytest.approx(parts)
+    assert more is None or more.step == pytest.approx(step)

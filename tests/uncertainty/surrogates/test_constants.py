@@ -1,0 +1,103 @@
+"""Outputs that are constant, or rounding errors of others, decide neither verdicts nor rankings."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+from flexband.report.page.matters import what_matters
+from flexband.report.text import tables
+from flexband.rounding import Units
+from flexband.uncertainty.surrogates.axes import units_of
+
+T = np.linspace(0.0, 1.0, 11)
+INPUTS = {"k": fb.Interval(1.0, 1.2), "x": fb.Normal(0.0, 0.1)}
+MIN_SPEED = ["c", "noise", "small"]
+WIDE = [1.0, 0.0, 4e-26, 3e-17]
+
+
+def response(k, x):
+    """One output that moves, a constant, and two that are zero but for rounding."""
+    coarse = np.sign(np.sin(1e9 * (k + 7 * x)))[:, None] * np.cos(40 * T)
+    moving = (k + 0.3 * x)[:, None] * np.sin(3 * T)
+    values = np.stack([moving, 0 * moving + 2.0, 1e-26 * coarse, 3e-17 * coarse], axis=1)
+    coords = {"output": ["y", *MIN_SPEED], "unit": ("output", ["m"] * 4), "time": T}
+    return xr.DataArray(values, coords, ("sample", "output", "time"))
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    return fb.expand(response, INPUTS, fb.AdaptivePCCI())
+
+
+def test_units_tell_what_is_rounding():
+    labels = response(np.ones(0), np.zeros(0))
+    np.testing.assert_array_equal(units_of(labels).of, [3, 3, 3, 3])
+    assert len(set(units_of(labels.drop_vars("unit")).of)) == 4
+    wide, size = np.array([1.0, 0.0, 3e-17]), np.array([1.0, 2.0, 3e-17])
+    same, other = Units(np.zeros(3, dtype=int), np.zeros(3)), Units.unknown(3)
+    assert same.varies(wide, size).tolist() == [True, False, False]
+    assert other.varies(wide, size).tolist() == [True, False, True]  # 30 aF beside 1 m
+
+
+def test_no_runs_are_spent_on_rounding_errors(surrogate):
+    told = surrogate.diagnostics.attrs
+    assert told["expected_error"] < 1e-10
+    assert "not_trusted" not in told
+    assert told["runs_fitted"] + told["runs_checked"] < 60
+
+
+def test_constants_are_named_and_judged_by_nothing(surrogate):
+    bands, checked = surrogate.bands(), fb.verify(surrogate, response)
+    assert tables.constants(bands) == MIN_SPEED
+    _, rows = tables.summary_table(bands, checked)
+    assert [row[3:] for row in rows[1:]] == [["constant", "", "", ""]] * 3
+    assert rows[2][1:3] == ["0 … 0", "0 … 0"]
+    assert checked["confirmed"].values.all()
+    assert float((checked["implied_error"] / checked["bar_width"]).max()) <= 2e-5
+    assert tables.error_in_words(bands).split(" for ")[1].startswith("y,")
+
+
+def test_a_constant_that_new_runs_leave_is_told():
+    """No run that is fitted has a k above 1.199, from which on an output jumps."""
+
+    def jumps(k, x):
+        found = response(k, x)
+        found[:, 1] += (np.asarray(k) > 1.1999)[:, None] * (np.asarray(x) > 0.05)[:, None]
+        return found
+
+    plain = fb.expand(response, INPUTS, fb.PCCI(1, 1))
+    checked = fb.verify(plain, jumps, runs=64)
+    assert checked["missed"].sel(output="c") > 0.01
+
+
+def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
+    found = fb.contributions(surrogate)
+    assert found["varies"].values.tolist() == [True, False, False, False]
+    assert not found["mean_share"].sel(output=MIN_SPEED).values.any()
+    told = what_matters(found, None)
+    assert told.startswith("What matters most is k: without its uncertainty")
+    limits = fb.check_limits(surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)])
+    assert what_matters(found, limits).startswith("What matters most for the limit y below 2 is k")
+    only = fb.check_limits(surrogate, fb.Limit("c", below=3.0))
+    assert "No input matters" in what_matters(found, only)
+    assert not fb.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
+    fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
+    for command in (["narrow", "k=1.05..1.1"], ["contributions"], ["tolerance", "k"]):
+        arguments = [command[0], str(tmp_path), *command[1:]]
+        told = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
+        assert told.exit_code == 0, told.output
+        assert told.output.count("constant") in (3, 12)
+    shares = json.loads(CliRunner().invoke(app, ["contributions", str(tmp_path), "--json"]).stdout)
+    assert shares["mean_share"]["c"] == [None, None]
+
+
+def test_narrow_names_the_only_output(tmp_path):
+    own = fb.expand(lambda k, x: (k + x)[:, None] * T, INPUTS, fb.AdaptivePCCI())
+    fb.save_surrogate(own, tmp_path / "surrogate.npz")
+    told = CliRunner().invoke(app, ["narrow", str(tmp_path), "k=1.1..1.2"]).output
+    assert "response" in told

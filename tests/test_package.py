@@ -17,6 +17,7 @@ SOURCE = Path(fb.__file__).parent
 ROOMS = [
     "words",
     "errors",
+    "deprecation",
     "arguments",
     "error_text",
     "prescribed_motion",

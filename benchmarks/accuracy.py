@@ -1,7 +1,8 @@
 """Errors of the methods against the number of runs, on studies with known bands.
 
 An error is ∫|Δ| dt / ∫|reference| dt over both bounds, the largest of all outputs. At full size the
-benchmark writes its table into docs/accuracy.md and its figure to docs/images/accuracy.png.
+benchmark writes its table into docs/evidence/accuracy.md and its figure to
+docs/images/accuracy.png.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ def main() -> None:
     report(chosen.output, "accuracy", header, rows, measured, lines)
     if whole and not chosen.cases:
         figure(points).savefig(ROOT / "docs" / "images" / "accuracy.png", dpi=100)
-        write_table(ROOT / "docs" / "accuracy.md", header, rows, lines)
+        write_table(ROOT / "docs" / "evidence" / "accuracy.md", header, rows, lines)
 
 
 def figure(points: dict) -> Figure:

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/inputs.md (`make inputs`): one for each kind of input.
+"""Draw the pictures of docs/how-to/inputs.md (`make inputs`): one for each kind of input.
 
 A kind is a function that draws on axes, with the name of its picture. Given names, it draws these.
 """

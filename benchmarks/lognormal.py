@@ -1,4 +1,6 @@
-"""What polynomials of a lognormal number, and of its logarithm, miss of 1/(1 + x): docs/inputs.md.
+"""What polynomials of a lognormal number, and of its logarithm, miss of 1/(1 + x).
+
+The table is in docs/how-to/inputs.md.
 
 The error of the best approximation is relative to the standard deviation of 1/(1 + x), where x has
 the mean 1. Orthonormal polynomials come from the procedure of Stieltjes, on a trapezoidal rule in

@@ -1,7 +1,8 @@
 """The paper's figures, numbers and statements, computed again (`make paper`).
 
-At full size it writes docs/paper.md, the numbers in it to docs/paper.json, and its pictures. With
-fewer samples only the numbers are written, to the output folder, and the sweep has one setting.
+At full size it writes docs/evidence/paper.md, the numbers in it to docs/evidence/paper.json, and
+its pictures. With fewer samples only the numbers are written, to the output folder, and the sweep
+has one setting.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from PIL import Image
 
 import flexband as fb
 
-NUMBERS, PAGE = ROOT / "docs" / "paper.json", ROOT / "docs" / "paper.md"
+NUMBERS, PAGE = ROOT / "docs" / "evidence" / "paper.json", ROOT / "docs" / "evidence" / "paper.md"
 IMAGES = ROOT / "docs" / "images" / "paper"
 FULL = 100
 """Samples of LHS–Scanning in the paper."""

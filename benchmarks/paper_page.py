@@ -1,4 +1,4 @@
-"""The page docs/paper.md, from the numbers that are stored."""
+"""The page docs/evidence/paper.md, from the numbers that are stored."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ extensions = [
     "sphinx-mathjax-offline",  # equations are drawn without a network
     "source_pages",
 ]
-exclude_patterns = ["_build", "paper.json"]
+exclude_patterns = ["_build", "evidence/paper.json"]
 nitpicky = True
 default_role = "public"  # of docstrings: see source_pages
 
@@ -45,4 +45,4 @@ def linkcode_resolve(_domain: str, info: dict[str, str]) -> str | None:
     from source_pages import page_of  # noqa: PLC0415
 
     found = page_of(info["module"], info["fullname"])
-    return found and f"../{found}"
+    return found and f"../../{found}"

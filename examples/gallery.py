@@ -1,4 +1,4 @@
-"""Draw every example and write docs/gallery.md (`make gallery`).
+"""Draw every example and write docs/how-to/gallery.md (`make gallery`).
 
 An example has a function `picture(drawing, plot)`, which draws the mechanism on the first axes and
 results on the second. The first line of its docstring is the title of its section, the paragraph
@@ -51,9 +51,11 @@ def main() -> None:
         if not sys.argv[1:] or file.stem in sys.argv[1:]:
             draw(example).savefig(images / f"{file.stem}.png", dpi=100)
         title, text = example.__doc__.strip().split("\n\n")[:2]
-        page.append(f"## {title.rstrip('.')}\n\n{text} [`{file.name}`](../examples/{file.name})\n")
-        page.append(f"![{title}](images/gallery/{file.stem}.png)\n")
-    (DOCS / "gallery.md").write_text("\n".join(page), encoding="utf-8")
+        page.append(
+            f"## {title.rstrip('.')}\n\n{text} [`{file.name}`](../../examples/{file.name})\n"
+        )
+        page.append(f"![{title}](../images/gallery/{file.stem}.png)\n")
+    (DOCS / "how-to" / "gallery.md").write_text("\n".join(page), encoding="utf-8")
 
 
 if __name__ == "__main__":

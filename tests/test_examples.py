@@ -279,5 +279,5 @@ def test_every_example(file):
         object.__setattr__(study, "run", cache(study.run))
     CHECKS[file.stem](own)
     assert all(axes.has_data() for axes in gallery.draw(own).axes)
-    page = (EXAMPLES.parent / "docs" / "gallery.md").read_text(encoding="utf-8")
+    page = (EXAMPLES.parent / "docs" / "how-to" / "gallery.md").read_text(encoding="utf-8")
     assert own.__doc__.strip().split("\n\n")[1] in page, "run `make gallery`"

@@ -1,4 +1,4 @@
-"""Run the reference problems and write docs/validation.md.
+"""Run the reference problems and write docs/evidence/validation.md.
 
 The exit status is 1 if a number is out of tolerance.
 """
@@ -16,7 +16,7 @@ import rotation
 import stability
 from checks import Check
 
-PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "validation.md"
 TEXT = """# Validation
 
 Results of flexband compared with published problems. `make validate` builds the problems in

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-PAGE = (Path(__file__).parents[2] / "docs" / "answers.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "answers.md").read_text(encoding="utf-8")
 
 
 def test_samples_find_as_much_of_the_worst_sum_as_the_page_says():

@@ -21,13 +21,13 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = {
     str(page.relative_to(ROOT)): page.read_text(encoding="utf-8")
-    for page in (ROOT / "README.md", *sorted(DOCS.glob("*.md")), *DOCS.glob("tutorials/*.md"))
+    for page in (ROOT / "README.md", *sorted(DOCS.rglob("*.md")))
 }
 OWN_TESTS = {
     "README.md": "test_examples.py",
-    "docs/answers.md": "test_answers_page.py",
-    "docs/extending.md": "test_extending.py",
-    "docs/models.md": "models/test_page.py",
+    "docs/how-to/answers.md": "docs/test_answers.py",
+    "docs/how-to/extending.md": "docs/test_extending.py",
+    "docs/how-to/models.md": "models/test_page.py",
 }
 """Pages whose code other tests run, with what it must give."""
 
@@ -53,7 +53,7 @@ def commands(text):
 
 
 def somebody_runs_the_model(folder):
-    """Write the results of the points of docs/studies.md."""
+    """Write the results of the points of docs/how-to/studies.md."""
     with open(folder / "wear" / "points.csv", encoding="utf-8") as file:
         points = list(csv.DictReader(file))
     rows = [f"{p['number']},{p['load']},{float(p['speed']) * float(p['load'])}" for p in points]
@@ -105,6 +105,39 @@ def test_cells_are_python(name):
         assert "remove-cell" not in options or "setup_page" in content
 
 
+def mentioned(text):
+    """Yield the paths of pages, of code and of tests that a text names."""
+    pattern = (
+        r"\b(?:docs|src|tests|benchmarks|examples|validation)/[\w./-]*\w\.(?:md|py|png|json)\b"
+    )
+    yield from re.findall(pattern, text)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_links_lead_somewhere(name):
+    folder = (ROOT / name).parent
+    for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", PAGES[name], flags=re.S)):
+        if not re.match(r"[a-z]+:|#|[\d.,(]+$|\d", target):
+            path, _, heading = target.partition("#")
+            page = (folder / path).resolve()
+            assert page.exists(), target
+            if heading and page.suffix == ".md":
+                titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+                anchors = {
+                    re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles
+                }
+                assert heading in anchors, target
+    for path in mentioned(PAGES[name]):
+        assert (ROOT / path).exists(), path
+
+
+@pytest.mark.parametrize("folder", ["src", "tests", "benchmarks", "examples", "validation", ".ci"])
+def test_files_that_code_names_exist(folder):
+    for file in (ROOT / folder).rglob("*.py"):
+        for path in mentioned(file.read_text(encoding="utf-8")):
+            assert (ROOT / path).exists(), f"{file.relative_to(ROOT)}: {path}"
+
+
 def test_pages_with_own_tests():
     for page, test in OWN_TESTS.items():
         assert Path(page).name in (ROOT / "tests" / test).read_text(encoding="utf-8")
@@ -119,7 +152,7 @@ def test_every_page_is_in_the_contents():
 
 def test_the_reference_has_every_public_name():
     listed = {"flexband": [], "flexband.report.plot": []}
-    for page in (DOCS / "api").glob("*.rst"):
+    for page in (DOCS / "reference" / "api").glob("*.rst"):
         pattern = r"^\.\. (currentmodule|auto(?:class|function|exception)):: ([\w.]+)$"
         module = ""
         for kind, name in re.findall(pattern, page.read_text(encoding="utf-8"), re.MULTILINE):

@@ -1,4 +1,4 @@
-"""The code of docs/extending.md, run and held to exact results."""
+"""The code of docs/how-to/extending.md, run and held to exact results."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 
 import flexband as fb
 
-PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "extending.md"
 
 
 @pytest.fixture(scope="module")

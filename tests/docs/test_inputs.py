@@ -6,7 +6,7 @@ from pathlib import Path
 import flexband as fb
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "inputs.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "how-to" / "inputs.md").read_text(encoding="utf-8")
 
 
 def test_every_kind_of_the_table_is_public():
@@ -17,5 +17,5 @@ def test_every_kind_of_the_table_is_public():
 
 
 def test_pictures_are_there():
-    for picture in re.findall(r"\]\((images/[^)]*)\)", PAGE):
-        assert (DOCS / picture).is_file()
+    for picture in re.findall(r"\]\((\.\./images/[^)]*)\)", PAGE):
+        assert (DOCS / "how-to" / picture).is_file()

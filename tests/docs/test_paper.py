@@ -1,4 +1,4 @@
-"""The page docs/paper.md: its text is that of the stored numbers, and these are the code's."""
+"""The page docs/evidence/paper.md: its text is that of the stored numbers, and these are the code's."""
 
 import json
 import runpy
@@ -14,16 +14,16 @@ from paper_verdicts import cell_of, where
 import flexband as fb
 
 ROOT = Path(__file__).parents[2]
-NUMBERS = json.loads((ROOT / "docs" / "paper.json").read_text(encoding="utf-8"))
+NUMBERS = json.loads((ROOT / "docs" / "evidence" / "paper.json").read_text(encoding="utf-8"))
 
 
 def test_the_page_is_made_of_the_stored_numbers():
-    text = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "evidence" / "paper.md").read_text(encoding="utf-8")
     assert page(NUMBERS) == text
     pictures = {line.split("(")[1].rstrip(")") for line in text.splitlines() if line[:2] == "!["}
-    assert {f"images/paper/{p.name}" for p in (ROOT / "docs/images/paper").iterdir()} == pictures
+    assert {f"../images/paper/{p.name}" for p in (ROOT / "docs/images/paper").iterdir()} == pictures
     for name in pictures:
-        assert (ROOT / "docs" / name).stat().st_size < 100_000
+        assert (ROOT / "docs" / "evidence" / name).stat().st_size < 100_000
 
 
 def test_the_stored_numbers_are_those_of_the_code():

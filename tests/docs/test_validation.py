@@ -1,4 +1,4 @@
-"""The reference problems of docs/validation.md."""
+"""The reference problems of docs/evidence/validation.md."""
 
 import pytest
 from flexible import escalona

@@ -1,11 +1,11 @@
-"""The code of docs/models.md runs."""
+"""The code of docs/how-to/models.md runs."""
 
 import re
 from pathlib import Path
 
 import numpy as np
 
-PAGE = Path(__file__).parents[2] / "docs" / "models.md"
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "models.md"
 
 
 def test_the_code_runs():

@@ -20,7 +20,7 @@ def rod(length, start, angle, mass: ArrayLike = 0.0, inertia: ArrayLike = 0.0):
 
 
 def pendulum(mass: ArrayLike = 0.0, inertia: ArrayLike = 0.0, rate=0.0):
-    """The pendulum of docs/validation.md: 1 kg on a rod of 1 m, released from (−1, 0)."""
+    """The pendulum of docs/evidence/validation.md: 1 kg on a rod of 1 m, released from (−1, 0)."""
     return fb.Mechanism(
         bodies={
             "rod": rod(1.0, (0.0, 0.0), np.pi, mass, inertia),

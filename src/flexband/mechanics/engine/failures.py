@@ -16,7 +16,7 @@ from flexband.words import number_of
 SHORTER = (
     "Take shorter steps: a smaller `step`, or more `substeps`. If these diverge as well, a force "
     "is too large or starts too suddenly for what it moves, as that of a spring far from its "
-    "rest_length: see 'Start from equilibrium' in docs/mechanisms.md"
+    "rest_length: see 'Start from equilibrium' in docs/how-to/mechanisms.md"
 )
 
 MAX_SHOWN = 5

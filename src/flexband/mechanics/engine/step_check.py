@@ -1,7 +1,7 @@
 """Remarks on steps in which bodies turn too far, and on vibrations with too few steps per period.
 
 A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of its angle, with
-δ = (1 − ρ∞)/(1 + ρ∞), see docs/theory.md. What vibrates is read off the outputs.
+δ = (1 − ρ∞)/(1 + ρ∞), see docs/explanation/theory.md. What vibrates is read off the outputs.
 """
 
 from __future__ import annotations

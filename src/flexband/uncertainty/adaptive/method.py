@@ -39,7 +39,7 @@ class AdaptivePCCI:
     It stops where the error expected of interval mean and error bar, in parts of the error bar's
     mean width, is below the tolerance for every output, also in eight runs where the
     bounds are attained.
-    Ringing responses are split as by `PhaseResolvedPCCI`. See docs/phase.md.
+    Ringing responses are split as by `PhaseResolvedPCCI`. See docs/explanation/phase.md.
 
     With many variables, as those of a random field, where that would start with more than 48 runs
     or more than the budget, few terms out of all are found by sparse regression, from 16 runs on.

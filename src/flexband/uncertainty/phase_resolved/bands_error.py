@@ -4,7 +4,7 @@ What interpolation misses is Σ_v a_v w_v(x_v) to first order. The node polynomi
 nodes of a variable v, and has a mean square of one. Held-out runs, which lie between the nodes,
 tell the mean squares of the a_v. Bounds often rest on the ends of intervals, which are nodes, and
 the node polynomial of a random variable is orthogonal to all that is expanded, so that bands are
-often far more accurate than the expansion is at an arbitrary point. See docs/phase.md.
+often far more accurate than the expansion is at an arbitrary point. See docs/explanation/phase.md.
 """
 
 from __future__ import annotations

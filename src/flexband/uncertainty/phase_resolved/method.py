@@ -49,7 +49,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     functions. Every run is split into these along the last dimension of the response, which must be
     equidistant times. Four further runs at generic points are never fitted. Each output gets as
     many carriers as predict these runs best, and none if it does not ring; what the expansion
-    misses of them is its error. See docs/phase.md.
+    misses of them is its error. See docs/explanation/phase.md.
 
     Parameters
     ----------

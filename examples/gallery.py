@@ -51,9 +51,8 @@ def main() -> None:
         if not sys.argv[1:] or file.stem in sys.argv[1:]:
             draw(example).savefig(images / f"{file.stem}.png", dpi=100)
         title, text = example.__doc__.strip().split("\n\n")[:2]
-        page.append(
-            f"## {title.rstrip('.')}\n\n{text} [`{file.name}`](../../examples/{file.name})\n"
-        )
+        script = f"[`{file.name}`](../../examples/{file.name})"
+        page.append(f"## {title.rstrip('.')}\n\n{text} {script}\n")
         page.append(f"![{title}](../images/gallery/{file.stem}.png)\n")
     (DOCS / "how-to" / "gallery.md").write_text("\n".join(page), encoding="utf-8")
 

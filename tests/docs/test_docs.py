@@ -24,10 +24,10 @@ PAGES = {
     for page in (ROOT / "README.md", *sorted(DOCS.rglob("*.md")))
 }
 OWN_TESTS = {
-    "README.md": "test_examples.py",
-    "docs/how-to/answers.md": "docs/test_answers.py",
-    "docs/how-to/extending.md": "docs/test_extending.py",
-    "docs/how-to/models.md": "models/test_page.py",
+    "README.md": "tests/test_examples.py",
+    "docs/how-to/answers.md": "tests/docs/test_answers.py",
+    "docs/how-to/extending.md": "tests/docs/test_extending.py",
+    "docs/how-to/models.md": "tests/models/test_page.py",
 }
 """Pages whose code other tests run, with what it must give."""
 
@@ -140,7 +140,7 @@ def test_files_that_code_names_exist(folder):
 
 def test_pages_with_own_tests():
     for page, test in OWN_TESTS.items():
-        assert Path(page).name in (ROOT / "tests" / test).read_text(encoding="utf-8")
+        assert Path(page).name in (ROOT / test).read_text(encoding="utf-8")
 
 
 def test_every_page_is_in_the_contents():

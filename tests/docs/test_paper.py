@@ -1,4 +1,4 @@
-"""The page docs/evidence/paper.md: its text is that of the stored numbers, and these are the code's."""
+"""docs/evidence/paper.md: its text is that of the stored numbers, and these are the code's."""
 
 import json
 import runpy

@@ -77,7 +77,8 @@ class RequestedPoints:
         Raises
         ------
         InputError
-            If it is no table of results of points that were asked for: see `docs/how-to/studies.md`.
+            If it is no table of results of points that were asked for; see
+            `docs/how-to/studies.md`.
         """
         entries = _netcdf(file, labels) if file.suffix == ".nc" else self._table(file, labels)
         numbers = [number for number, _, _ in entries]

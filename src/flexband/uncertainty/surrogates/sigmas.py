@@ -21,7 +21,8 @@ OF_SIGMAS = ("error_bar_", "pointwise_")
 
 AT_ONE_TIME = 1.5
 """Error at one time, as a multiple of the error expected there of which means over time are right.
-True errors at one time scatter more than means; few are above twice this one, see docs/evidence/honesty.md.
+True errors at one time scatter more than means; few are above twice this one, see
+docs/evidence/honesty.md.
 """
 
 MOST = 1000.0

@@ -1,6 +1,14 @@
 """Shared settings of the tests."""
 
+import sys
+
 from hypothesis import settings
 
 settings.register_profile("flexband", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("flexband")
+
+
+def pytest_runtest_logreport(report):
+    """Name a test at once when it fails, not only when all have ended."""
+    if report.failed:
+        print(f"\nFAILED {report.nodeid}", file=sys.stderr, flush=True)

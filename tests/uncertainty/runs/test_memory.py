@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from study_memory import announced_and_peak, inputs_of
 
 import flexband as fb
+from benchmarks.memory.study_memory import announced_and_peak, inputs_of
 from flexband.uncertainty.expansions.hybrid import transformed
 
 MOST, LEAST = 1 / 1.2, 2.0

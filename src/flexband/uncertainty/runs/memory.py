@@ -22,7 +22,7 @@ def peak_memory(method: Any, intervals: int, runs: int, run_bytes: float) -> tup
 
     A method has `copies`, the number of times that all outputs are in memory while it fits them,
     and `copies_per_carrier`. Then there are bands, whose places grow with the number of intervals.
-    `benchmarks/study_memory.py` measures both.
+    `benchmarks/memory/study_memory.py` measures both.
 
     Parameters
     ----------

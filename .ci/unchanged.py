@@ -5,8 +5,6 @@ process of its own, and all arrays are compared bit for bit. With ``--save`` the
 commit are kept in a file, with which ``--compare`` compares any number of working trees.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import subprocess
@@ -20,38 +18,26 @@ from rich.console import Console
 from rich.table import Table
 
 ROOT = Path(__file__).parents[1]
-CASES = Path(__file__).with_name("unchanged_cases.py")
-RAISED = "error"
-"""Variable of a case that could not be computed: the error's text."""
-
-Results = dict[str, np.ndarray]
-"""Arrays by "case/variable"."""
+Results = dict[str, np.ndarray]  # by "case/variable"
 
 
 def computed(source: Path, file: Path, names: list[str], **variables: str) -> Results:
     """Compute the cases with the package and the examples of a source tree, and write a file."""
     settings = {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(source / "src")}
+    command = [sys.executable, Path(__file__).with_name("unchanged_cases.py"), file, *names]
     environment = {**variables, **os.environ, **settings}
-    command = [sys.executable, CASES, file, *names]
     subprocess.run(command, env=environment, cwd=file.parent, check=True)
     return loaded(file)
 
 
 def computed_at(revision: str, file: Path, names: list[str]) -> Results:
-    """Compute the cases with a commit, which is checked out into a temporary folder.
-
-    Its machine code is kept in the folder of the user, not beside the source.
-    """
-    cache = str(Path.home() / ".cache")
-    with tempfile.TemporaryDirectory() as place:
-        tree = Path(place) / "tree"
-        git = ["git", "-C", str(ROOT), "worktree"]
-        add = [*git, "add", "--detach", "--quiet", str(tree), revision]
-        try:
-            subprocess.run(add, check=True)
-            return computed(tree, file, names, NUMBA_CACHE_DIR=cache)
-        finally:
-            subprocess.run([*git, "remove", "--force", str(tree)], check=False)
+    """Compute the cases with a commit; its machine code is kept in the folder of the user."""
+    tree, git = file.with_name("tree"), ["git", "-C", ROOT, "worktree"]
+    subprocess.run([*git, "add", "--detach", tree, revision], check=True, capture_output=True)
+    try:
+        return computed(tree, file, names, NUMBA_CACHE_DIR=str(Path.home() / ".cache"))
+    finally:
+        subprocess.run([*git, "remove", "--force", tree], check=True)
 
 
 def loaded(file: Path) -> Results:
@@ -61,45 +47,40 @@ def loaded(file: Path) -> Results:
 
 
 def difference(before: np.ndarray, after: np.ndarray) -> str:
-    """Return the largest difference of two arrays as text; "" if all bits are equal but of NaN."""
-    if before.shape != after.shape:
-        return f"shape {after.shape} instead of {before.shape}"
-    if before.dtype.kind != after.dtype.kind:
-        return f"type {after.dtype} instead of {before.dtype}"
-    if before.dtype.kind not in "fc":
+    """Return the largest difference of two arrays; "" if all bits are equal, but those of NaN."""
+    kinds = [f"{array.dtype.kind}{array.shape}" for array in (before, after)]
+    if kinds[0] != kinds[1]:
+        return f"{kinds[1]} instead of {kinds[0]}"
+    if before.dtype.kind != "f":
         unequal = np.count_nonzero(before != after)
         return f"{unequal} of {before.size} values" if unequal else ""
-    if before.dtype.kind == "c":
-        before, after = (np.stack([array.real, array.imag]) for array in (before, after))
     nowhere = np.isnan(before) & np.isnan(after)
     if np.all(nowhere | ((before == after) & (np.signbit(before) == np.signbit(after)))):
         return ""
-    finite = np.isfinite(before) & np.isfinite(after)
-    if not np.array_equal(before[~finite], after[~finite], equal_nan=True):
-        return "infinite or NaN at other places"
-    numbers = before[finite]
-    span = np.ptp(numbers) or np.abs(numbers).max() or 1.0
-    return f"{np.abs(after[finite] - numbers).max() / span:.1e} of the range"
+    finite = before[np.isfinite(before)]
+    span = np.max(finite, initial=-np.inf) - np.min(finite, initial=np.inf)
+    scale = span if span > 0 else np.abs(finite).max(initial=0.0) or 1.0
+    return f"{np.abs(after - before)[~nowhere].max() / scale:.1e} of the range"
 
 
-def table(before: Results, after: Results) -> tuple[Table, int]:
-    """Return the comparison of all cases, and how many with fixed orders differ."""
+def compared(before: Results, after: Results) -> tuple[Table, int]:
+    """Return the table of all cases, and how many of those with fixed orders differ."""
     cases: dict[str, list[str]] = defaultdict(list)
     for key in sorted(before.keys() | after.keys()):
-        case, variable = key.split("/", 1)
-        cases[case].append(variable)
+        cases[key.split("/")[0]].append(key)
     rows, failures = Table("case", "arrays", "result"), 0
-    for case, variables in cases.items():
-        both = [name for name in variables if all(f"{case}/{name}" in r for r in (before, after))]
-        pairs = {name: (before[f"{case}/{name}"], after[f"{case}/{name}"]) for name in both}
-        differences = {name: text for name, pair in pairs.items() if (text := difference(*pair))}
-        lines = [f"[red]{name}: {text}" for name, text in differences.items()]
-        if RAISED in variables and f"{case}/{RAISED}" in after:
-            lines = [f"[red]not computed: {after[f'{case}/{RAISED}']}"]
+    for case, keys in cases.items():
+        both = [key for key in keys if key in before and key in after]
+        differences = {key: difference(before[key], after[key]) for key in both}
+        if f"{case}/error" in after:
+            differences[f"{case}/error"] = str(after[f"{case}/error"])
+        lines = [f"{key.split('/', 1)[1]}: {text}" for key, text in differences.items() if text]
         failures += bool(lines) and not case.startswith("adaptive")
+        if len(lines) > 8:
+            lines[8:] = [f"… {len(lines) - 8} more arrays"]
         for side, results in (("before", before), ("after", after)):
-            alone = [k for k in variables if k not in both and f"{case}/{k}" in results]
-            lines += [f"[yellow]only {side}: {', '.join(alone)}"] if alone else []
+            alone = [key.split("/")[1] for key in keys if key in results and key not in both]
+            lines += [f"only {side}: {', '.join(alone)}"] if alone else []
         rows.add_row(case, str(len(both)), "\n".join(lines or ["equal"]))
     return rows, failures
 
@@ -113,23 +94,19 @@ def main() -> None:
     parser.add_argument("--source", type=Path, default=ROOT, metavar="FOLDER", help="working tree")
     parser.add_argument("--cases", nargs="+", default=[], metavar="NAME", help="only these")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as place:
-        file = Path(place) / "before.npz"
-        if options.compare:
-            before = loaded(options.compare)
-            chosen = {key: key.split("/")[0] in options.cases for key in before}
-            before = {k: v for k, v in before.items() if chosen[k] or not options.cases}
-        else:
-            before = computed_at(options.against, file, options.cases)
+    names = options.cases
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "results.npz"
+        given = options.compare
+        before = loaded(given) if given else computed_at(options.against, file, names)
         if options.save:
             with options.save.open("wb") as kept:
-                np.savez_compressed(kept, **before)
+                np.savez_compressed(kept, **before)  # pyright: ignore[reportArgumentType]
             return
-        after = computed(options.source.resolve(), Path(place) / "after.npz", options.cases)
-    rows, failures = table(before, after)
-    console = Console()
-    console.print(rows)
-    console.print(f"{len(before.keys() & after.keys())} arrays compared, {failures} cases differ")
+        after = computed(options.source.resolve(), file, names)
+    before = {key: a for key, a in before.items() if not names or key.split("/")[0] in names}
+    rows, failures = compared(before, after)
+    Console().print(rows, f"{len(before.keys() & after.keys())} arrays compared; {failures} differ")
     sys.exit(1 if failures else 0)
 
 

@@ -92,32 +92,22 @@ def sensors_and_integrators():
 
 
 def joints_and_drives():
-    disc = {"width": 0.02, "density": 7800.0}
-    block = {"length": 0.1, "height": 0.02, "points": {"left": (-0.05, 0.0), "right": (0.1, 0.0)}}
-    bodies = {
-        "pinion": fb.RigidBody.disc(radius=0.1, **disc),
-        "wheel": fb.RigidBody.disc(radius=0.2, position=(0.3, 0.0), **disc),
-        "rack": fb.RigidBody.block(position=(0.0, -0.1), **block, **disc),
-        "m": fb.PointMass(mass=0.2, position=(0.1, -0.4)),
-        "p": fb.PointMass(mass=0.2, position=(0.0, 0.5)),
-    }
+    block = {"length": 0.1, "height": 0.02, "width": 0.02, "density": 7800.0}
+    rack = fb.RigidBody.block(position=(0.0, -0.1), points={"end": (0.1, 0.0)}, **block)
     joints = {
-        "P": fb.Revolute("pinion", (0.0, 0.0)), "W": fb.Revolute("wheel", (0.3, 0.0)),
-        "teeth": fb.Gear("pinion", "wheel", 0.1, 0.2), "mesh": fb.Rack("pinion", "rack", 0.1),
-        "guide": fb.Prismatic("rack.left", (0.0, -0.1)),
-        "rod": fb.Distance("m", "rack.right", 0.3),
-        "motor": fb.PrescribedRotation("pinion", an.table([0.0, 0.1, 0.2, 0.3], [0, 0.2, 0.1, 0])),
+        "P": fb.Revolute("disc", (0.0, 0.0)), "mesh": fb.Rack("disc", "rack", 0.1),
+        "guide": fb.Prismatic("rack", (0.0, -0.1)), "rod": fb.Distance("m", "rack.end", 0.3),
+        "motor": fb.PrescribedRotation("disc", an.table([0.0, 0.1, 0.2, 0.3], [0, 0.2, 0.1, 0])),
         "path": fb.PrescribedPath("p", lambda t: 0.1 * np.sin(9 * t), lambda t: 0.5 + t**2),
     }  # fmt: skip
-    loads = {
-        "g": fb.Gravity(), "s": fb.Spring("p", "wheel", 50.0, 0.4, damping=0.3),
-        "c": fb.ViscousFriction("m", (0.0, 0.0), 0.1),
-        "t": fb.TorsionSpring("wheel", (0.0, 0.0), 0.2, damping=0.01),
-    }  # fmt: skip
-    sensors = {name: fb.Reaction(name) for name in ("P", "guide", "rod", "mesh", "path")} | {
-        "m": fb.Position("m"), "turn": fb.Angle("wheel"), "work": fb.Work("motor"),
-        "motor": fb.ReactionMoment("motor"), "s": fb.SpringForce("s"), "t": fb.SpringMoment("t"),
-    }  # fmt: skip
+    loads = {"g": fb.Gravity(), "s": fb.Spring("p", "m", 50.0, 0.4, damping=0.3),
+             "t": fb.TorsionSpring("rack", "disc", 0.2, damping=0.01)}  # fmt: skip
+    sensors = {name: fb.Reaction(name) for name in ("P", "guide", "rod", "mesh", "path")}
+    sensors |= {"w": fb.Work("motor"), "q": fb.ReactionMoment("motor"), "m": fb.Position("m"),
+                "s": fb.SpringForce("s"), "t": fb.SpringMoment("t")}  # fmt: skip
+    bodies = {"disc": fb.RigidBody.disc(radius=0.1, width=0.02, density=7800.0), "rack": rack}
+    for name, place in (("m", (0.1, -0.4)), ("p", (0.0, 0.5))):
+        bodies[name] = fb.PointMass(mass=0.2, position=place)
     model = fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors=sensors)
     yield "motion", fb.simulate(model, duration=0.3, step=1e-3)
 
@@ -141,47 +131,38 @@ def labelled(*outputs):
     return xr.DataArray(np.stack(outputs, axis=1), coords, ("sample", "output", "time"))
 
 
-def smooth(size, stiffness, profile):
+def waves(size, stiffness, profile, rate):
     size, shape = size[:, None], profile(np.linspace(0.0, 1.0, 5)).mean(axis=-1)[:, None]
-    decay = np.exp(-0.3 * size * TIMES) * shape
-    return labelled(decay + size**2, np.sin(TIMES * shape) / (1 + 0.1 * stiffness[:, None]))
-
-
-def ringing(size, stiffness, profile):
-    size, shape = size[:, None], profile(np.linspace(0.0, 1.0, 5)).mean(axis=-1)[:, None]
-    phase = 40 * (1 + 0.03 * size + 0.01 * stiffness[:, None]) * TIMES
-    return labelled(np.cos(phase) * shape, TIMES * np.sin(phase) + size)
+    phase = rate[:, None] * (1 + 0.03 * size + 0.01 * stiffness[:, None]) * TIMES
+    return labelled(np.cos(phase) * shape * np.exp(-0.3 * size), TIMES * np.sin(phase) + size)
 
 
 def bands(response, inputs, *methods):
     for number, method in enumerate(methods):
-        name = f"{response.__name__} {type(method).__name__} {number}"
-        yield name, fb.propagate(response, inputs, method)
+        yield f"{type(method).__name__} {number}", fb.propagate(response, inputs, method)
 
 
 PROFILE = fb.RandomField(1.0, 0.05, correlation_length=1.0, domain=(0.0, 1.0), terms=2)
 INPUTS = {"size": fb.Interval(-0.5, 1), "stiffness": fb.Normal(0.5, 0.3), "profile": PROFILE}
-
-
-def methods():
-    expansions = fb.PCCI(2, 3), fb.ImprovedPCCI(3, 3), an.RegressionPCCI(3)
-    others = an.PerturbationChebyshev(3), an.PhaseResolvedPCCI(2, 3)
-    scanning = fb.LHSScanning(20, 6), fb.MonteCarlo(20, 6), an.SobolScanning(16, 6)
-    for response in (smooth, ringing):
-        yield from bands(response, INPUTS, *expansions, *others, *scanning)
+SMOOTH, RINGING = INPUTS | {"rate": 1.0}, INPUTS | {"rate": 40.0}
+METHODS = (
+    fb.PCCI(2, 3), fb.ImprovedPCCI(3, 3), an.RegressionPCCI(3), an.PhaseResolvedPCCI(2, 3),
+    an.PerturbationChebyshev(3), fb.LHSScanning(20, 6), fb.MonteCarlo(20, 6), an.SobolScanning(16),
+)  # fmt: skip
 
 
 def paper_study():
     paper, integrator = example("paper/slider_crank"), fb.GeneralizedAlpha(spectral_radius=0.7)
     shortened = {"duration": 0.1, "step": 1e-3, "integrator": integrator}
     response = fb.dynamic_response(paper["slider_crank"], **shortened)
-    yield "improved", fb.Study(response, paper["inputs"], fb.ImprovedPCCI(3, 3)).run()
+    return fb.Study(response, paper["inputs"], fb.ImprovedPCCI(3, 3)).run()
 
 
 def adaptive():
     polynomial = fb.AdaptivePCCI(0.05, max_runs=60, phase_resolved=False)
-    for response in (smooth, ringing):
-        yield from bands(response, INPUTS, fb.AdaptivePCCI(0.01, max_runs=60), polynomial)
+    for inputs in (SMOOTH, RINGING):
+        for name, result in bands(waves, inputs, fb.AdaptivePCCI(max_runs=60), polynomial):
+            yield f"{name} {inputs['rate']}", result
     for name, duration, step in (("suspension", 0.5, 2e-3), ("four_bar", 0.05, 1e-3)):
         response = fb.dynamic_response(example(name)[name], duration=duration, step=step)
         yield name, fb.Study(response, example(name)["inputs"], fb.AdaptivePCCI(0.02)).run()
@@ -192,23 +173,15 @@ def total(**values):
     return labelled(np.exp(0.2 * x) * np.cos(TIMES), x * TIMES)
 
 
-def number(a):
-    return total(a=a)
-
-
-def function(a):
-    return labelled(a(TIMES), np.sin(a(TIMES)) ** 2)
-
-
 def distributions():
     part, measured = fb.Interval(0.9, 1.1), an.Samples(np.sin(np.arange(40.0)) + 2)
     normal = fb.Normal(part, cv=0.1), an.LogNormal(1.0, cv=fb.Interval(0.1, 0.2))
     bounded = an.TruncatedNormal(1.0, 0.5, lower=0.4), an.Uniform(0.0, part), part
     shaped = an.Triangular(0.1, 0.15, 0.4), an.Beta(2.0, 5.0, 0.6, 0.9), measured
     others = an.Weibull(1.0, 8.0), an.Gumbel(1.0, cv=0.15), scipy.stats.skewnorm(5.0, scale=0.4)
-    for place, given in enumerate((*normal, *bounded, *shaped, *others)):
-        for name, result in bands(number, {"a": given}, fb.PCCI(4, 4), fb.LHSScanning(20, 5)):
-            yield f"{name} {type(given).__name__} {place}", result
+    for number, given in enumerate((*normal, *bounded, *shaped, *others)):
+        both = bands(lambda a: total(a=a), {"a": given}, fb.PCCI(4, 4), fb.LHSScanning(20, 5))
+        yield from ((f"{type(given).__name__} {number} {name}", result) for name, result in both)
 
 
 def fields():
@@ -226,18 +199,22 @@ def fields():
         "smooth": an.IntervalField(0.9, 1.1, length=1, domain=(0.0, 2.0), smooth=True),
     }
     for name, field in given.items():
-        yield name, fb.propagate(function, {"a": field}, fb.PCCI(1, 2))
-
-
-def mixed(front, rear, size, kind, constant):
-    return total(a=front, b=rear, c=size, d=np.where(kind == "hard", 1.5, 1.0) * constant)
+        response = lambda a: labelled(a(TIMES), np.sin(a(TIMES)) ** 2)  # noqa: E731
+        yield name, fb.propagate(response, {"a": field}, fb.PCCI(1, 2))
 
 
 def correlated_and_choices():
     parts = {"front": an.LogNormal(fb.Interval(1, 1.1), cv=0.1), "rear": an.Gumbel(1.0, cv=0.1)}
     inputs = {"springs": an.Correlated(parts, 0.6), "size": fb.Interval(0.9, 1.1)}
     inputs |= {"kind": an.Choice("hard", "soft"), "constant": 1.25}
-    return bands(mixed, inputs, fb.PCCI(2, 2), an.RegressionPCCI(2), fb.LHSScanning(20, 4))
+    methods = fb.PCCI(2, 2), an.RegressionPCCI(2), fb.LHSScanning(20, 4)
+    return bands(
+        lambda front, rear, size, kind, constant: total(
+            a=front, b=rear, c=size, d=np.where(kind == "hard", 1.5, 1.0) * constant
+        ),
+        inputs,
+        *methods,
+    )
 
 
 def crank(length, offset, stiffness, damping):
@@ -247,80 +224,64 @@ def crank(length, offset, stiffness, damping):
 
 
 @cache
-def surrogate(*, tensor=False):
+def surrogate(name):
     inputs = {"length": fb.Interval(9.9, 10.1), "offset": fb.Interval(-0.05, 0.05)}
     inputs |= {"stiffness": fb.Normal(20.0, 1.0), "damping": an.Uniform(0.2, 0.3)}
-    method = fb.ImprovedPCCI(3, 3) if tensor else an.RegressionPCCI(4)
+    method = fb.ImprovedPCCI(3, 3) if name == "tensor" else an.RegressionPCCI(4)
     an.save_surrogate(fb.expand(crank, inputs, method), "surrogate.npz")
     return an.load_surrogate("surrogate.npz")
 
 
-def surrogates():
-    at = {
-        "length": 10 * PAIR,
-        "offset": 0.01 * PAIR,
-        "stiffness": 20 * PAIR,
-        "damping": 0.25 * PAIR,
-    }
-    tight = {"length": fb.Interval(9.98, 10.02), "stiffness": fb.Normal(20.0, 0.5)}
-    for name, model in (("regression", surrogate()), ("tensor", surrogate(tensor=True))):
-        yield f"{name} bands", model.bands(2.0)
-        yield f"{name} values", model.evaluate(**at)
-        yield f"{name} narrowed", model.narrowed(**tight).bands()
-        yield f"{name} verified", fb.verify(model, crank, runs=12)
-
-
-def sensitivities():
-    at = {"time": TIMES[:20:5]}
-    yield "contributions", an.contributions(surrogate())
-    yield "shapley", an.contributions(surrogate(tensor=True), shapley=True, at=at)
-    yield "sobol", an.sobol_indices(surrogate(), at=at)
-    yield "tolerance", an.tolerance_for(surrogate(), "length", 0.5)
-
-
-def ranges():
-    at = {"time": TIMES[:20:5]}
-    yield "quantiles", an.quantiles(surrogate(), [0.05, 0.9], at=at, samples=1024)
-    yield "p_box", an.p_box(surrogate(), "X", 0.5, samples=1024)
-    yield "range", an.value_range(surrogate())
-    yield "path", an.path(surrogate(), "X", "Y")
-    yield "tube", an.path(surrogate(tensor=True), "X", "Y", probability=0.99, directions=8)
-    for name in ("Peak", "Trough", "PeakTime", "RootMeanSquare", "Spectrum"):
-        yield name, an.derived(surrogate(), getattr(an, name)("X"), samples=2000)
-    yield "farthest", an.derived(surrogate(), an.Peak(an.Magnitude("X", "Y")), samples=2000)
-
-
-def limits():
-    model, tensor, far = surrogate(), surrogate(tensor=True), an.Limit("Y", above=-11, below=10.2)
-    high, low = an.Limit("X", below=10.2), an.Limit("X", above=-10.3, during=(0.5, 1.5))
-    yield "margins", an.check_limits(model, [high, low])
-    yield "tensor", an.check_limits(tensor, far, sigmas=2)
-    yield "probability", an.failure_probability(model, high, seed=3, accuracy=0.1)
-    yield "corrected", an.failure_probability(model, [high, low], response=crank, accuracy=0.1)
-
-
-def allocations():
-    costs = {"length": 1.0, "stiffness": an.ReciprocalCost(5.0)}
-    low, high, model = an.Limit("X", below=10.13), an.Limit("X", below=10.25), surrogate()
-    grades = an.Grades({"fine": (0.02, 9.0), "medium": (0.05, 4.0), "coarse": (0.1, 2.0)})
-    yield "worst case", an.allocate(model, low, costs, response=crank)
-    yield "probability", an.allocate(model, low, costs, probability=0.01)
-    yield "grades", an.allocate(model, high, {"length": grades})
-
-
-CASES = [motions, sensors_and_integrators, joints_and_drives, rest_and_modes, methods, paper_study,
-         adaptive, distributions, fields, correlated_and_choices, surrogates, sensitivities, ranges,
-         limits, allocations]  # fmt: skip
+AT = {"time": TIMES[:20:5]}
+PLACES = {"length": 10 + 0.1 * (PAIR - 1), "offset": PAIR - 1, "stiffness": 20 * PAIR}
+NARROW = {"length": fb.Interval(9.98, 10.02), "stiffness": fb.Normal(20.0, 0.5)}
+COSTS = {"length": 1.0, "stiffness": an.ReciprocalCost(5.0)}
+GRADES = {"length": an.Grades({"fine": (0.02, 9.0), "medium": (0.05, 4.0), "coarse": (0.1, 2.0)})}
+LIMITS = an.Limit("X", below=10.2), an.Limit("X", above=-10.3, during=(0.5, 1.5))
+TWO_SIDED = an.Limit("Y", above=-11.0, below=10.2)
+QUANTITIES = ("Peak", "Trough", "PeakTime", "RootMeanSquare", "Spectrum")
+ANSWERS = {  # of surrogates by regression and on a tensor grid
+    "bands": lambda r, t: r.bands(2.0),
+    "values": lambda r, t: r.evaluate(**PLACES, damping=0.25 * PAIR),
+    "narrowed": lambda r, t: r.narrowed(**NARROW).bands(),
+    "narrowed tensor": lambda r, t: t.narrowed(**NARROW).bands(),
+    "verify": lambda r, t: fb.verify(r, crank, runs=12),
+    "verify tensor": lambda r, t: fb.verify(t, crank, runs=12),
+    "contributions": lambda r, t: an.contributions(r),
+    "shapley": lambda r, t: an.contributions(t, shapley=True, at=AT),
+    "sobol": lambda r, t: an.sobol_indices(r, at=AT),
+    "tolerance_for": lambda r, t: an.tolerance_for(r, "length", 0.5),
+    "quantiles": lambda r, t: an.quantiles(r, [0.05, 0.9], at=AT, samples=1024),
+    "p_box": lambda r, t: an.p_box(r, "X", 0.5, samples=1024),
+    "value_range": lambda r, t: an.value_range(r),
+    "path": lambda r, t: an.path(r, "X", "Y"),
+    "path tensor": lambda r, t: an.path(t, "X", "Y", probability=0.99, directions=8),
+    "derived": lambda r, t: (
+        (name, an.derived(r, getattr(an, name)("X"), samples=2000)) for name in QUANTITIES
+    ),
+    "magnitude": lambda r, t: an.derived(r, an.Peak(an.Magnitude("X", "Y")), samples=2000),
+    "check_limits": lambda r, t: an.check_limits(r, LIMITS),
+    "check_limits tensor": lambda r, t: an.check_limits(t, TWO_SIDED, sigmas=2),
+    "failure": lambda r, t: an.failure_probability(r, LIMITS[0], seed=3, accuracy=0.1),
+    "failure of runs": lambda r, t: an.failure_probability(r, LIMITS, response=crank),
+    "allocate": lambda r, t: an.allocate(r, an.Limit("X", below=10.13), COSTS, response=crank),
+    "allocate chance": lambda r, t: an.allocate(r, LIMITS[0], COSTS, probability=0.01),
+    "allocate grades": lambda r, t: an.allocate(r, an.Limit("X", below=10.25), GRADES),
+}
 
 
 def arrays(name, result):
-    """Yield the variables and the numeric attributes of a result, by name."""
+    """Yield the variables and the numeric attributes of a result, or of several, by name."""
+    if not isinstance(result, xr.DataArray | xr.Dataset):
+        for part, whole in result:
+            yield from arrays(f"{name}/{part}", whole)
+        return
     whole = result.to_dataset(name="values") if isinstance(result, xr.DataArray) else result
     values = {name: variable.values for name, variable in whole.variables.items()}
     attributes = {f"attrs {key}": np.asarray(value) for key, value in whole.attrs.items()}
     values |= {key: array for key, array in attributes.items() if array.dtype.kind in "biufc"}
     for key, array in values.items():
-        yield f"{name}: {key}", array.astype(str) if array.dtype.kind == "O" else array
+        yield f"{name}/{key}", array.astype(str) if array.dtype.kind == "O" else array
 
 
 def main():
@@ -329,15 +290,23 @@ def main():
     if not Path(fb.__file__).is_relative_to(TREE):
         sys.exit(f"flexband must be that of {TREE}; got {fb.__file__}")
     warnings.simplefilter("ignore")
-    written = {}
-    for case in [case for case in CASES if not names or case.__name__ in names]:
-        name, start = case.__name__, time.process_time()
+    mechanics = motions, sensors_and_integrators, joints_and_drives, rest_and_modes, paper_study
+    inputs = distributions, fields, correlated_and_choices, adaptive
+    cases = {case.__name__: case for case in (*mechanics, *inputs)}
+    cases["methods, smooth"] = lambda: bands(waves, SMOOTH, *METHODS)
+    cases["methods, ringing"] = lambda: bands(waves, RINGING, *METHODS)
+    for name, answer in ANSWERS.items():
+        cases[name] = lambda answer=answer: answer(surrogate("regression"), surrogate("tensor"))
+    written, times = {}, {}
+    for name in names or cases:
+        start = time.process_time()
         try:
-            written |= {f"{name}/{key}": a for part in case() for key, a in arrays(*part)}
+            written |= dict(arrays(name, cases[name]()))
         except Exception as error:
             traceback.print_exc()
             written[f"{name}/error"] = np.array(f"{type(error).__name__}: {error}")
-        print(f"{name}: {time.process_time() - start:.1f} s", flush=True)
+        times[name] = f"{name} {time.process_time() - start:.1f}"
+    print(f"{time.process_time():.1f} s: {', '.join(times.values())}", flush=True)
     np.savez_compressed(file, **written)
 
 

@@ -33,7 +33,7 @@ def computed(source: Path, file: Path, names: list[str], **variables: str) -> Re
 def computed_at(revision: str, file: Path, names: list[str]) -> Results:
     """Compute the cases with a commit; its machine code is kept in the folder of the user."""
     tree, git = file.with_name("tree"), ["git", "-C", ROOT, "worktree"]
-    subprocess.run([*git, "add", "--detach", tree, revision], check=True, capture_output=True)
+    subprocess.run([*git, "add", "--quiet", "--detach", tree, revision], check=True)
     try:
         return computed(tree, file, names, NUMBA_CACHE_DIR=str(Path.home() / ".cache"))
     finally:
@@ -106,7 +106,8 @@ def main() -> None:
         after = computed(options.source.resolve(), file, names)
     before = {key: a for key, a in before.items() if not names or key.split("/")[0] in names}
     rows, failures = compared(before, after)
-    Console().print(rows, f"{len(before.keys() & after.keys())} arrays compared; {failures} differ")
+    count = len(before.keys() & after.keys())
+    Console().print(rows, f"{count} arrays compared, {failures} cases differ")
     sys.exit(1 if failures else 0)
 
 

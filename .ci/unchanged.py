@@ -22,11 +22,18 @@ Results = dict[str, np.ndarray]  # by "case/variable"
 
 
 def computed(source: Path, file: Path, names: list[str], **variables: str) -> Results:
-    """Compute the cases with the package and the examples of a source tree, and write a file."""
+    """Compute the cases with the package and the examples of a source tree, and write a file.
+
+    Machine code that was just compiled may round otherwise than the same code read from disk, so a
+    process that wrote machine code is followed by another one.
+    """
     settings = {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(source / "src")}
     command = [sys.executable, Path(__file__).with_name("unchanged_cases.py"), file, *names]
     environment = {**variables, **os.environ, **settings}
-    subprocess.run(command, env=environment, cwd=file.parent, check=True)
+    cache = Path(environment.get("NUMBA_CACHE_DIR", Path.home() / ".cache")) / "flexband"
+    kept: set[Path] = {Path()}
+    while kept != (kept := {f for place in (source / "src", cache) for f in place.rglob("*.nbc")}):
+        subprocess.run(command, env=environment, cwd=file.parent, check=True)
     return loaded(file)
 
 

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test kernels check metrics wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
+.PHONY: install demo test kernels check metrics unchanged wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
 install: .venv/installed
 
@@ -37,6 +37,10 @@ check: install metrics
 # How readable the package is. OPTIONS=--record lowers the ceilings to today's values.
 metrics: install
 	$(BIN)/python .ci/metrics.py $(OPTIONS)
+
+# OPTIONS='--against REV' names the commit with which the working tree is compared.
+unchanged: install
+	$(BIN)/python .ci/unchanged.py $(OPTIONS)
 
 # On every Python of this machine; on the oldest with the lowest versions of pyproject.toml.
 wheel: install

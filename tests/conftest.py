@@ -1,5 +1,6 @@
 """Shared settings of the tests."""
 
+import os
 import sys
 
 from hypothesis import settings
@@ -10,5 +11,5 @@ settings.load_profile("flexband")
 
 def pytest_runtest_logreport(report):
     """Name a test at once when it fails, not only when all have ended."""
-    if report.failed:
+    if report.failed and "PYTEST_XDIST_WORKER" not in os.environ:
         print(f"\nFAILED {report.nodeid}", file=sys.stderr, flush=True)

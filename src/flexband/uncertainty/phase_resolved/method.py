@@ -66,7 +66,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     interval_order: Order = 1
 
     name = "phase-resolved PCCI"
-    copies, copies_per_carrier = 3.5, 11.0
+    copies, copies_per_carrier = 3.5, 7.5
 
     def runs(self, space: Space) -> int:
         """Return Π (k+1) Π (q+1) + 4."""

@@ -115,7 +115,9 @@ class BestFits(NamedTuple):
             least[own], best[own] = error[better], k
             later[own], overshoot[own] = after[better], far[better]
             kept[k] = fit
-            kept = {k: _for_outputs(one, best == k) for k, one in kept.items() if k in best}
+            kept = {
+                k: _for_outputs(best_fit, best == k) for k, best_fit in kept.items() if k in best
+            }
             del fit  # while the next one is made, only those in use are in memory
         chosen = [kept[k] for k in sorted(kept, key=lambda k: (k < known, k))]
         missed = np.empty(shape)
@@ -123,7 +125,7 @@ class BestFits(NamedTuple):
             for some, own in fit.missed(held):
                 missed[some, fit.outputs] = own
         fewest, doubted, of_all = np.inf, None, False
-        for total, k, judged in sorted(closest, key=lambda one: (one[1] < known, one[1])):
+        for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
             if total < (1 - MIN_RELATIVE_GAIN) * fewest:
                 fewest, doubted, of_all = total, judged, bool(np.all(best == k))
         assert doubted is not None  # new fits are of all outputs

@@ -18,7 +18,7 @@ from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
 from flexband.mechanics.engine.redundancy import dependent, require_inertia, warn_of_shared
-from flexband.mechanics.engine.static_solver import ITERATIONS, NOT_SETTLED
+from flexband.mechanics.engine.static_solver import NOT_SETTLED, STATIC
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
@@ -151,7 +151,7 @@ def rest(
     if not any(spin.rate for spin in spins):
         snap_throughs(system, values, start, failed)
         for k in range(1, steps + 1):
-            rows = np.full((ITERATIONS + 1, system.sensed, WIDTH), np.nan)
+            rows = np.full((STATIC.iterations + 1, system.sensed, WIDTH), np.nan)
             run(SETTLE, system, raised(values, k / steps), work, rows, failure)
             on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
     balances: list[Balance] = []

@@ -14,7 +14,7 @@ from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
-from flexband.mechanics.engine.initial_conditions import CONSTRAINT_TOLERANCE
+from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import MASSLESS_PIVOT, SMALLEST_PIVOT, ZERO_PIVOT
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
@@ -187,7 +187,7 @@ def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
     if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
         near, misfit = closed(system, values)
         guess = np.where(
-            np.abs(misfit).max(axis=0, initial=0.0) < CONSTRAINT_TOLERANCE, near, guess
+            np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance, near, guess
         )
     work, failure = _started(system, values, guess, pivots)
     failed = failure[0] > 0

@@ -87,7 +87,7 @@ def simulate(
         has the outputs, NaN for the samples that failed.
     """
     with nullcontext() if heard() else hearing(_printed):
-        motion = simulated(
+        motion, system = simulated(
             mechanism,
             duration=duration,
             step=step,
@@ -96,7 +96,8 @@ def simulate(
             threads=threads,
             progress=progress,
         )
-    few = remark_on_few_steps(motion, mechanism, step / substeps, integrator or GeneralizedAlpha())
+    integrator = GeneralizedAlpha() if integrator is None else integrator
+    few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
     if few:
         motion.attrs["few_steps"] = few
         warn(few, ResolutionWarning)
@@ -113,8 +114,8 @@ def simulated(
     threads: int | None = None,
     progress: Progress | None = None,
     complete: bool = True,
-) -> xr.DataArray:
-    """Return the motion as `simulate` does, without a look for few steps per period.
+) -> tuple[xr.DataArray, System]:
+    """Return the motion as `simulate` does, but for its look for few steps, and the system.
 
     If it is not `complete`, samples that diverge are not completed with half the step, but fail.
     """
@@ -179,7 +180,7 @@ def simulated(
         sample = min(batch.starts)
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
-    return result if system.samples > 1 else result.isel(sample=0)
+    return result if system.samples > 1 else result.isel(sample=0), system
 
 
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:

@@ -28,7 +28,7 @@ from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
-from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
+from flexband.mechanics.engine.redundancy import sharing, warn_of_shared, warn_of_unresolved
 from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
@@ -150,6 +150,7 @@ def simulated(
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
+        batch.unresolved[again] = np.ceil(finer.unresolved / 2)
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
         for strains, new in zip(batch.strains, finer.strains, strict=True):
             strains[..., again] = new
@@ -170,6 +171,7 @@ def simulated(
         error.results = result
         raise
     warn_of_large_steps(batch.turned, system, times, integrator)
+    warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if impulses:
         result.attrs["impulses"] = _impulses_text(system, impulses)

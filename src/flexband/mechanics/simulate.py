@@ -30,7 +30,7 @@ from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
 from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
-from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
+from flexband.mechanics.engine.redundancy import sharing, warn_of_shared, warn_of_unresolved
 from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
@@ -87,7 +87,7 @@ def simulate(
         has the outputs, NaN for the samples that failed.
     """
     with nullcontext() if heard() else hearing(_printed):
-        motion = simulated(
+        motion, system = simulated(
             mechanism,
             duration=duration,
             step=step,
@@ -96,7 +96,8 @@ def simulate(
             threads=threads,
             progress=progress,
         )
-    few = remark_on_few_steps(motion, mechanism, step / substeps, integrator or GeneralizedAlpha())
+    integrator = GeneralizedAlpha() if integrator is None else integrator
+    few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
     if few:
         motion.attrs["few_steps"] = few
         warn(few, ResolutionWarning)
@@ -113,8 +114,8 @@ def simulated(
     threads: int | None = None,
     progress: Progress | None = None,
     complete: bool = True,
-) -> xr.DataArray:
-    """Return the motion as `simulate` does, without a look for few steps per period.
+) -> tuple[xr.DataArray, System]:
+    """Return the motion as `simulate` does, but for its look for few steps, and the system.
 
     If it is not `complete`, samples that diverge are not completed with half the step, but fail.
     """
@@ -149,6 +150,7 @@ def simulated(
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
+        batch.unresolved[again] = np.ceil(finer.unresolved / 2)
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
         for strains, new in zip(batch.strains, finer.strains, strict=True):
             strains[..., again] = new
@@ -169,6 +171,7 @@ def simulated(
         error.results = result
         raise
     warn_of_large_steps(batch.turned, system, times, integrator)
+    warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if impulses:
         result.attrs["impulses"] = _impulses_text(system, impulses)
@@ -179,7 +182,7 @@ def simulated(
         sample = min(batch.starts)
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
-    return result if system.samples > 1 else result.isel(sample=0)
+    return result if system.samples > 1 else result.isel(sample=0), system
 
 
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:

@@ -50,6 +50,7 @@ class Batch(NamedTuple):
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
     turned: np.ndarray  # (samples, bodies, 4), see `Work`
+    unresolved: np.ndarray  # (samples,), number of the first time, see `WorkSpace`, or 0
     strains: Largest
     kept: np.ndarray  # times [s] of the states whose strains these are
     impulses: list[Impulse]
@@ -89,7 +90,7 @@ def run_samples(
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
     firsts = np.empty((system.structure.state.rows, len(chosen)))
-    turned = np.zeros((len(chosen), len(system.turning), 4))
+    turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members, strains = Members(system), [Largest.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
     impulses: list[Impulse] = []
@@ -115,6 +116,7 @@ def run_samples(
         outputs[places] = derived[:, ::every].transpose(2, 0, 1)[: len(numbers)]
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
         turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
+        unresolved[places] = work.unresolved[0, : len(numbers)]
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             strains[block] = members.largest(states, chosen[lanes])
@@ -138,6 +140,7 @@ def run_samples(
         starts,
         corrections(system, firsts, chosen),
         turned,
+        unresolved,
         largest,
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),

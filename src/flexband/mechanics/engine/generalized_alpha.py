@@ -24,6 +24,7 @@ from flexband.mechanics.engine.projection import (
     light,
     project,
     refine,
+    released,
     share,
     strike,
 )
@@ -458,8 +459,16 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
         alive = where(failed, none, alive)
         shared = where(stepping, where(redundant, redundant, known), none)
+        unresolved, more = none, where(stepping, less(known, redundant), none)
         if any_true(shared):
-            share(structure, values, now, work, shared)
+            unresolved = share(structure, values, now, work, shared)
+        more = where(less(filled(ZERO_PIVOT), load(work.smallest, 0)), more, none)  # not light ones
+        if any_true(more):
+            unresolved += released(structure, values, now, work, more)
+        if any_true(unresolved):
+            since = where(unresolved, load(values.numbers, n), none)
+            since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
+            store(work.unresolved, 0, since)
         struck = none
         if divided:
             go_back(structure, work, still)

@@ -68,8 +68,14 @@ massless bodies and no redundant constraint."""
 MASSLESS_PIVOT = 1e-10
 """The same where bodies are massless: what matrices have in place of zeros is small as well."""
 
+SOFTENING = (1e-7, 1e-10)
+"""Compliance of the constraints that share forces, relative to that of the masses they move, and
+the one after that where the passes do not settle: next to a position where constraints depend on
+each other, and where masses differ much."""
+
 SHARING_PASSES, MAX_SHARING_PASSES = 4, 40
-"""The least, which is enough where masses differ by less than 1e4, and the most."""
+"""With each of them: the least, which is enough where masses differ by less than 1e4, and the most.
+"""
 
 REFINEMENTS, MAX_REFINEMENTS = 2, 20
 """Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its error,
@@ -78,6 +84,14 @@ and the most, where masses hardly determine the motion."""
 SETTLED, UNSETTLED = 1e-8, 1e-2
 """Size of a correction, relative to the solution, below which no other follows, and that of the
 last one from which on they do not converge."""
+
+UNSHARED = 1e-3
+"""Size of what the last pass adds to shared forces, relative to them, beyond which some are missed.
+Rounding errors of the passes are far below it."""
+
+RELEASED = 1e-3
+"""Change of the accelerations, relative to the largest, that a constraint that is left out would
+make, from which on it has a force that is missed."""
 
 SOLUTIONS = 6
 """The most for accelerations at the start: rounding errors matter where bodies are light."""
@@ -313,36 +327,64 @@ def light(structure, values, now, work, left_out):
 
 
 @compiled
+def released(structure, values, now, work, chosen):
+    """Return where the accelerations would not be the same with all constraints but redundant ones.
+
+    Only the `chosen` lanes are looked at. The state z remains, the work space does not.
+    """
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
+    factorize(structure.pattern, work.matrix, filled(ZERO_PIVOT), r)
+    residual(structure, values, now, z, r, work.blocks)
+    for i in range(1, state.angle):
+        store(r, i, -load(r, i) if i <= state.coordinates else none)
+    subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    change, largest = none, none
+    for i in range(1, state.coordinates + 1):
+        scale = load(values.inverse_scale, i)
+        change = maximum(change, scale * magnitude(load(r, i)))
+        largest = maximum(largest, scale * magnitude(load(z, state.acceleration + i)))
+    return where(less(RELEASED * largest, change), chosen, none)
+
+
+@compiled
 def share(structure, values, now, work, shared):
     """Replace the multipliers of the lanes in `shared` by the least ones with the same forces.
 
     They minimize Σ λ_k²/m_k with 1/m_k = Σ_i Φ_ki²/M_ii: each constraint carries in proportion to
     the mass that it moves, whatever its unit. Light bodies count with a part of the whole mass.
+    Returns the mask of lanes where they do not settle: they may miss a part of the forces.
     """
     state, z, r, least, matrix = structure.state, work.z, work.r, work.s, work.matrix
     none, pending = filled(0.0), shared
-    mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
-    soften(structure.pattern, matrix, SMALLEST_PIVOT)
-    factorize(structure.pattern, matrix, none, r)
+    change, largest = none, none
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
-    for count in range(MAX_SHARING_PASSES):  # z holds what is left to carry
-        clear(r, state.velocity)
-        add_constraints(structure.terms, values.terms, values.functions, now, z, r)
-        pass_on_moments(structure.vectors, values.vectors, state, z, r)
-        for k in range(state.multiplier, state.angle):
-            store(r, k, none)
-        solve(structure.pattern, structure.pattern.below, matrix, (r,))
-        change, largest = none, none
-        for k in range(state.multiplier, state.angle):
-            passed = where(pending, load(r, k), none)
-            store(least, k, load(least, k) + passed)
-            store(z, k, load(z, k) - passed)
-            change = maximum(change, magnitude(passed))
-            largest = maximum(largest, magnitude(load(least, k)))
-        if count >= SHARING_PASSES - 1:
-            pending = where(less(SETTLED * largest, change), pending, none)
-            if not any_true(pending):
-                break
+    for part in SOFTENING:
+        mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
+        soften(structure.pattern, matrix, part)
+        factorize(structure.pattern, matrix, none, r)
+        for count in range(MAX_SHARING_PASSES):  # z holds what is left to carry
+            clear(r, state.velocity)
+            add_constraints(structure.terms, values.terms, values.functions, now, z, r)
+            pass_on_moments(structure.vectors, values.vectors, state, z, r)
+            for k in range(state.multiplier, state.angle):
+                store(r, k, none)
+            solve(structure.pattern, structure.pattern.below, matrix, (r,))
+            change, largest = none, none
+            for k in range(state.multiplier, state.angle):
+                passed = where(pending, load(r, k), none)
+                store(least, k, load(least, k) + passed)
+                store(z, k, load(z, k) - passed)
+                change = maximum(change, magnitude(passed))
+                largest = maximum(largest, magnitude(load(least, k)))
+            if count >= SHARING_PASSES - 1:
+                pending = where(less(SETTLED * largest, change), pending, none)
+                if not any_true(pending):
+                    break
+        if not any_true(pending):
+            break
     for k in range(state.multiplier, state.angle):
         store(z, k, load(least, k) + where(shared, none, load(z, k)))
+    return where(pending, less(UNSHARED * largest, change), none)

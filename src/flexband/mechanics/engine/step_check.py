@@ -6,15 +6,16 @@ A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, returned, warn
-from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.rounding import Units
 
 LARGEST_LOSS = 0.01
@@ -130,7 +131,7 @@ def _warn_of_swings(turned: np.ndarray, system: System, count: int, rho: float) 
 
 
 def remark_on_few_steps(
-    motion: xr.DataArray, mechanism: Mechanism, h: float, integrator: GeneralizedAlpha
+    motion: xr.DataArray, functions: Sequence[TimeFunction], h: float, integrator: GeneralizedAlpha
 ) -> str:
     """Return which vibration makes an output wrong by most, if it is by more than 4 %.
 
@@ -139,6 +140,7 @@ def remark_on_few_steps(
     Parameters
     ----------
     motion : of which the first sample is judged, computed with steps of h.
+    functions : the functions of time of the mechanism.
     """
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
     outputs, times = first.values, first["time"].values
@@ -154,7 +156,6 @@ def remark_on_few_steps(
     free = np.ones(count // 2 + 1, dtype=bool)
     worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
     if worst is not None and worst.error > LARGEST_ERROR:
-        functions = assemble(mechanism).functions
         values = [[float(np.ravel(returned(f, t))[0]) for t in times] for f in functions]
         free = not_driven(np.array(values).reshape(-1, count))
         worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)

@@ -27,13 +27,14 @@ from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
-from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
-from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared, warn_of_unresolved
 from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.progress import heard, hearing
 from flexband.rounding import rounding_attributes
@@ -140,7 +141,9 @@ def simulated(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
     impulses = batch.impulses
-    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, CONTRADICTED, LAW_FAILED)))
+    again = np.flatnonzero(
+        np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
+    )
     if len(again) and complete:
         halves, every = _times(duration, step, 2 * substeps), 2 * substeps
         finer = run_samples(

@@ -31,6 +31,7 @@ from flexband.mechanics.kernels.equations import (
     violated_constraint,
 )
 from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -74,8 +75,6 @@ class AssemblyOptions(NamedTuple):
 
 
 ASSEMBLY = AssemblyOptions()
-
-NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
 
 
 @compiled
@@ -176,7 +175,7 @@ def start(structure, values, work, failure):
     left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
     if any_true(left_out):
         projection.share(structure, values, np.int64(0), work, left_out)
-    code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))
+    code = where(redundant, filled(FAILURE.singular_start), filled(FAILURE.not_assembled))
     store(failure, 0, where(failed, code, filled(0.0)))
     store(failure, 1, filled(0.0))
     store(failure, 2, failed - float(state.multiplier))

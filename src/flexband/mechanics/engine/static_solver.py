@@ -14,6 +14,7 @@ import numpy as np
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side
 from flexband.mechanics.kernels.factorization import backward, factorize
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
     filled,
@@ -50,8 +51,6 @@ class StaticOptions(NamedTuple):
 
 
 STATIC = StaticOptions()
-
-NOT_SETTLED = 6.0
 
 
 @inlined
@@ -92,4 +91,4 @@ def settle(structure, values, work, outputs, failure, stop):
         done = where(grown, filled(0.0), less(largest, filled(STATIC.tolerance)))
         moving = where(done, filled(0.0), moving)
         w = where(short, where(grown, STATIC.growth * w, w), w)
-    store(failure, 0, where(moving, filled(NOT_SETTLED), load(failure, 0)))
+    store(failure, 0, where(moving, filled(FAILURE.not_settled), load(failure, 0)))

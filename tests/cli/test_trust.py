@@ -26,7 +26,7 @@ COMMANDS = {
     "limits": (),
     "narrow": ("a=0.95..1.05",),
     "allocate": ("--cost", "a=1", "--cost", "x=1", "--no-confirm"),
-    "ingest": ("results.csv",),
+    "import-results": ("results.csv",),
 }
 
 

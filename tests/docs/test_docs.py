@@ -74,7 +74,7 @@ def test_code_and_commands_run(name, tmp_path, monkeypatch):
             exec(content, names)
         else:
             for words in commands(content):
-                if words[0] == "ingest":
+                if words[0] == "import-results":
                     somebody_runs_the_model(tmp_path)
                 done = CliRunner().invoke(app, words)
                 assert done.exit_code in (0, 4), f"{words}\n{done.output}"

@@ -32,7 +32,7 @@ def labelled(a, b):
 
 
 def study(folder, response=labelled, **options):
-    return fb.propagate(response, INPUTS, LHS, store=folder, failed="leave out", **options)
+    return fb.propagate(response, INPUTS, LHS, store=folder, failed="skip", **options)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def calls_of(folder, **options):
         made.append(len(a))
         return labelled(a, b)
 
-    found = study(fb.Store(folder, insist=True), counting, **options)
+    found = study(fb.Store(folder, allow_mismatch=True), counting, **options)
     return found, sum(made)
 
 
@@ -194,7 +194,7 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
         made.extend(a)
         return good(a, b)
 
-    found = fb.propagate(response, INPUTS, LHS, store=fb.Store(tmp_path, insist=True), batch=4)
+    found = fb.propagate(response, INPUTS, LHS, store=fb.Store(tmp_path, allow_mismatch=True), batch=4)
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
     runs = fb.open_runs(tmp_path)
     assert len(runs.run) == 40

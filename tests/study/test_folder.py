@@ -143,7 +143,7 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     before = (out / "study.json").read_bytes()
     refused = call("run", file, "-o", out, status=1)
     assert "has runs of another response: the code or the data of the response changed" in refused
-    assert "--insist" in refused
+    assert "--allow-mismatch" in refused
     assert "--replace" in refused
     assert (out / "study.json").read_bytes() == before
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
@@ -163,7 +163,7 @@ def test_a_refusal_leaves_the_folder_to_its_study(file, tmp_path, command_line):
     text = text.replace('"b": fb', '"c": fb').replace("b * b", "a * c").replace("{b!r}", "{c!r}")
     other.write_text(text, encoding="utf-8")
     before = content(out)
-    told = call("run", other, "-o", out, "--insist", status=1)
+    told = call("run", other, "-o", out, "--allow-mismatch", status=1)
     assert "inputs: 'a, b' before, 'a, c' now" in told
     assert content(out) == before
     made = runs_made(file)
@@ -205,7 +205,7 @@ def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, mon
         assert content(out) == before
 
     call(*compare, other, "-o", out)
-    refused(other, compare, plain, ["run"], ["run", "--insist"])
+    refused(other, compare, plain, ["run"], ["run", "--allow-mismatch"])
     call(*plain, file, "-o", out, "--replace")
     call(*plain, other, "-o", out, "--replace")
     refused(other, compare, plain, ["run"])
@@ -254,7 +254,7 @@ def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
     state = state_of(out)
     assert (state["state"], state["done"], state["total"]) == ("finished", 10, 14)
     assert state["doubts"] == ["new runs failed, so that the result is not verified"]
-    options = ["--verify", 4, "--failed", "leave-out"]
+    options = ["--verify", 4, "--failed", "skip"]
     file.write_text(text.replace("> 20", "== 24"), encoding="utf-8")
     file.with_name("log").unlink()
     told = call("run", file, "-o", tmp_path / "other", *options)
@@ -422,7 +422,7 @@ def test_folders_that_are_none_are_refused(tmp_path):
         (["--executor", "magic"], "--executor must be processes, processes:4, or the address"),
         (["--executor", "processes:0"], "workers must be 1 or more; got 0"),
         (["--time-limit", "3"], "--time-limit requires --executor processes"),
-        (["--failed", "ignore"], "--failed must be 'stop', 'half-step' or 'leave-out'"),
+        (["--failed", "ignore"], "--failed must be 'stop', 'half-step' or 'skip'"),
         (["--batch", "0"], "--batch must be 1 or more; got 0"),
     ],
 )
@@ -436,7 +436,7 @@ def test_runs_in_processes_that_fail_are_left_out(file, tmp_path):
         "return a +", "if b > 1.2: sys.exit(0)\n    return a +"
     )
     file.write_text(f"import sys\n{text}", encoding="utf-8")
-    options = ["--executor", "processes:1", "--failed", "leave-out", "--time-limit", 20]
+    options = ["--executor", "processes:1", "--failed", "skip", "--time-limit", 20]
     method = ["--method", "monte-carlo", "--samples", 100, "--points", 2]
     told = call("run", file, "-o", tmp_path / "out", *method, *options)
     assert 0 < state_of(tmp_path / "out")["failed"] < 10

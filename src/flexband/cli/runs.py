@@ -30,7 +30,7 @@ from flexband.cli.plan import POLICIES, Plan, Trust, plan_in
 from flexband.error_text import error_text
 from flexband.errors import InputError, RunsNeeded
 from flexband.execution.names import BANDS, POINTS, REPORT, SURROGATE, VERIFICATION
-from flexband.progress import doing
+from flexband.progress import listener
 from flexband.report.page.given import read_given
 from flexband.report.progress import progress_bars
 from flexband.report.study_report import answer_of, remarks, report_study
@@ -165,7 +165,7 @@ def run_plan(plan: Plan, output: Path, *, as_json: bool = False, **options: Any)
     try:
         with progress_bars() as task:
             result = run_study(study, output, how, about=about, task=task)
-            doing("the report")
+            listener().stage("the report")
             reported = write_report_of(plan, study, result)
     except RunsNeeded as needed:
         if not how.record:

@@ -18,7 +18,7 @@ from flexband.files import refuse_links
 from flexband.source_hash import source_hash
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
-INSIST = "insist=True of the Store uses them; on the command line, --insist"
+ALLOW_MISMATCH = "allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch"
 """What can be done about a store that is refused."""
 
 PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
@@ -30,7 +30,7 @@ def versions() -> str:
     return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
 
 
-@frozen()
+@frozen(renamed={"insist": "allow_mismatch"})
 class Store:
     """A folder in which every run is recorded as soon as it is finished.
 
@@ -43,7 +43,7 @@ class Store:
     folder : path of the folder, which is made if it is missing.
     version : text of yours that belongs to the response, such as the revision of an external
         program: with another one, the store is refused.
-    insist : whether to use a store whose runs come from another response, version or program, or
+    allow_mismatch : whether to use a store whose runs come from another response, version or program, or
         disagree with new ones.
 
     Raises
@@ -57,14 +57,15 @@ class Store:
 
     folder: str | os.PathLike[str]
     version: str = ""
-    insist: bool = False
+    allow_mismatch: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.folder, str | os.PathLike) or not str(self.folder):
             raise InputError(f"folder must be the path of a folder; got {self.folder!r}")
         if not isinstance(self.version, str):
             raise InputError(f"version must be a text; got {self.version!r}")
-        object.__setattr__(self, "insist", check_flag("insist", self.insist))
+        allow_mismatch = check_flag("allow_mismatch", self.allow_mismatch)
+        object.__setattr__(self, "allow_mismatch", allow_mismatch)
         object.__setattr__(self, "folder", Path(self.folder))
 
     @property
@@ -99,7 +100,7 @@ class Owner(NamedTuple):
 
     def check(self, owner: Mapping[str, str] | None, store: Store) -> None:
         """Raise `StoreError` if the runs of a store belong to another response."""
-        if owner is None or (store.insist and owner["inputs"] == self.inputs):
+        if owner is None or (store.allow_mismatch and owner["inputs"] == self.inputs):
             return
         differ = [name for name in Owner._fields if owner.get(name) != getattr(self, name)]
         if differ:
@@ -108,12 +109,12 @@ class Owner(NamedTuple):
                 for name in ("version", "inputs")
                 if name in differ
             )
-            insist = f". If its runs are valid still, {INSIST}"
+            remedy = f". If its runs are valid still, {ALLOW_MISMATCH}"
             changed = " and ".join(WORDS[name] for name in differ) + f" ({details})" * bool(details)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
                 f"{OTHER_FOLDER}"
-                f"{insist * ('inputs' not in differ)}"
+                f"{remedy * ('inputs' not in differ)}"
             )
 
 

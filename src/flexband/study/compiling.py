@@ -24,7 +24,7 @@ from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
-from flexband.progress import doing
+from flexband.progress import listener
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -78,7 +78,8 @@ def compile_ahead(study: Study) -> None:
     missing = [name for name in needed if not kept(PARTS[name][0])]
     if min(len(missing), available_cores()) < 2:
         return
-    doing("compiling", "compiling (once per machine, up to a minute) ...")
+    listener().stage("compiling")
+    listener().warn("compiling (once per machine, up to a minute) ...")
     command = [sys.executable, "-m", __name__]
     running: list[subprocess.Popen] = []
     try:

@@ -35,7 +35,7 @@ from flexband.execution.names import (
     STUDY_LOCK,
 )  # fmt: skip
 from flexband.files import read_unlinked, replaced, try_write
-from flexband.progress import doing
+from flexband.progress import listener
 
 FORMAT = 2
 """Of study.json; a program refuses larger numbers. Results of format 1 are computed again."""
@@ -177,19 +177,19 @@ class StudyFolder:
         from flexband.execution.fingerprint import fingerprint  # noqa: PLC0415
 
         if replace and self.recorded:
-            doing("", f"The runs in {self.runs} are deleted.")
+            listener().warn(f"The runs in {self.runs} are deleted.")
             self.delete_runs()
         claimant = file, fingerprint(response)
         if not allow_mismatch and self.has_only_failures_of_others(claimant[1]):
             self.delete_runs()
-        self.check_claim(*claimant, replace=replace, insist=allow_mismatch)
+        self.check_claim(*claimant, replace=replace, allow_mismatch=allow_mismatch)
         return partial(try_write, partial(self.claim, *claimant))
 
     def recorded_runs(self) -> int:
         """Return the number of recorded runs."""
         return GrowingArrays(self.runs).runs
 
-    def check_claim(self, file: str, response: str, *, replace: bool, insist: bool = False) -> None:
+    def check_claim(self, file: str, response: str, *, replace: bool, allow_mismatch: bool = False) -> None:
         """Refuse to have the folder for the results of a study in a file; nothing is written.
 
         It is the same study if the file or the response is the same.
@@ -198,7 +198,7 @@ class StudyFolder:
         ----------
         response : its fingerprint.
         replace : whether results of another study may be replaced, but not those of its runs.
-        insist : whether runs of another study are used.
+        allow_mismatch : whether runs of another study are used.
 
         Raises
         ------
@@ -210,7 +210,7 @@ class StudyFolder:
         same = not before or any(
             value and before.get(name) == value for name, value in claim.items()
         )
-        if not same and not (insist if self.recorded else replace):
+        if not same and not (allow_mismatch if self.recorded else replace):
             other = "`flexband run --replace` deletes its runs" if self.recorded else "--replace"
             raise StoreError(
                 f"{self.path} has results of another study, {before.get('file')}. Take another "

@@ -13,7 +13,7 @@ from flexband.error_text import error_text, signal_of
 from flexband.errors import RunsNeeded, free_memory, warn
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
-from flexband.progress import Budget, Progress, doing, hearing
+from flexband.progress import Budget, Progress, ProgressListener, listener, listening
 from flexband.study.folder import StudyFolder
 from flexband.study.points import ask_points
 from flexband.uncertainty.inputs.choices import cases
@@ -32,7 +32,7 @@ WRITING_PERIOD = 0.5
 """Time [s] between two writings of study.json."""
 
 
-class StudyProgress:
+class StudyProgress(ProgressListener):
     """How far a study is.
 
     Attributes
@@ -80,10 +80,10 @@ class StudyProgress:
         if self.first:
             self.write("running")
         try:
-            with hearing(self._hear):
+            with listening(self):
                 if recorded := self.folder.recorded_runs() if self.store is not None else 0:
                     there = f"{self.folder.path} has {number_of(recorded, 'recorded run')}"
-                    doing("", f"{there}; matching runs are reused.")
+                    listener().warn(f"{there}; matching runs are reused.")
                 yield
         except BaseException as error:
             self._end(error)
@@ -141,8 +141,9 @@ class StudyProgress:
             self.written = now
             self.write("running")
 
-    def _hear(self, now: str, line: str = "") -> None:
-        self.about["now"] = now
+    def stage(self, name: str) -> None:
+        """Write what is done from now on."""
+        self.about["now"] = name
         if self.first or self.opened:
             self.write("running")
 
@@ -155,8 +156,7 @@ class StudyProgress:
         size = 8.0 * math.prod(outputs.shape[1:])
         peak, per_carrier = memory_of(self.study, self.store, total, size)
         ringing = f", {in_bytes(per_carrier)} more for each carrier if they ring"
-        doing(
-            self.about.get("now", ""),
+        listener().warn(
             f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "
             f"about {in_bytes(peak)} of memory{ringing * (per_carrier > 0)}.",
         )

@@ -144,7 +144,7 @@ def test_options_change_the_method_of_the_study(study_file, tmp_path):
 
 
 def test_methods_are_those_of_the_package(study_file):
-    output = call("run", "--help").output
+    output = call("run", "--help-methods").output
     for name in ("adaptive-pcci", "phase-resolved-pcci", "improved-pcci", "pcci", "lhs-scanning",
                  "monte-carlo", "--random-order", "--max-runs", "--seed"):  # fmt: skip
         assert name in output

@@ -194,7 +194,9 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
         made.extend(a)
         return good(a, b)
 
-    found = fb.propagate(response, INPUTS, LHS, store=fb.Store(tmp_path, allow_mismatch=True), batch=4)
+    found = fb.propagate(
+        response, INPUTS, LHS, store=fb.Store(tmp_path, allow_mismatch=True), batch=4
+    )
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
     runs = fb.open_runs(tmp_path)
     assert len(runs.run) == 40

@@ -235,10 +235,9 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     assert json.loads(CliRunner().invoke(app, ["status", str(out), "--json"]).stdout) == state
     file.with_name("broken").unlink()
     made = runs_made(file)
-    told = call("rerun", out, "--failed")
+    told = call("resume", out, "--retry-failed")
     assert "1 failed run is made again" in told
     assert state_of(out)["failed"] == 0
-    assert "requires --failed" in call("rerun", out, status=2)
     assert runs_made(file) < made + 9 + 1 + 16
 
 
@@ -407,7 +406,7 @@ def test_a_study_that_fails_before_its_first_run_leaves_no_study(file, tmp_path)
 
 
 def test_folders_that_are_none_are_refused(tmp_path):
-    for command in (["status"], ["resume"], ["rerun", "--failed"]):
+    for command in (["status"], ["resume"], ["resume", "--retry-failed"]):
         assert "folder must be that of a study" in call(*command, tmp_path / "none", status=1)
     file = tmp_path / "study.json"
     file.write_text('{"format": 99}', encoding="utf-8")

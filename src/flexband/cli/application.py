@@ -10,8 +10,9 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 import flexband as fb
-from flexband.cli.commands import commands, load
-from flexband.cli.messages import EXITS, Ending, print_text
+from flexband.cli.commands import commands, load, renamed
+from flexband.cli.messages import EXITS, Ending, print_remark, print_text
+from flexband.deprecation import renamed_text
 from flexband.report.terminal import print_anywhere
 
 DURING = "--during"
@@ -37,7 +38,10 @@ class _Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         options = args[: args.index("--")] if "--" in args else args
         Ending.debug = "--debug" in options
-        known = [a for a in _apart(options) if a != "--debug"]
+        today, names = renamed([a for a in options if a != "--debug"])
+        for former, name in names:
+            print_remark(renamed_text(former, name))
+        known = _apart(today)
         return super().parse_args(ctx, [*known, *args[len(options) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 
+from flexband.deprecation import RenamedWarning
 from flexband.error_text import error_text, signal_of
 from flexband.errors import FlexbandWarning, InputError
 
@@ -25,9 +26,13 @@ whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
 
 EXITS = (
     "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
-    "result is not trusted, or new runs fail or do not confirm it; 4 points wait to be run "
-    "elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
+    "result is not trusted, or verification runs fail or do not confirm it; 4 points wait to be "
+    "run elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
 )
+
+
+Table = tuple[list[str], list[list[str]]]
+"""The header and the rows of a table."""
 
 
 class Ending:
@@ -67,6 +72,7 @@ def reported_errors() -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # those of other packages
             warnings.simplefilter("default", FlexbandWarning)
+            warnings.simplefilter("default", RenamedWarning)
             warnings.showwarning = lambda message, *_, **__: print_remark(str(message))
             yield
     except (typer.Exit, typer.Abort):
@@ -109,7 +115,7 @@ def _finite(content: Any) -> Any:
     return content
 
 
-def print_table(title: str, content: tuple[list[str], list[list[str]]]) -> None:
+def print_table(title: str, content: Table) -> None:
     """Print a table; columns that the terminal is too narrow for follow below in a further one.
 
     Cells are never wrapped. The first column, which is left-aligned, is that of every table.

@@ -23,9 +23,8 @@ from flexband.study.study import Study, load_study
 from flexband.uncertainty.runs.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
-POLICIES = {"stop": "stop", "half-step": "half step", "leave-out": "leave out"}
-"""Values of --failed, and what `propagate` calls them."""
-
+POLICIES = ("stop", "half-step", "skip")
+"""Values of --failed; blanks stand for hyphens where `propagate` takes them."""
 
 Trust = Annotated[
     bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
@@ -57,6 +56,8 @@ class Plan:
     def of(cls, content: Mapping[str, Any], **changes: Any) -> Plan:
         """Return the plan of a study.json, with other values of options that are not None."""
         names = {plan_field.name for plan_field in fields(cls)}
+        if content.get("failed") == "leave-out":  # its former name
+            content = {**content, "failed": "skip"}
         try:
             plan = cls(**{name: value for name, value in content.items() if name in names})
         except TypeError:
@@ -97,7 +98,7 @@ class Plan:
 
     def options(self, **others: Any) -> RunOptions:
         """Return how the study is run."""
-        failed = POLICIES[self.failed]
+        failed = self.failed.replace("-", " ")
         return RunOptions(self.batch, self.where(), failed, self.verify, **others)
 
     @property

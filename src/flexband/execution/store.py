@@ -43,8 +43,8 @@ class Store:
     folder : path of the folder, which is made if it is missing.
     version : text of yours that belongs to the response, such as the revision of an external
         program: with another one, the store is refused.
-    allow_mismatch : whether to use a store whose runs come from another response, version or program, or
-        disagree with new ones.
+    allow_mismatch : whether to use a store whose runs come from another response, version or
+        program, or disagree with new ones.
 
     Raises
     ------

@@ -189,7 +189,9 @@ class StudyFolder:
         """Return the number of recorded runs."""
         return GrowingArrays(self.runs).runs
 
-    def check_claim(self, file: str, response: str, *, replace: bool, allow_mismatch: bool = False) -> None:
+    def check_claim(
+        self, file: str, response: str, *, replace: bool, allow_mismatch: bool = False
+    ) -> None:
         """Refuse to have the folder for the results of a study in a file; nothing is written.
 
         It is the same study if the file or the response is the same.

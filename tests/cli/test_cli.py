@@ -464,6 +464,13 @@ def test_help_shows_units_and_defaults_in_brackets():
     assert "0 for none. [default: 16]" in told
 
 
+def test_the_help_of_run_fits_a_screen():
+    lines = CliRunner().invoke(app, ["run", "--help"], env={"COLUMNS": "80"}).output.splitlines()
+    assert len(lines) <= 40
+    assert max(map(len, lines)) <= 80
+    assert "--help-methods" in "".join(lines)
+
+
 def test_a_misspelled_name_in_a_builder_is_told_with_its_line_and_the_nearest_name(tmp_path):
     file = tmp_path / "arm.py"
     file.write_text(

@@ -97,7 +97,7 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
     monkeypatch.setattr(run, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
     first, last = found["verification"], found["answers"]
-    assert (first["now"], last["now"]) == ("new runs that verify the result", "the answers")
+    assert (first["now"], last["now"]) == ("verification runs", "the answers")
     assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
     ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
     assert last["rate"] == pytest.approx(13 / ran, rel=1e-9)
@@ -258,7 +258,7 @@ def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
     file.with_name("log").unlink()
     told = call("run", file, "-o", tmp_path / "other", *options)
     assert "3 new runs (1 more failed, and what fails is rarely random)" in told
-    assert "new runs: 4 of 4 runs" in told
+    assert "verification runs: 4 of 4 runs" in told
 
 
 def started(file, *arguments):

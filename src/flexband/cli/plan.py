@@ -48,6 +48,8 @@ class Plan:
     def __post_init__(self) -> None:
         check_option("--failed", self.failed, POLICIES)
         check_integer("--batch", self.batch, 1)
+        if self.verify is not None:
+            check_integer("--verify", self.verify, 2, MAX_RUNS, or_zero=True)
         if self.method:
             check_option("--method", self.method, METHODS)
         self.where()
@@ -89,11 +91,9 @@ class Plan:
             study = study.using(with_options(method, self.values))
             if self.sigmas is not None:
                 study = replace(study, sigmas=checked_sigmas(self.sigmas))
-            if self.verify:
-                check_integer("--verify", self.verify, 2, MAX_RUNS, or_zero=True)
-                if not study.expands:
-                    label = study.method.label
-                    raise InputError(f"--verify requires a method with a surrogate; got {label}")
+            if self.verify and not study.expands:
+                label = study.method.label
+                raise InputError(f"--verify requires a method with a surrogate; got {label}")
         return study
 
     def options(self, **others: Any) -> RunOptions:

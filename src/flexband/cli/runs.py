@@ -57,7 +57,7 @@ Executor = Annotated[
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(help="Time [s] that a call of the response may take there."),
+    typer.Option(help="Time [s] that one call of the response may take."),
 ]
 AllowMismatch = Annotated[
     bool, typer.Option("--allow-mismatch", help="Use runs of another response.")
@@ -75,7 +75,7 @@ def run(
     sigmas: Sigmas = None,
     verify: Annotated[
         int | None,
-        typer.Option(help=f"Verification runs ({RUNS})."),
+        typer.Option(help=f"Verification runs, 0 for none.  [default: {RUNS}]"),
     ] = None,
     executor: Executor = None,
     time_limit: TimeLimit = None,

@@ -125,10 +125,10 @@ def doubts_in(about: dict[str, Any]) -> list[str] | None:
     result = about.get("result")
     if not result:
         return None
-    if result.get("checksum") != checksum_of(result):
-        return ["the result in study.json is not as written; `flexband run` restores it"]
     if about["format"] < FORMAT:
         return ["an older version of flexband has written the result; `flexband run` restores it"]
+    if result.get("checksum") != checksum_of(result):
+        return ["the result in study.json is not as written; `flexband run` restores it"]
     return [doubt_text(Doubt.from_json(content)) for content in result["doubts"]]
 
 
